@@ -1,0 +1,46 @@
+"""What an estimator answers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from imubench.arrays import Array, frozen
+from imubench.errors import InputError
+
+Quantity = Literal["joint_axis", "joint_vector"]
+Status = Literal["converged", "not converged", "not identifiable"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its covariance, or the reason why there is none.
+
+    `joint_axis`: value (m, 3), one unit vector per IMU in its sensor axes, signs paired.
+    `joint_vector`: value (m, 3) in m, one r per IMU; with `time`, value (n, m, 3), one per sample.
+    `covariance` is (3m, 3m), or (n, 3m, 3m), of the stacked value.
+    """
+
+    quantity: Quantity
+    estimator: str
+    value: Array
+    covariance: Array | None
+    no_covariance_because: str = ""
+    status: Status = "converged"
+    time: Array | None = None  # (n,) s, for one value a sample
+    details: Mapping[str, float] = field(default_factory=dict)  # cost, iterations, ...
+
+    def __post_init__(self) -> None:
+        n = () if self.time is None else (len(self.time),)
+        value = frozen(self.value, (*n, None, 3), f"{self.estimator}.value")
+        object.__setattr__(self, "value", value)
+        if self.quantity == "joint_axis" and not np.allclose(np.linalg.norm(value, axis=-1), 1.0, atol=1e-6):
+            raise InputError(f"{self.estimator}.value: expected unit vectors, got {value.tolist()}")
+        if self.covariance is None:
+            if not self.no_covariance_because:
+                raise InputError(f"{self.estimator}: expected a covariance or a reason why there is none, got neither")
+        else:
+            width = 3 * value.shape[-2]
+            covariance = frozen(self.covariance, (*n, width, width), f"{self.estimator}.covariance")
+            object.__setattr__(self, "covariance", covariance)
