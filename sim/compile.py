@@ -1,0 +1,120 @@
+"""A rig's numbers become a MuJoCo model (MjSpec), with the sensors that read the truth."""
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from imubench import rotations
+from imubench.models import mjcf
+from imubench.recording import RIGS
+from imubench.sim.rigs import Mount, Rig
+
+DRIVEN_ARMATURE = 1e13
+"""Inertia of a driven joint, kg m^2 (or kg): so large that no force of the rig moves it.
+
+A force of armature * acceleration then gives exactly that acceleration, whatever the
+rig does: relative error = (rig's own force) / (armature * acceleration), below 1e-12.
+That turns MuJoCo's forward dynamics into inverse dynamics, for some joints or for all.
+"""
+
+SEGMENT_SENSORS = ("framepos", "framequat", "framelinvel", "gyro", "framelinacc", "frameangacc")
+IMU_SENSORS = ("framepos", "framequat", "framelinacc", "frameangacc", "accelerometer", "gyro")
+
+
+def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast") -> Any:
+    """Return the MjSpec of a rig, with its sensors."""
+    spec = mujoco.MjSpec.from_string(mjcf(rig.family))
+    spec.option.timestep = timestep
+    spec.option.gravity = [0.0, 0.0, -rig.gravity]
+    spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
+    segments = RIGS[rig.family]
+    for name, segment in zip(segments, rig.segments, strict=True):
+        body = spec.body(name)
+        spec.geom(name).mass = 0.0  # a picture; the mass is the body's own
+        body.explicitinertial = True
+        body.mass, body.ipos, body.inertia = segment.mass, segment.com, segment.inertia
+    _set_joint(spec, rig)
+    for i, mount in enumerate(rig.mounts):
+        _set_mount(spec.body(f"imu{i + 1}"), mount)
+    for name in segments[len(rig.mounts) :]:
+        spec.delete(spec.body(name.replace("segment", "imu")))
+    _add_sensors(spec, segments, len(rig.mounts))
+    return spec
+
+
+def compile_model(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", driven: str = "") -> Any:
+    """Return the MjModel of a rig; `driven` is "" (nothing), "joints" (not the mounts) or "all"."""
+    model = specify(rig, timestep, integrator).compile()
+    if driven:
+        dofs = [_is_mount_dof(model, i) for i in range(model.nv)]
+        model.dof_armature[:] = [0.0 if mount and driven == "joints" else DRIVEN_ARMATURE for mount in dofs]
+        model.dof_damping[:] = np.where(model.dof_armature > 0, 0.0, model.dof_damping)
+        model.dof_frictionloss[:] = 0.0
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+    return model
+
+
+def mount_dofs(model: Any) -> np.ndarray:
+    """Return the mask (nv,) of the degrees of freedom that belong to sprung mounts."""
+    return np.array([_is_mount_dof(model, i) for i in range(model.nv)], dtype=bool)
+
+
+def _is_mount_dof(model: Any, dof: int) -> bool:
+    return bool(model.body(model.dof_bodyid[dof]).name.startswith("imu"))
+
+
+def _set_joint(spec: Any, rig: Rig) -> None:
+    if rig.family == "hinge" and rig.base == "fixed":
+        spec.delete(spec.joint("base"))
+        spec.body("segment1").quat = rig.base_quaternion
+    joint = spec.joint("hinge" if rig.family == "hinge" else "base")
+    if rig.family == "free":
+        return
+    joint.damping[0] = rig.damping
+    joint.frictionloss = rig.dry_friction
+    if rig.locked_at is not None:
+        spec.delete(joint)
+        spec.body("segment2").quat = rotations.exp(np.array([0.0, rig.locked_at, 0.0]))
+
+
+def _set_mount(body: Any, mount: Mount) -> None:
+    """Put the IMU body's frame in the pivot and its site at the sensing point."""
+    body.pos = mount.position - rotations.rotate(mount.quaternion, mount.lever)
+    body.quat = mount.quaternion
+    body.explicitinertial = True
+    body.mass, body.ipos = mount.mass, mount.com
+    about_pivot = mount.mass * mount.gyration**2 * np.eye(3)
+    com = mount.com
+    inertia = about_pivot - mount.mass * (com @ com * np.eye(3) - np.outer(com, com))
+    body.fullinertia = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    for site in body.sites:
+        site.pos = mount.lever
+    for geom in body.geoms:
+        geom.pos, geom.mass = mount.lever, 0.0
+    segment_axes = rotations.rotate_back(mount.quaternion, np.eye(3))
+    if mount.translation is not None:
+        _add_springs(body, mount.translation, "slide", segment_axes, np.full(3, mount.mass))
+    if mount.rotation is not None:
+        _add_springs(body, mount.rotation, "hinge", np.eye(3), np.full(3, mount.mass * mount.gyration**2))
+
+
+def _add_springs(body: Any, spring: Any, kind: str, axes: np.ndarray, inertia: np.ndarray) -> None:
+    w = 2 * np.pi * spring.frequency
+    for i in range(3):
+        joint = body.add_joint(name=f"{body.name}_{kind}_{'xyz'[i]}", axis=axes[i])
+        joint.type = getattr(mujoco.mjtJoint, f"mjJNT_{kind.upper()}")
+        joint.stiffness[0] = inertia[i] * w[i] ** 2
+        joint.damping[0] = inertia[i] * 2 * spring.damping_ratio[i] * w[i]
+
+
+def _add_sensors(spec: Any, segments: tuple[str, ...], imus: int) -> None:
+    named = [(name, SEGMENT_SENSORS) for name in segments] + [(f"imu{i + 1}", IMU_SENSORS) for i in range(imus)]
+    for site, kinds in named:
+        for kind in kinds:
+            spec.add_sensor(
+                name=f"{site}_{kind}",
+                type=getattr(mujoco.mjtSensor, f"mjSENS_{kind.upper()}"),
+                objtype=mujoco.mjtObj.mjOBJ_SITE,
+                objname=site,
+            )

@@ -1,0 +1,92 @@
+"""A motion says where every joint is at any time, with exact rates and accelerations."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.sim.signals import Signal, constant
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """The joints of a rig at given times.
+
+    Position and velocity are those of segment 1's frame (the pendulum's and a fixed base's stay put).
+    """
+
+    time: Array  # (n,) s
+    position: Array  # (n, 3) m, world
+    velocity: Array  # (n, 3) m/s, world
+    acceleration: Array  # (n, 3) m/s^2, world
+    quaternion: Array  # (n, 4) segment 1 -> world
+    rate: Array  # (n, 3) rad/s, segment axes
+    angular_acceleration: Array  # (n, 3) rad/s^2, segment axes
+    angle: Array  # (n,) rad, hinge
+    angle_rate: Array  # (n,) rad/s
+    angle_acceleration: Array  # (n,) rad/s^2
+
+
+Motion = Callable[[Array], Trajectory]
+"""Takes times (n,) in s; returns the trajectory there."""
+
+
+STILL = constant(0.0)
+
+
+@dataclass(frozen=True)
+class AngleMotion:
+    """Segment 1 turns as R_wb = Rz(heading) Rx(tilt) Ry(spin), moves along x, y, z; the hinge bends by `angle`.
+
+    With tilt 0 the segment's y axis, the hinge, is horizontal; spin turns about it.
+    """
+
+    heading: Signal = STILL  # rad
+    tilt: Signal = STILL  # rad
+    spin: Signal = STILL  # rad
+    angle: Signal = STILL  # rad
+    x: Signal = STILL  # m
+    y: Signal = STILL  # m
+    z: Signal = STILL  # m
+
+    def __call__(self, time: Array) -> Trajectory:
+        """Return the trajectory at `time` (n,) s."""
+        a, da, dda = self.heading(time)
+        b, db, ddb = self.tilt(time)
+        c, dc, ddc = self.spin(time)
+        rate, angular = _rates((b, c), (da, db, dc), (dda, ddb, ddc))
+        position, velocity, acceleration = (
+            np.stack(parts, axis=-1) for parts in zip(self.x(time), self.y(time), self.z(time), strict=True)
+        )
+        return Trajectory(
+            time, position, velocity, acceleration, _quaternion(a, b, c), rate, angular, *self.angle(time)
+        )
+
+
+def _quaternion(a: Array, b: Array, c: Array) -> Array:
+    """Return the quaternion of Rz(a) Rx(b) Ry(c)."""
+    z, x, y = np.zeros((3, *a.shape, 4))
+    z[..., 0], z[..., 3] = np.cos(a / 2), np.sin(a / 2)
+    x[..., 0], x[..., 1] = np.cos(b / 2), np.sin(b / 2)
+    y[..., 0], y[..., 2] = np.cos(c / 2), np.sin(c / 2)
+    return rotations.multiply(rotations.multiply(z, x), y)
+
+
+def _rates(
+    angles: tuple[Array, Array], first: tuple[Array, Array, Array], second: tuple[Array, Array, Array]
+) -> tuple[Array, Array]:
+    """Return angular rate and acceleration in segment axes.
+
+    w = da (-sin c cos b, sin b, cos c cos b) + db (cos c, 0, sin c) + dc (0, 1, 0), and its derivative.
+    """
+    b, c = angles
+    da, db, dc = first
+    dda, ddb, ddc = second
+    sb, cb, sc, cc = np.sin(b), np.cos(b), np.sin(c), np.cos(c)
+    rate = np.stack([-da * sc * cb + db * cc, da * sb + dc, da * cc * cb + db * sc], axis=-1)
+    wx = -dda * sc * cb + ddb * cc + da * (-dc * cc * cb + db * sc * sb) - db * dc * sc
+    wy = dda * sb + ddc + da * db * cb
+    wz = dda * cc * cb + ddb * sc - da * (dc * sc * cb + db * cc * sb) + db * dc * cc
+    return rate, np.stack([wx, wy, wz], axis=-1)

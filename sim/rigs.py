@@ -1,0 +1,182 @@
+"""Rigs as numbers: what can be set without editing an MJCF file."""
+
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from imubench.arrays import Array, frozen, frozen_quaternion
+from imubench.errors import InputError, unknown
+from imubench.models import RIG_FILES
+from imubench.recording import RIGS, STANDARD_GRAVITY, positive
+
+
+@dataclass(frozen=True)
+class Spring:
+    """Three springs and dampers along (or about) three axes: x'' + 2 z w x' + w^2 x = drive, w = 2 pi f."""
+
+    frequency: Array  # (3,) Hz, undamped
+    damping_ratio: Array  # (3,)
+
+    def __post_init__(self) -> None:
+        for key in ("frequency", "damping_ratio"):
+            value = np.broadcast_to(np.asarray(getattr(self, key), dtype=float), (3,))
+            object.__setattr__(self, key, frozen(value, (3,), f"spring.{key}"))
+        if (self.frequency <= 0).any() or (self.damping_ratio < 0).any():
+            raise InputError(
+                "spring: expected frequencies > 0 Hz and damping ratios >= 0, got "
+                f"{self.frequency.tolist()} and {self.damping_ratio.tolist()}"
+            )
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where an IMU sits on its segment, and on what it hangs.
+
+    A sprung mount moves by `translation` along the segment's axes and turns by `rotation`
+    about the sensor's axes, around a pivot that lies `-lever` from the sensing point. The
+    moment of inertia about that pivot is mass * gyration^2, the same about every axis; `com`
+    is the centre of mass seen from the pivot. The pose is that of the unloaded springs.
+    """
+
+    position: Array = field(default_factory=lambda: np.zeros(3))  # (3,) m, segment frame
+    quaternion: Array = field(default_factory=lambda: np.array([1.0, 0, 0, 0]))  # sensor -> segment
+    translation: Spring | None = None  # along segment axes
+    rotation: Spring | None = None  # about sensor axes
+    mass: float = 0.016  # kg
+    gyration: float = 0.015  # m
+    com: Array = field(default_factory=lambda: np.zeros(3))  # (3,) m, sensor axes, from the pivot
+    lever: Array = field(default_factory=lambda: np.zeros(3))  # (3,) m, sensor axes, pivot to sensing point
+
+    def __post_init__(self) -> None:
+        for key in ("position", "com", "lever"):
+            object.__setattr__(self, key, frozen(getattr(self, key), (3,), f"mount.{key}"))
+        object.__setattr__(self, "quaternion", frozen_quaternion(self.quaternion, "mount.quaternion"))
+        positive(self.mass, "mount.mass")
+        positive(self.gyration, "mount.gyration")
+        if np.linalg.norm(self.com) >= self.gyration:
+            raise InputError(
+                f"mount.com: expected less than the gyration radius {self.gyration:g} m from the pivot, "
+                f"got {np.linalg.norm(self.com):g} m"
+            )
+
+    @property
+    def sprung(self) -> bool:
+        """True if the sensor can move on its segment."""
+        return self.translation is not None or self.rotation is not None
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Mass and geometry of a segment without its IMU."""
+
+    mass: float  # kg
+    com: Array  # (3,) m, segment frame
+    inertia: Array  # (3,) kg m^2 about the com, segment axes
+    length: float = 0.2  # m, for pictures
+
+    def __post_init__(self) -> None:
+        positive(self.mass, "segment.mass")
+        positive(self.length, "segment.length")
+        object.__setattr__(self, "com", frozen(self.com, (3,), "segment.com"))
+        object.__setattr__(self, "inertia", frozen(self.inertia, (3,), "segment.inertia"))
+        a, b, c = sorted(self.inertia)
+        if a <= 0 or a + b < c * (1 - 1e-9):
+            raise InputError(
+                f"segment.inertia: expected three moments that a body can have, got {self.inertia.tolist()}"
+            )
+
+
+@dataclass(frozen=True)
+class Rig:
+    """One rig, ready to be compiled into a MuJoCo model."""
+
+    family: str  # a key of models.RIG_FILES
+    mounts: tuple[Mount, ...]  # imu1 on segment 1, imu2 on segment 2
+    segments: tuple[Segment, ...]
+    base: Literal["free", "fixed"] = "free"  # hinge only
+    base_quaternion: Array = field(default_factory=lambda: np.array([1.0, 0, 0, 0]))  # segment 1 -> world, if fixed
+    locked_at: float | None = None  # rad; the hinge angle at which a screw holds the joint
+    damping: float = 0.0  # N m s/rad, viscous friction of the joint
+    dry_friction: float = 0.0  # N m
+    gravity: float = STANDARD_GRAVITY  # m/s^2
+
+    def __post_init__(self) -> None:
+        if self.family not in RIG_FILES:
+            raise unknown("rig", self.family, RIG_FILES)
+        expected = len(RIGS[self.family])
+        if len(self.segments) != expected or not 1 <= len(self.mounts) <= expected:
+            raise InputError(
+                f"rig {self.family}: expected {expected} segments and one mount each, got "
+                f"{len(self.segments)} and {len(self.mounts)}"
+            )
+        if self.family != "hinge" and (self.base == "fixed" or self.locked_at is not None):
+            raise InputError(f"rig {self.family}: expected a hinge for base = 'fixed' or a screw, got none")
+        object.__setattr__(self, "base_quaternion", frozen_quaternion(self.base_quaternion, "base_quaternion"))
+        for key in ("damping", "dry_friction", "gravity"):
+            positive(getattr(self, key), f"rig.{key}", or_zero=True)
+
+    @property
+    def sprung(self) -> bool:
+        """True if any sensor can move on its segment."""
+        return any(mount.sprung for mount in self.mounts)
+
+
+def rod(mass: float, start: tuple[float, ...], end: tuple[float, ...], radius: float) -> Segment:
+    """Return a cylinder of `mass` kg from `start` to `end` (m, segment frame, along one axis)."""
+    a, b = np.array(start), np.array(end)
+    length = float(np.linalg.norm(b - a))
+    along, across = mass * radius**2 / 2, mass * (3 * radius**2 + length**2) / 12
+    inertia = np.where(np.abs(b - a) > length / 2, along, across)
+    return Segment(mass, (a + b) / 2, inertia, float(max(np.linalg.norm(a), np.linalg.norm(b))))
+
+
+def hinge(**changes: object) -> Rig:
+    """Return the standard hinge rig: two 20 cm segments of 0.25 kg with an IMU 10 cm from the joint on each."""
+    rig = Rig(
+        family="hinge",
+        mounts=(Mount(position=np.array([-0.1, 0, 0.03])), Mount(position=np.array([0.1, 0, 0.03]))),
+        segments=(rod(0.25, (-0.2, 0, 0), (-0.02, 0, 0), 0.018), rod(0.25, (0.02, 0, 0), (0.2, 0, 0), 0.018)),
+    )
+    return replace(rig, **changes)  # type: ignore[arg-type]
+
+
+def pendulum(**changes: object) -> Rig:
+    """Return the standard pendulum: a 40 cm limb of 5 kg, the pivot at r = (-60, 20, 200) mm from the IMU.
+
+    Source: Garcia de Villa et al., section IV-A.
+    """
+    rig = Rig(
+        family="pendulum",
+        mounts=(Mount(position=np.array([0.06, -0.02, -0.2])),),
+        segments=(rod(5.0, (0, 0, -0.4), (0, 0, -0.02), 0.05),),
+    )
+    return replace(rig, **changes)  # type: ignore[arg-type]
+
+
+def free(**changes: object) -> Rig:
+    """Return the free body with an IMU in its origin."""
+    rig = Rig(family="free", mounts=(Mount(),), segments=(Segment(0.3, np.zeros(3), np.array([3e-4, 3e-4, 5e-4])),))
+    return replace(rig, **changes)  # type: ignore[arg-type]
+
+
+STANDARD_RIGS = {"hinge": hinge, "pendulum": pendulum, "free": free}
+
+
+def random_hinge(rng: np.random.Generator, **changes: object) -> Rig:
+    """Return a hinge rig with random mounts, masses and lengths, as a person would build it.
+
+    Mounts sit 4 to 25 cm from the joint and up to 4 cm off the segment, turned at random.
+    """
+    from imubench import rotations
+
+    def mount(side: float) -> Mount:
+        off = np.array([side * rng.uniform(0.04, 0.25), *rng.uniform(-0.04, 0.04, size=2)])
+        return Mount(position=off, quaternion=rotations.random(rng))
+
+    def segment(side: float) -> Segment:
+        return rod(
+            rng.uniform(0.1, 2.0), (side * 0.01, 0, 0), (side * rng.uniform(0.1, 0.4), 0, 0), rng.uniform(0.01, 0.05)
+        )
+
+    return hinge(mounts=(mount(-1), mount(1)), segments=(segment(-1), segment(1)), **changes)
