@@ -1,0 +1,71 @@
+"""BROAD, the Berlin robust orientation estimation assessment dataset: one IMU and its optical pose.
+
+Source: Laidig et al., "BROAD: a benchmark for robust inertial orientation estimation", Data 2021, CC BY 4.0.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.convert.alignment import check_z_up, gyro_delay
+from imubench.convert.converter import Converted, Converter
+from imubench.errors import InputError
+from imubench.recording import Imu, Pose, Recording
+
+WIDTHS = {"imu_acc": 3, "imu_gyr": 3, "opt_quat": 4, "opt_pos": 3}
+
+
+def convert(source: Path) -> list[Converted]:
+    """Return one trial: the IMU on a free body whose optical pose, east-north-up, is a sensor.
+
+    `source` is one of the dataset's .hdf5 files. The segment frame is the dataset's: turned as the IMU (to
+    0.3 deg in trials 07, 24 and 27), with its origin in the optical body, whose place against the IMU is not known.
+    """
+    arrays, rate, moving = _read(source)
+    time = np.arange(len(arrays["imu_gyr"])) / rate
+    imu = Imu(
+        name="imu1", time=time, gyro=arrays["imu_gyr"], accel=arrays["imu_acc"], rate=rate, mount_rotation_std=0.01
+    )
+    quaternion = arrays["opt_quat"] / np.linalg.norm(arrays["opt_quat"], axis=-1, keepdims=True)
+    tilt = check_z_up(imu, time, quaternion)
+    delay, misfit = gyro_delay(imu, time, quaternion)
+    unseen = int(np.isnan(quaternion).any(axis=-1).sum())
+    note = (
+        f"BROAD trial {source.stem}, Laidig et al. 2021, CC BY 4.0. World east-north-up; optical orientation unseen in "
+        f"{unseen} of {time.size} samples; IMU position against the optical body unknown. Movement phase {moving}. "
+        f"Specific force {np.rad2deg(tilt):.1f} deg from the optical z on average; gyroscope {delay * 1e3:+.1f} ms "
+        f"late against the pose, |rate| misfit {np.rad2deg(misfit):.1f} deg/s RMS."
+    )
+    pose = Pose(segment="segment1", time=time, position=arrays["opt_pos"], quaternion=quaternion)
+    recording = Recording(name=f"broad-{source.stem}", rig="free", imus=(imu,), poses=(pose,))
+    return [Converted(recording, None, note)]
+
+
+def _read(path: Path) -> tuple[dict[str, Array], float, str]:
+    """Return the arrays of a trial, its rate in Hz, and from when to when the body moves."""
+    try:
+        import h5py
+    except ImportError:
+        raise InputError("converter broad needs h5py: pip install imubench[convert]") from None
+    try:
+        with h5py.File(path, "r") as file:
+            for key in WIDTHS:
+                if key not in file:
+                    raise InputError(f"{path}: expected key '{key}', got {', '.join(file) or 'none'}")
+            if "sampling_rate" not in file.attrs:
+                raise InputError(f"{path}: expected attribute 'sampling_rate', got {', '.join(file.attrs) or 'none'}")
+            arrays = {key: np.asarray(file[key], dtype=float) for key in WIDTHS}
+            rate = float(file.attrs["sampling_rate"])
+            movement = np.flatnonzero(file["movement"]) if "movement" in file else np.array([])
+    except OSError as error:
+        raise InputError(f"{path}: expected a BROAD .hdf5 file, got: {str(error).splitlines()[0]}") from None
+    n = len(arrays["imu_gyr"])
+    for key, width in WIDTHS.items():
+        if arrays[key].shape != (n, width):
+            raise InputError(f"{path}, {key}: expected shape ({n}, {width}), got {arrays[key].shape}")
+    moving = f"{movement[0] / rate:.1f} to {movement[-1] / rate:.1f} s" if movement.size else "not marked"
+    return arrays, rate, moving
+
+
+CONVERTER = Converter("broad", "a trial (.hdf5) of BROAD: one IMU on a free body, optical pose as a sensor", convert)

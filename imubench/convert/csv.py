@@ -1,0 +1,113 @@
+"""One or two CSV files with a header: an IMU each."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from imubench.arrays import Array, frozen_time
+from imubench.convert.converter import Converted, Converter, Option, choice, number
+from imubench.convert.table import read_columns, read_lines, shortened, stack
+from imubench.errors import InputError, unknown
+from imubench.recording import RIGS, STANDARD_GRAVITY, Imu, Recording
+
+COLUMNS = ("time", "gyr_x", "gyr_y", "gyr_z", "acc_x", "acc_y", "acc_z")
+GYRO_UNITS = {"rad/s": 1.0, "deg/s": np.pi / 180}
+ACCEL_UNITS = {"m/s^2": 1.0, "g": 9.80665}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+FASTEST = 100.0  # rad/s, beyond the 5,700 deg/s of any common gyroscope
+
+
+def parse_columns(text: str) -> object:
+    """Return {our name: file's name} of `gyr_x=wx,gyr_y=wy`; `InputError` names our columns."""
+    pairs = [pair.partition("=") for pair in text.split(",")]
+    if not all(sign for _, sign, _ in pairs):
+        raise InputError(f"columns: expected pairs such as gyr_x=wx,acc_x=ax, got '{text}'")
+    names = {ours.strip(): theirs.strip() for ours, _, theirs in pairs}
+    for ours in names:
+        if ours not in COLUMNS:
+            raise unknown("column", ours, COLUMNS)
+    return names
+
+
+def convert(
+    source: Path,
+    second: str = "",
+    columns: Mapping[str, str] | None = None,
+    columns2: Mapping[str, str] | None = None,
+    gyro_unit: str = "rad/s",
+    accel_unit: str = "m/s^2",
+    time_unit: str = "s",
+    rate: float | None = None,
+    rig: str = "",
+) -> list[Converted]:
+    """Return one recording of the IMU in `source` and, if given, of the one in `second`.
+
+    Without a `time` column the stamps are k / `rate`; with one, `rate` defaults to the median step's.
+    `columns2` names the second IMU's columns and defaults to `columns`; `second` may be the same file.
+    Raises `InputError` when the units cannot be right: at its slowest turning the IMU must read about 9.81 m/s^2.
+    """
+    files = [(source, columns or {})]
+    if second:
+        beside = source.parent / second
+        files.append((beside if beside.exists() else Path(second), columns2 or columns or {}))
+    imus = []
+    for i, (path, names) in enumerate(files):
+        time, gyro, accel = _read(path, names, TIME_UNITS[time_unit], rate)
+        gyro, accel = gyro * GYRO_UNITS[gyro_unit], accel * ACCEL_UNITS[accel_unit]
+        hertz = rate or (1 / float(np.median(np.diff(time))) if time.size > 1 else 1.0)
+        imus.append(Imu(name=f"imu{i + 1}", time=time, gyro=gyro, accel=accel, rate=hertz))
+        _check_units(path, imus[-1], gyro_unit, accel_unit)
+    recording = Recording(name=source.stem, rig=rig or ("hinge" if second else "free"), imus=tuple(imus))
+    note = (
+        f"From {', '.join(path.name for path, _ in files)}, gyroscope in {gyro_unit}, accelerometer in {accel_unit}. "
+        "Mount poses and noise are not declared: add them to recording.toml."
+    )
+    return [Converted(recording, None, note)]
+
+
+def _read(path: Path, names: Mapping[str, str], second: float, rate: float | None) -> tuple[Array, Array, Array]:
+    """Return time (n,) s and, in the file's units, gyro (n, 3) and accel (n, 3)."""
+    theirs = [names.get(name, name) for name in COLUMNS]
+    header = [name.strip().strip('"') for name in read_lines(path, 1)[0].split(",")]
+    timed = theirs[0] in header
+    if not timed and (rate is None or "time" in names):
+        raise InputError(f"{path}: expected column '{theirs[0]}' or the option rate, got {shortened(header)}")
+    table = read_columns(path, theirs if timed else theirs[1:])
+    gyro, accel = stack(table, theirs[1:4]), stack(table, theirs[4:])
+    if timed:
+        return frozen_time(table[theirs[0]] * second, f"{path}, {theirs[0]}"), gyro, accel
+    return np.arange(len(gyro)) / float(rate or 1.0), gyro, accel
+
+
+def _check_units(path: Path, imu: Imu, gyro_unit: str, accel_unit: str) -> None:
+    speed = np.linalg.norm(imu.gyro, axis=-1)
+    if speed.max() > FASTEST:
+        raise InputError(
+            f"{path}, row {int(speed.argmax())}: expected under {FASTEST:g} rad/s, got {speed.max():.3g} from "
+            f"gyro_unit '{gyro_unit}'; known: {', '.join(GYRO_UNITS)}"
+        )
+    slowest = speed <= np.quantile(speed, 0.1)
+    force = float(np.median(np.linalg.norm(imu.accel[slowest], axis=-1)))
+    if not 0.7 < force / STANDARD_GRAVITY < 1.4:
+        raise InputError(
+            f"{path}: expected about {STANDARD_GRAVITY} m/s^2 where it turns slowest, got {force:.3g} from "
+            f"accel_unit '{accel_unit}'; known: {', '.join(ACCEL_UNITS)}"
+        )
+
+
+CONVERTER = Converter(
+    "csv",
+    "one or two CSV files with a header, an IMU each",
+    convert,
+    {
+        "second": Option("the second IMU's file, beside the first or anywhere", str),
+        "columns": Option("our names and the file's: time=t,gyr_x=wx,acc_x=ax", parse_columns),
+        "columns2": Option("the same for the second IMU, if it differs", parse_columns),
+        "gyro_unit": Option("rad/s or deg/s", choice("gyro_unit", tuple(GYRO_UNITS))),
+        "accel_unit": Option("m/s^2 or g", choice("accel_unit", tuple(ACCEL_UNITS))),
+        "time_unit": Option("s, ms, us or ns", choice("time_unit", tuple(TIME_UNITS))),
+        "rate": Option("Hz, for files without stamps", number("rate", above_zero=True)),
+        "rig": Option("hinge, pendulum or free", choice("rig", tuple(RIGS))),
+    },
+)
