@@ -7,7 +7,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.sim.signals import Signal, constant
+from imubench.sim.signals import STILL, Signal
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,6 @@ class Trajectory:
 
 Motion = Callable[[Array], Trajectory]
 """Takes times (n,) in s; returns the trajectory there."""
-
-
-STILL = constant(0.0)
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ leapfrog: positions at the steps, velocities half-way between,
 
     v[k+1/2] = v[k-1/2] + h a(x[k], v),    x[k+1] = x[k] + h v[k+1/2],
 
-of second order in the springs and of first order in the dampers (which MuJoCo takes
-implicitly). Driven joints follow the same scheme, with velocities that land on the
+of second order in the springs and of first order in dampers and inertial forces, whose
+velocities lag by half a step. Driven joints follow the same scheme, with velocities that land on the
 prescribed positions exactly. What a sensor reads is then evaluated once more, with every
 joint driven by its true rate and acceleration.
 """
@@ -42,7 +42,7 @@ def play(
 ) -> Truth:
     """Return the truth of a prescribed motion, `rate` samples a second for `duration` s.
 
-    `step` is the longest integration step of sprung mounts in s; None takes a fortieth of the
+    `step` is the longest integration step of sprung mounts in s; None takes a 200th of the
     fastest spring's period. `threads` 0 uses every core; the result does not depend on it.
     """
     positive(duration, "duration")
@@ -103,14 +103,14 @@ def _mount_positions(model: Any, dofs: Array) -> Array:
 
 def _default_step(rig: Rig) -> float:
     springs = [s for m in rig.mounts for s in (m.translation, m.rotation) if s is not None]
-    return 1.0 / (40 * max(float(s.frequency.max()) for s in springs))
+    return 1.0 / (200 * max(float(s.frequency.max()) for s in springs))
 
 
 def _sprung_mounts(rig: Rig, motion: Motion, time: Array, rate: float, longest: float) -> tuple[Array, Array, Array]:
     """Return displacement, velocity and acceleration of every mount joint at `time`, each (n, mounts)."""
     split = int(np.ceil(1.0 / (rate * longest) - 1e-9))
     h = 1.0 / (rate * split)
-    fine = np.arange(-1, time.size * split - split + 2) * h  # one step early, for the first velocity
+    fine: Array = np.arange(-1, time.size * split - split + 2) * h  # one step early, for the first velocity
     model = compile_model(rig, timestep=h, driven="joints")
     dofs = mount_dofs(model)
     columns = _mount_positions(model, dofs)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from imubench.arrays import Array, frozen, frozen_quaternion
 from imubench.errors import InputError, unknown
@@ -20,13 +21,17 @@ class Spring:
 
     def __post_init__(self) -> None:
         for key in ("frequency", "damping_ratio"):
-            value = np.broadcast_to(np.asarray(getattr(self, key), dtype=float), (3,))
-            object.__setattr__(self, key, frozen(value, (3,), f"spring.{key}"))
+            object.__setattr__(self, key, frozen(getattr(self, key), (3,), f"spring.{key}"))
         if (self.frequency <= 0).any() or (self.damping_ratio < 0).any():
             raise InputError(
                 "spring: expected frequencies > 0 Hz and damping ratios >= 0, got "
                 f"{self.frequency.tolist()} and {self.damping_ratio.tolist()}"
             )
+
+
+def springs(frequency: ArrayLike, damping_ratio: ArrayLike) -> Spring:
+    """Return springs from three numbers each, or from one that stands for all three."""
+    return Spring(*(np.broadcast_to(np.asarray(x, dtype=float), (3,)) for x in (frequency, damping_ratio)))
 
 
 @dataclass(frozen=True)

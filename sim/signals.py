@@ -38,6 +38,9 @@ def constant(value: float) -> Sines:
     return Sines(offset=value)
 
 
+STILL = constant(0.0)
+
+
 class Spline:
     """A spline of degree 5 through random or given coefficients: four times differentiable."""
 

@@ -1,0 +1,78 @@
+"""Shared by all tests: independent rigid-body kinematics, random motions, real recordings."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imubench.arrays import Array
+from imubench.sim.motion import AngleMotion
+from imubench.sim.signals import hand
+
+Jet = tuple[Array, Array, Array]  # a function of time with its first and second derivative
+
+
+def product(a: Jet, b: Jet) -> Jet:
+    """Multiply matrices that depend on time, by the product rule."""
+    return a[0] @ b[0], a[1] @ b[0] + a[0] @ b[1], a[2] @ b[0] + 2 * a[1] @ b[1] + a[0] @ b[2]
+
+
+def turn(axis: str, angle: Jet) -> Jet:
+    """Rotation matrices (n, 3, 3) about a coordinate axis, by the chain rule."""
+    i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    n = len(angle[0])
+    c, s = np.cos(angle[0]), np.sin(angle[0])
+    R, dR, ddR = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
+    for matrix, cosine, sine in ((R, c, s), (dR, -s, c), (ddR, -c, -s)):
+        matrix[:, i, i] = matrix[:, j, j] = cosine
+        matrix[:, i, j], matrix[:, j, i] = -sine, sine
+    first, second = angle[1][:, None, None], angle[2][:, None, None]
+    return R, dR * first, ddR * first**2 + dR * second
+
+
+class JetRig:
+    """Poses, rates and accelerations of an AngleMotion's segments, from matrices and the product rule alone."""
+
+    def __init__(self, motion: AngleMotion, time: Array) -> None:
+        self.R1 = product(
+            product(turn("z", motion.heading(time)), turn("x", motion.tilt(time))), turn("y", motion.spin(time))
+        )
+        self.R2 = product(self.R1, turn("y", motion.angle(time)))
+        x, y, z = motion.x(time), motion.y(time), motion.z(time)
+        self.p = tuple(np.stack([x[k], y[k], z[k]], axis=-1) for k in range(3))
+
+    def imu(self, segment: int, position: Array, R_bs: Array, gravity: float = 9.81) -> tuple[Array, Array, Array]:
+        """Return world position, rate and specific force in sensor axes of a rigid mount."""
+        R, dR, ddR = self.R1 if segment == 1 else self.R2
+        where = self.p[0] + R @ position
+        acceleration = self.p[2] + ddR @ position
+        force = np.einsum("nji,nj->ni", R @ R_bs, acceleration + np.array([0.0, 0.0, gravity]))
+        spin = np.swapaxes(R, 1, 2) @ dR
+        rate = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=-1) @ R_bs
+        return where, rate, force
+
+
+@pytest.fixture
+def jets() -> type[JetRig]:
+    return JetRig
+
+
+@pytest.fixture
+def random_motion() -> Callable[[int, float], AngleMotion]:
+    def make(seed: int, duration: float = 10.0) -> AngleMotion:
+        rng = np.random.default_rng(seed)
+        stds = {"heading": 1.0, "tilt": 0.5, "spin": 1.0, "angle": 0.8, "x": 0.1, "y": 0.1, "z": 0.1}
+        return AngleMotion(**{name: hand(rng, duration, std, 1.5) for name, std in stds.items()})
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def recordings() -> Path:
+    """The folder of real recordings; the test is skipped without it."""
+    folder = os.environ.get("IMUBENCH_DATA")
+    if not folder or not Path(folder).is_dir():
+        pytest.skip("real recordings: set IMUBENCH_DATA to their folder")
+    return Path(folder)
