@@ -24,7 +24,7 @@ from imubench.rerun_signals import (
     log_error,
     log_sections,
     log_signals,
-)  # fmt: skip
+)
 from imubench.rerun_summary import deviations, summary
 from imubench.score import Score
 from imubench.truth import Truth
@@ -106,7 +106,7 @@ def _log_all(
     rec.send_recording_name(name)
     facts = {"rig": recording.rig, "name": name, "gravity": recording.gravity}
     rec.send_property("run", rr.AnyValues(**facts, estimator=estimate.estimator if estimate else "none"))
-    clocks = [sensor.time for sensor in (*recording.imus, *recording.encoders, *recording.poses)]
+    clocks = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     span = min(float(t[0]) for t in clocks), max(float(t[-1]) for t in clocks)
     rec.send_blueprint(run_blueprint(imus, shown, scene, judge, span), make_active=True, make_default=True)
 
