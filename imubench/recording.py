@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -158,7 +159,7 @@ class Recording:
 
 
 def _check_overlap(imus: Sequence[Imu]) -> None:
-    for first, second in zip(imus, imus[1:], strict=False):
+    for first, second in pairwise(imus):
         start = max(first.time[0], second.time[0])
         end = min(first.time[-1], second.time[-1])
         if not end > start:

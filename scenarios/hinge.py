@@ -33,7 +33,7 @@ def hand_motion(rng: np.random.Generator, duration: float = DURATION, angle: Sig
 def moved_by_hand(rng: np.random.Generator) -> Experiment:
     """Play a random hinge rig, both segments turning freely."""
     rig = random_hinge(rng)
-    return _played(rig, hand_motion(rng))
+    return _played(rig, hand_motion(rng), rng)
 
 
 def planar(rng: np.random.Generator) -> Experiment:
@@ -42,13 +42,13 @@ def planar(rng: np.random.Generator) -> Experiment:
     motion = AngleMotion(
         spin=hand(rng, DURATION, 0.8, BANDWIDTH), angle=hand(rng, DURATION, 0.7, BANDWIDTH, offset=0.6)
     )
-    return _played(rig, motion)
+    return _played(rig, motion, rng)
 
 
 def locked(rng: np.random.Generator) -> Experiment:
     """Play a random hinge rig whose joint a screw holds: its axis cannot be seen."""
     angle = float(rng.uniform(-0.5, 1.0))
-    return _played(random_hinge(rng, locked_at=angle), hand_motion(rng, angle=STILL))
+    return _played(random_hinge(rng, locked_at=angle), hand_motion(rng, angle=STILL), rng)
 
 
 def soft(rng: np.random.Generator) -> Experiment:
@@ -63,7 +63,7 @@ def soft(rng: np.random.Generator) -> Experiment:
         )
         for side in (-1.0, 1.0)
     )
-    return _played(hinge(mounts=mounts), hand_motion(rng))
+    return _played(hinge(mounts=mounts), hand_motion(rng), rng)
 
 
 def swinging(rng: np.random.Generator) -> Experiment:
@@ -79,7 +79,7 @@ def swinging(rng: np.random.Generator) -> Experiment:
     assert truth.joint_angle is not None
     encoder = Encoder("hinge", truth.time[::10], truth.joint_angle[::10] + rng.normal(scale=noise, size=3000), noise)
     declared = Declared(
-        mounts=declared_mounts(rig),
+        mounts=declared_mounts(rig, rng),
         motion="free",
         base="fixed",
         base_quaternion=rig.base_quaternion,
@@ -104,8 +104,8 @@ def _offset(d: Array) -> Array:
     return d @ d - d**2  # parallel axes, diagonal only
 
 
-def _played(rig: Rig, motion: AngleMotion) -> Experiment:
-    return Experiment(rig, play(rig, motion, DURATION), Declared(mounts=declared_mounts(rig)))
+def _played(rig: Rig, motion: AngleMotion, rng: np.random.Generator) -> Experiment:
+    return Experiment(rig, play(rig, motion, DURATION), Declared(mounts=declared_mounts(rig, rng)))
 
 
 SCENARIOS = (

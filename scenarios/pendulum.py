@@ -25,14 +25,14 @@ def ellipse() -> AngleMotion:
 def rigid(rng: np.random.Generator) -> Experiment:
     """Play the paper's pendulum with a rigid mount."""
     rig = pendulum()
-    return Experiment(rig, play(rig, ellipse(), DURATION), Declared(mounts=declared_mounts(rig)))
+    return Experiment(rig, play(rig, ellipse(), DURATION), Declared(mounts=declared_mounts(rig, rng)))
 
 
 def soft(rng: np.random.Generator) -> Experiment:
     """Play the paper's pendulum with the sensor on springs: 6 Hz along, 9 Hz about, damped by a fifth."""
     mount = Mount(position=pendulum().mounts[0].position, translation=springs(6.0, 0.2), rotation=springs(9.0, 0.2))
     rig = pendulum(mounts=(mount,))
-    return Experiment(rig, play(rig, ellipse(), DURATION), Declared(mounts=declared_mounts(rig)))
+    return Experiment(rig, play(rig, ellipse(), DURATION), Declared(mounts=declared_mounts(rig, rng)))
 
 
 SCENARIOS = (

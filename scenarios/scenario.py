@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imubench import rotations
 from imubench.sim.imu_model import Declared, DeclaredMount
-from imubench.sim.rigs import Rig
+from imubench.sim.rigs import Mount, Rig
 from imubench.truth import Truth
 
 
@@ -30,9 +31,14 @@ class Scenario:
     play: Callable[[np.random.Generator], Experiment]
 
 
-def declared_mounts(rig: Rig, position_std: float = 0.005, rotation_std: float = 0.02) -> dict[str, DeclaredMount]:
-    """Return the rig's own mount poses as an owner would declare them, with the stds in m and rad."""
-    return {
-        f"imu{i + 1}": DeclaredMount(mount.position, mount.quaternion, position_std, rotation_std)
-        for i, mount in enumerate(rig.mounts)
-    }
+def declared_mounts(
+    rig: Rig, rng: np.random.Generator, position_std: float = 0.005, rotation_std: float = 0.02
+) -> dict[str, DeclaredMount]:
+    """Return the mount poses as an owner would measure them: off by the stds, in m and rad, that he declares."""
+
+    def measured(mount: Mount) -> DeclaredMount:
+        position = mount.position + rng.normal(scale=position_std, size=3)
+        turned = rotations.multiply(mount.quaternion, rotations.exp(rng.normal(scale=rotation_std, size=3)))
+        return DeclaredMount(position, turned, position_std, rotation_std)
+
+    return {f"imu{i + 1}": measured(mount) for i, mount in enumerate(rig.mounts)}

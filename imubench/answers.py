@@ -1,0 +1,77 @@
+"""Estimates and scores as JSON, with the unit beside every figure."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.estimate import Estimate
+from imubench.recording import Recording
+from imubench.reference_axes import HINGE_AXIS
+from imubench.score import Score, axis_deviation, vector_error
+
+UNITS = {"joint_axis": "1", "joint_vector": "m"}
+
+
+def estimate_as_dict(estimate: Estimate) -> dict[str, Any]:
+    """Return an estimate as plain numbers and text."""
+    answer: dict[str, Any] = {
+        "estimator": estimate.estimator,
+        "quantity": estimate.quantity,
+        "unit": UNITS[estimate.quantity],
+        "status": estimate.status,
+        "value": estimate.value.tolist(),
+        "covariance": None if estimate.covariance is None else estimate.covariance.tolist(),
+        "details": {key: float(value) for key, value in estimate.details.items()},
+    }
+    if estimate.covariance is None:
+        answer["no_covariance_because"] = estimate.no_covariance_because
+    if estimate.time is not None:
+        answer["time"] = estimate.time.tolist()
+    return answer
+
+
+def score_as_dict(score: Score) -> dict[str, Any]:
+    """Return a score as figures with their units."""
+    figures = {k: {"value": v, "unit": score.units[k]} for k, v in score.figures.items()}
+    return {"estimator": score.estimator, "quantity": score.quantity, "figures": figures}
+
+
+def declared_axes(recording: Recording) -> Array | None:
+    """Return the hinge axis (2, 3) in each sensor frame by the declared mounts; None without two of known rotation."""
+    if recording.rig != "hinge" or len(recording.imus) != 2:
+        return None
+    if any(imu.mount_rotation_std is None for imu in recording.imus):
+        return None
+    return np.stack([rotations.rotate_back(imu.mount_quaternion, HINGE_AXIS) for imu in recording.imus])
+
+
+def beside_axes(estimate: Estimate, recording: Recording, axes: Array | None) -> Score | None:
+    """Return how far estimated hinge axes (2, 3) are from others in the same sensor axes, or None without any.
+
+    This is no score: a declared mount is a belief, and a reference has errors of its own.
+    """
+    if estimate.quantity != "joint_axis" or axes is None:
+        return None
+    names = [f"deviation_{imu.name}" for imu in recording.imus]
+    figures = dict(zip(names, map(float, axis_deviation(estimate.value, axes)), strict=True))
+    return Score(estimate.estimator, estimate.quantity, figures, dict.fromkeys(figures, "rad"))
+
+
+def beside_declared_vector(estimate: Estimate, recording: Recording) -> Score | None:
+    """Return how far estimated IMU-to-joint vectors are from those of the declared mounts, or None without any."""
+    if estimate.quantity != "joint_vector" or any(imu.mount_position_std is None for imu in recording.imus):
+        return None
+    figures = {}
+    for i, imu in enumerate(recording.imus):
+        r = rotations.rotate_back(imu.mount_quaternion, -imu.mount_position)
+        figures[f"error_{imu.name}"] = float(np.mean(vector_error(estimate.value[..., i, :], r)[0]))
+    return Score(estimate.estimator, estimate.quantity, figures, dict.fromkeys(figures, "m"))
+
+
+def write_json(path: Path, content: object) -> None:
+    """Write JSON that every parser reads: finite numbers only."""
+    path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")

@@ -1,0 +1,173 @@
+"""The command line: each command writes its result into --out and prints what matters.
+
+Exit codes: 0 done, 1 a limit or claim failed, 2 bad input.
+"""
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+import imubench
+from imubench.errors import InputError
+from imubench.progress import on_console
+
+app = typer.Typer(
+    name="imubench",
+    help="A test bench for inertial joint calibration.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+console = Console()
+errors = Console(stderr=True)
+
+Out = Annotated[Path | None, typer.Option("--out", help="Folder for the results.", show_default=False)]
+
+
+@app.callback(invoke_without_command=True)
+def version(show: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False) -> None:
+    """A test bench for inertial joint calibration."""
+    if show:
+        console.print(imubench.__version__)
+        raise typer.Exit
+
+
+@app.command("list")
+def list_command(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False, out: Out = None) -> None:
+    """List rigs, scenarios, estimators, effects, claims and more, one line each."""
+    from imubench.answers import write_json
+    from imubench.atomic import atomic_directory
+    from imubench.listing import known
+
+    names = known()
+    content = {kind: [{"name": n, "summary": s} for n, s in entries.items()] for kind, entries in names.items()}
+    if out is not None:
+        with atomic_directory(out) as folder:
+            write_json(folder / "list.json", content)
+    if as_json:
+        print(json.dumps(content, indent=2))
+        return
+    width = max(len(name) for entries in names.values() for name in entries)
+    for kind, entries in names.items():
+        console.print(f"[bold]{kind}[/bold]" + ("" if entries else "  (none yet)"))
+        for name, summary in entries.items():
+            console.print(f"  {name:<{width}}  {escape(summary)}", soft_wrap=True)
+
+
+@app.command()
+def run(
+    scenario: Annotated[str, typer.Argument(help="A scenario of `imubench list`.")],
+    estimator: Annotated[str | None, typer.Option(help="An estimator of `imubench list`.", show_default=False)] = None,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same numbers.", min=0)] = 0,
+    out: Out = None,
+) -> None:
+    """Simulate a scenario, estimate, score, and log it: score.json, recording/, run.rrd."""
+    from imubench.run import run_scenario
+
+    out = out or Path("runs") / scenario
+    done = run_scenario(scenario, out, estimator, seed, on_console(errors))
+    if done.estimate is None or done.score is None:
+        console.print(f"{scenario}: simulated; name an --estimator to estimate and score")
+    else:
+        title = f"{scenario}, seed {seed}: {done.estimate.estimator} ({done.estimate.status})"
+        _print_figures(title, done.score.figures, done.score.units)
+    _print_written(out, "run.rrd")
+
+
+@app.command()
+def estimate(
+    name: Annotated[str, typer.Argument(help="An estimator of `imubench list`.")],
+    recording: Annotated[Path, typer.Argument(help="A folder in format 1.")],
+    out: Out = None,
+) -> None:
+    """Estimate on a recording from disk, real or not: estimate.json, run.rrd."""
+    from imubench.run import estimate_on_disk
+
+    out = out or Path("runs") / f"{name}-{recording.resolve().name}"
+    done = estimate_on_disk(name, recording, out, on_console(errors))
+    answer = done.estimate
+    console.print(f"[bold]{done.recording.name}: {name} ({answer.status})[/bold]")
+    for i, value in enumerate(np.atleast_2d(answer.value if answer.time is None else answer.value[-1])):
+        console.print(f"  {done.recording.imus[i].name}: {np.array2string(value, precision=4, floatmode='fixed')}")
+    for beside, what in ((done.beside_reference, "the reference"), (done.beside_declared, "the declared mounts")):
+        if beside is not None:
+            _print_figures(f"beside {what}", beside.figures, beside.units)
+    _print_written(out, "run.rrd")
+
+
+@app.command()
+def convert(
+    format: Annotated[str, typer.Argument(help="A format of `imubench list`.")],
+    source: Annotated[Path, typer.Argument(help="A file or folder in that format.")],
+    out: Annotated[Path, typer.Option("--out", help="Folder for the recording, or for one folder each.")],
+    option: Annotated[list[str] | None, typer.Option(help="key=value; an unknown key names the known ones.")] = None,
+    table: Annotated[str, typer.Option(help="csv or parquet.")] = "csv",
+) -> None:
+    """Convert a known dataset or file into format 1."""
+    from imubench.atomic import atomic_directory
+    from imubench.convert import CONVERTERS
+    from imubench.errors import unknown
+    from imubench.format1 import write_recording
+
+    if format not in CONVERTERS:
+        raise unknown("format", format, CONVERTERS)
+    if table not in ("csv", "parquet"):
+        raise unknown("table", table, ("csv", "parquet"))
+    with on_console(errors)(f"convert {source}"):
+        converted = CONVERTERS[format](source, **_options(option or []))
+        with atomic_directory(out) as folder:
+            for one in converted:
+                target = folder if len(converted) == 1 else folder / one.recording.name
+                write_recording(one.recording, target, one.reference, table)  # type: ignore[arg-type]
+    for one in converted:
+        console.print(f"{one.recording.name}: {escape(one.note)}", soft_wrap=True)
+    _print_written(out)
+
+
+def _options(pairs: list[str]) -> dict[str, str]:
+    options = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not equals or not key:
+            raise InputError(f"--option: expected key=value, got '{pair}'")
+        options[key.replace("-", "_")] = value
+    return options
+
+
+def _print_figures(title: str, figures: dict[str, float], units: dict[str, str]) -> None:
+    table = Table(title=title, title_justify="left", box=None, header_style="bold")
+    table.add_column("figure")
+    table.add_column("value", justify="right")
+    table.add_column("unit")
+    shown = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm")}
+    for name, value in figures.items():
+        factor, unit = shown.get(units[name], (1.0, units[name]))
+        table.add_row(name, f"{value * factor:.3f}", unit)
+    console.print(table)
+
+
+def _print_written(out: Path, rrd: str | None = None) -> None:
+    console.print(f"written: {out}" + (f"; look at it with: rerun {out / rrd}" if rrd else ""), soft_wrap=True)
+
+
+def main() -> None:
+    """Run the command line and exit."""
+    try:
+        app(prog_name="imubench")
+    except InputError as error:
+        errors.print(f"imubench: {escape(' '.join(str(error).split()))}", soft_wrap=True, highlight=False)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        errors.print("imubench: interrupted; nothing half-written is left")
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,88 @@
+"""The main job in one go: a simulated rig, a recording from disk, and real ones where they are at hand.
+
+Real recordings are looked for in the folder named by the environment variable IMUBENCH_DATA.
+"""
+
+import os
+from collections.abc import Iterator
+from importlib.resources import as_file, files
+from pathlib import Path
+
+import numpy as np
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+
+from imubench.convert import CONVERTERS
+from imubench.format1 import write_recording
+from imubench.picture import draw_run
+from imubench.progress import Step, on_console
+from imubench.run import estimate_on_disk, run_scenario
+from imubench.score import Score
+
+Row = tuple[str, str, str, Score | None, str]
+ESTIMATORS_SHOWN = ("olsson2020", "seel2012")
+
+
+def simulated(out: Path, step: Step) -> Iterator[Row]:
+    """Run a hinge rig through both estimators."""
+    for name in ESTIMATORS_SHOWN:
+        done = run_scenario("hinge-hand", out / f"hinge-hand-{name}", name, step=step)
+        assert done.estimate is not None
+        assert done.score is not None
+        if name == ESTIMATORS_SHOWN[0]:
+            draw_run(out / "hinge-hand.png", done.recording, done.estimate, done.score)
+        yield "hinge, simulated", name, done.estimate.status, done.score, "truth"
+
+
+def from_disk(folder: Path, title: str, out: Path, step: Step) -> Iterator[Row]:
+    """Estimate on a recording in format 1 with both estimators."""
+    for name in ESTIMATORS_SHOWN:
+        done = estimate_on_disk(name, folder, out / f"{folder.name}-{name}", step)
+        yield title, name, done.estimate.status, done.beside_reference, "reference"
+
+
+def real(data: Path, out: Path, step: Step) -> Iterator[Row]:
+    """Convert the real hinge recordings and estimate on them."""
+    for segments in ("3-4", "4-5"):
+        for imu in ("rigid", "nonrigid"):
+            with step(f"convert DIODEM {segments} {imu}"):
+                (converted,) = CONVERTERS["diodem"](data / "diodem" / "trial1", segments=segments, imu=imu)
+                folder = out / "recordings" / f"diodem-{segments}-{imu}"
+                write_recording(converted.recording, folder, converted.reference)
+            yield from from_disk(folder, f"DIODEM {segments}, {imu}", out, step)
+
+
+def main(out: Path = Path("demo")) -> None:
+    """Run everything, print one table, and say where the results are."""
+    console = Console()
+    step = on_console(Console(stderr=True))
+    rows = list(simulated(out, step))
+    with as_file(files("imubench.scenarios") / "demo_recording") as folder:
+        rows += from_disk(folder, "demo, from disk", out, step)
+    data = os.environ.get("IMUBENCH_DATA")
+    if data and (Path(data) / "diodem").is_dir():
+        rows += real(Path(data), out, step)
+    title = "Angle in deg between the estimated hinge axis and the one it is judged by"
+    table = Table(title=title, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
+    for column in ("recording", "estimator", "status", "imu1", "imu2", "against"):
+        number = column.startswith("imu")
+        table.add_column(column, justify="right" if number else "left", no_wrap=True, min_width=5 if number else None)
+    for title, name, status, score, judge in rows:
+        values = ["-", "-"] if score is None else [_degrees(score, imu) for imu in ("imu1", "imu2")]
+        table.add_row(title, name, status, *values, judge)
+    console.print(table)
+    if not data:
+        console.print("Real recordings: set IMUBENCH_DATA to their folder to see them here too.")
+    console.print(
+        f"A picture: {out / 'hinge-hand.png'}    In 3D: rerun {out / 'hinge-hand-olsson2020' / 'run.rrd'}",
+        soft_wrap=True,
+    )
+
+
+def _degrees(score: Score, imu: str) -> str:
+    return f"{np.rad2deg(score.figures[f'deviation_{imu}']):.2f}"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,26 @@
+"""What this installation knows, by kind."""
+
+from imubench.convert import CONVERTERS
+from imubench.estimators import ESTIMATORS
+from imubench.models import RIG_FILES
+from imubench.scenarios import SCENARIOS
+from imubench.sim.profiles import PROFILES
+
+RIG_SUMMARIES = {
+    "hinge": "two segments on a hinge that a screw can lock, free or fixed base, an IMU on each",
+    "pendulum": "a limb on a ball joint, an IMU on it",
+    "free": "one body that moves at will, an IMU on it",
+}
+
+
+def known() -> dict[str, dict[str, str]]:
+    """Return every kind of thing, each name with one line about it."""
+    return {
+        "rigs": {name: RIG_SUMMARIES[name] for name in RIG_FILES},
+        "scenarios": {name: s.summary for name, s in SCENARIOS.items()},
+        "estimators": {name: e.summary for name, e in ESTIMATORS.items()},
+        "profiles": {name: p.summary for name, p in PROFILES.items()},
+        "formats": {name: c.summary for name, c in CONVERTERS.items()},
+        "effects": {},
+        "claims": {},
+    }

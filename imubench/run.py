@@ -1,0 +1,149 @@
+"""The main job: simulate, observe, estimate, score, write; and the same from a recording on disk."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from imubench.answers import (
+    beside_axes,
+    beside_declared_vector,
+    declared_axes,
+    estimate_as_dict,
+    score_as_dict,
+    write_json,
+)
+from imubench.atomic import atomic_directory
+from imubench.errors import InputError, unknown
+from imubench.estimate import Estimate
+from imubench.estimators import ESTIMATORS
+from imubench.format1 import read_recording, read_reference, write_recording
+from imubench.progress import Step, silent
+from imubench.recording import Recording
+from imubench.reference import Reference
+from imubench.reference_axes import reference_axes
+from imubench.rerun_log import log_run
+from imubench.scenarios import SCENARIOS
+from imubench.score import Score, score
+from imubench.sim.imu_model import observe
+from imubench.sim.profiles import profile
+from imubench.truth import Truth
+
+
+@dataclass(frozen=True)
+class Run:
+    """A simulated experiment from end to end."""
+
+    recording: Recording
+    truth: Truth
+    estimate: Estimate | None
+    score: Score | None
+
+
+def simulate(scenario: str, seed: int = 0) -> tuple[Recording, Truth]:
+    """Return the recording of a scenario, and its truth; the same seed gives the same numbers."""
+    if scenario not in SCENARIOS:
+        raise unknown("scenario", scenario, SCENARIOS)
+    plan = SCENARIOS[scenario]
+    playing, observing = np.random.default_rng(seed).spawn(2)
+    experiment = plan.play(playing)
+    name = f"{scenario}-{seed}"
+    return observe(experiment.truth, profile(plan.profile), observing, name, experiment.declared), experiment.truth
+
+
+def estimate(name: str, recording: Recording) -> Estimate:
+    """Return what an estimator makes of a recording; `InputError` for an unknown one or a recording it cannot take."""
+    if name not in ESTIMATORS:
+        raise unknown("estimator", name, ESTIMATORS)
+    return ESTIMATORS[name].estimate(recording)
+
+
+def run_scenario(scenario: str, out: Path, estimator: str | None = None, seed: int = 0, step: Step = silent) -> Run:
+    """Simulate, estimate, score and log a scenario into the folder `out`.
+
+    Writes score.json, recording/ (format 1, with the truth's reference.csv) and run.rrd. Without
+    an estimator for the scenario's rig, score.json says so.
+    """
+    if scenario not in SCENARIOS:
+        raise unknown("scenario", scenario, SCENARIOS)
+    estimator = estimator or SCENARIOS[scenario].estimator
+    if estimator is not None and estimator not in ESTIMATORS:
+        raise unknown("estimator", estimator, ESTIMATORS)
+    with step(f"simulate {scenario}"):
+        recording, truth = simulate(scenario, seed)
+    answer = judged = None
+    if estimator is not None:
+        with step(f"estimate with {estimator}"):
+            answer = estimate(estimator, recording)
+            judged = score(answer, truth)
+    with step("write and log"), atomic_directory(out) as folder:
+        write_recording(recording, folder / "recording", reference_of(truth, recording))
+        write_json(folder / "score.json", _score_file(scenario, seed, answer, judged))
+        log_run(folder / "run.rrd", recording, truth, answer, judged)
+    return Run(recording, truth, answer, judged)
+
+
+@dataclass(frozen=True)
+class OnDisk:
+    """An estimate on a recording from disk, and how it compares with what else is known of the mounts."""
+
+    recording: Recording
+    estimate: Estimate
+    beside_reference: Score | None
+    beside_declared: Score | None
+
+
+def estimate_on_disk(name: str, folder: Path, out: Path, step: Step = silent) -> OnDisk:
+    """Estimate on a recording in format 1 and write estimate.json and run.rrd into the folder `out`."""
+    if name not in ESTIMATORS:
+        raise unknown("estimator", name, ESTIMATORS)
+    with step(f"read {folder}"):
+        recording, reference = read_recording(folder), read_reference(folder)
+    with step(f"estimate with {name}"):
+        answer = estimate(name, recording)
+    seen, declared = reference_axes(recording, reference), declared_axes(recording)
+    done = OnDisk(
+        recording,
+        answer,
+        beside_axes(answer, recording, seen),
+        beside_axes(answer, recording, declared) or beside_declared_vector(answer, recording),
+    )
+    with step("write and log"), atomic_directory(out) as target:
+        content = {"format": 1, "recording": recording.name, "rig": recording.rig, **estimate_as_dict(answer)}
+        for key, beside in (("reference", done.beside_reference), ("declared_mounts", done.beside_declared)):
+            if beside is not None:
+                content[f"beside_{key}"] = score_as_dict(beside)["figures"]
+        write_json(target / "estimate.json", content)
+        log_run(
+            target / "run.rrd",
+            recording,
+            estimate=answer,
+            score=done.beside_reference or done.beside_declared,
+            true_axes=declared if seen is None else seen,
+            axes_from="declared" if seen is None else "reference",
+            reference=reference,
+        )
+    return done
+
+
+def reference_of(truth: Truth, recording: Recording) -> Reference:
+    """Return the truth at the first IMU's nominal rate, as a laboratory's reference would have it."""
+    rate = recording.imus[0].rate if recording.imus else 100.0
+    every = max(1, round(1.0 / (rate * (truth.time[1] - truth.time[0]))))
+    rows = slice(None, None, every)
+    if truth.time.size < 2:
+        raise InputError(f"truth: expected at least two samples, got {truth.time.size}")
+    return Reference(
+        time=truth.time[rows],
+        hinge_angle=None if truth.joint_angle is None else truth.joint_angle[rows],
+        quaternion1=truth.segments[0].quaternion[rows],
+        quaternion2=truth.segments[1].quaternion[rows] if len(truth.segments) > 1 else None,
+        joint_position=None if truth.rig == "free" else truth.segments[0].position[rows],
+    )
+
+
+def _score_file(scenario: str, seed: int, answer: Estimate | None, judged: Score | None) -> dict[str, object]:
+    content: dict[str, object] = {"format": 1, "scenario": scenario, "seed": seed}
+    if answer is None or judged is None:
+        return content | {"estimate": None, "why": "no estimator was asked for, and the scenario names none"}
+    return content | {**score_as_dict(judged), "status": answer.status, "estimate": estimate_as_dict(answer)}

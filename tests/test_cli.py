@@ -1,0 +1,102 @@
+"""The commands as a user calls them: what they write, and what they say about bad input."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imubench.format1 import read_recording, read_reference
+
+
+def imubench(*words: object, folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "imubench", *map(str, words)], cwd=folder, capture_output=True, text=True, timeout=120
+    )
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run")
+    done = imubench("run", "hinge-hand", "--seed", 5, "--out", "out", folder=folder)
+    assert done.returncode == 0, done.stderr
+    assert "deviation_imu1" in done.stdout
+    return folder / "out"
+
+
+def test_run_writes_score_recording_and_log(run):
+    score = json.loads((run / "score.json").read_text())
+    assert score["scenario"] == "hinge-hand"
+    assert score["seed"] == 5
+    assert score["estimator"] == "olsson2020"
+    assert score["figures"]["maxae"]["unit"] == "rad"
+    assert score["figures"]["maxae"]["value"] < np.deg2rad(3)
+    assert (run / "run.rrd").stat().st_size > 100_000
+    recording = read_recording(run / "recording")
+    assert [imu.name for imu in recording.imus] == ["imu1", "imu2"]
+    assert recording.imus[0].time.size == 60 * 50
+    reference = read_reference(run / "recording")
+    assert reference is not None
+    assert reference.hinge_angle is not None
+
+
+def test_estimate_on_disk_is_the_estimate_of_the_run(run, tmp_path):
+    done = imubench("estimate", "olsson2020", run / "recording", "--out", "est", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    on_disk = json.loads((tmp_path / "est" / "estimate.json").read_text())
+    in_run = json.loads((run / "score.json").read_text())["estimate"]
+    assert on_disk["value"] == in_run["value"]
+    assert on_disk["beside_declared_mounts"].keys() == {"deviation_imu1", "deviation_imu2"}
+    assert on_disk["beside_reference"]["deviation_imu1"]["value"] < np.deg2rad(0.5)
+    assert (tmp_path / "est" / "run.rrd").exists()
+
+
+def test_list_names_everything(tmp_path):
+    done = imubench("list", "--json", folder=tmp_path)
+    listed = json.loads(done.stdout)
+    assert {"rigs", "scenarios", "estimators", "effects", "claims"} <= listed.keys()
+    assert {"hinge", "pendulum", "free"} == {rig["name"] for rig in listed["rigs"]}
+    assert {"olsson2020", "seel2012"} <= {e["name"] for e in listed["estimators"]}
+    plain = imubench("list", folder=tmp_path).stdout
+    assert "hinge-hand" in plain
+
+
+def test_convert_csv_makes_a_readable_recording(tmp_path):
+    t = np.arange(200) / 100
+    rows = np.column_stack([t, *np.zeros((3, 200)), np.zeros(200), np.zeros(200), np.full(200, 9.81)])
+    header = "time,gyr_x,gyr_y,gyr_z,acc_x,acc_y,acc_z"
+    np.savetxt(tmp_path / "raw.csv", rows, delimiter=",", header=header, comments="")
+    done = imubench("convert", "csv", "raw.csv", "--out", "rec", "--table", "parquet", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "rec" / "imu1.parquet").exists()
+    assert read_recording(tmp_path / "rec").imus[0].rate == pytest.approx(100)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("run", "hinge-hnd"), "unknown scenario 'hinge-hnd'; known: hinge-hand"),
+        (("run", "hinge-hand", "--estimator", "olson"), "unknown estimator 'olson'; known: olsson2020"),
+        (("run", "pendulum-ellipse", "--estimator", "olsson2020"), "imu"),
+        (("estimate", "olsson2020", "nowhere"), "nowhere"),
+        (("convert", "diodm", "x"), "unknown format 'diodm'; known: diodem"),
+        (("convert", "diodem", "x"), "expected a file or folder"),
+        (("convert", "csv", "x", "--option", "rate"), "expected key=value"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(words, message, tmp_path):
+    done = imubench(*words, "--out", "out", folder=tmp_path)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_out_refuses_a_folder_with_other_peoples_files(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("years of work")
+    done = imubench("run", "hinge-planar", "--out", "mine", folder=tmp_path)
+    assert done.returncode == 2
+    assert [p.name for p in tmp_path.rglob("*.*")] == ["thesis.txt"]
