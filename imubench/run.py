@@ -17,12 +17,12 @@ from imubench.atomic import atomic_directory
 from imubench.errors import InputError, unknown
 from imubench.estimate import Estimate
 from imubench.estimators import ESTIMATORS
-from imubench.format1 import read_recording, read_reference, write_recording
+from imubench.format1 import read, write_recording
+from imubench.log import log_run
 from imubench.progress import Step, silent
 from imubench.recording import Recording
 from imubench.reference import Reference
 from imubench.reference_axes import reference_axes
-from imubench.rerun_log import log_run
 from imubench.scenarios import SCENARIOS
 from imubench.score import Score, score
 from imubench.sim.imu_model import observe
@@ -98,7 +98,7 @@ def estimate_on_disk(name: str, folder: Path, out: Path, step: Step = silent) ->
     if name not in ESTIMATORS:
         raise unknown("estimator", name, ESTIMATORS)
     with step(f"read {folder}"):
-        recording, reference = read_recording(folder), read_reference(folder)
+        recording, reference = read(folder)
     with step(f"estimate with {name}"):
         answer = estimate(name, recording)
     seen, declared = reference_axes(recording, reference), declared_axes(recording)

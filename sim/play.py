@@ -110,7 +110,8 @@ def _sprung_mounts(rig: Rig, motion: Motion, time: Array, rate: float, longest: 
     """Return displacement, velocity and acceleration of every mount joint at `time`, each (n, mounts)."""
     split = int(np.ceil(1.0 / (rate * longest) - 1e-9))
     h = 1.0 / (rate * split)
-    fine: Array = np.arange(-1, time.size * split - split + 2) * h  # one step early, for the first velocity
+    steps = np.arange(-1, time.size * split - split + 2, dtype=float)  # one step early, for the first velocity
+    fine: Array = h * steps
     model = compile_model(rig, timestep=h, driven="joints")
     dofs = mount_dofs(model)
     columns = _mount_positions(model, dofs)

@@ -13,7 +13,7 @@ from imubench import rotations
 from imubench.convert import CONVERTERS
 from imubench.errors import InputError
 from imubench.format1 import read, read_recording, read_reference, write_recording
-from imubench.physics_checks import turning_ratio
+from imubench.format1.physics_checks import turning_ratio
 from imubench.recording import Body, Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
 

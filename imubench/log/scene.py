@@ -7,10 +7,10 @@ import rerun as rr
 
 from imubench.arrays import Array
 from imubench.estimate import Estimate
+from imubench.log.joint import joint_arrows, log_arrow
+from imubench.log.signals import XYZ, drawn_rows, time_column
 from imubench.recording import RIGS, Imu, Recording
 from imubench.reference import Reference
-from imubench.rerun_joint import joint_arrows, log_arrow
-from imubench.rerun_signals import XYZ, drawn_rows, time_column
 from imubench.rotations import conjugate, from_axis_angle, multiply, rotate, rotate_back
 from imubench.truth import Truth
 

@@ -1,18 +1,20 @@
-"""The files of format 1: their columns, and how a recording is spread over them."""
+"""How a recording is spread over the files of format 1."""
 
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import tomli_w
 
 from imubench.arrays import Array
-from imubench.format1_keys import FILE_NAME, FORMAT, KEYS, LISTS
-from imubench.recording import Recording
+from imubench.atomic import atomic_directory
+from imubench.errors import InputError, unknown
+from imubench.format1.keys import FILE_NAME, FORMAT, KEYS, LISTS, Declared
+from imubench.format1.tables import read_bytes, write_table
+from imubench.recording import RIGS, Recording
 from imubench.reference import Reference
-from imubench.tables import write_table
 
 IMU = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z")}
 ANGLE = "angle"
@@ -24,6 +26,33 @@ REFERENCE = {
     "quaternion2": ("q2_w", "q2_x", "q2_y", "q2_z"),
     "joint_position": ("joint_x", "joint_y", "joint_z"),
 }
+
+
+def write_recording(
+    recording: Recording,
+    folder: Path,
+    reference: Reference | None = None,
+    table: Literal["csv", "parquet"] = "csv",
+    rig_file: Path | None = None,
+) -> None:
+    """Write a recording so that reading it returns the same bits; `folder` is complete or untouched.
+
+    What a default says already is not written. `rig_file` is the MJCF file to be put there as `recording.rig`
+    when that is a path. Raises `InputError` for a folder with other things in it (see `imubench.atomic`).
+    """
+    if table not in ("csv", "parquet"):
+        raise unknown("table", table, ("csv", "parquet"))
+    if (recording.rig not in RIGS) != (rig_file is not None):
+        want = "an MJCF file" if rig_file is None else "no MJCF file"
+        raise InputError(f"{folder}: expected {want} as rig_file for rig '{recording.rig}', got {rig_file}")
+    if rig_file is not None:
+        Declared(Path(folder) / FILE_NAME, {}, {}).file(recording.rig, "key 'rig'")
+    with atomic_directory(folder) as partial:
+        write_tables(recording, partial, reference, table)
+        if rig_file is not None:
+            target = partial / recording.rig
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(read_bytes(rig_file))
 
 
 def write_tables(recording: Recording, folder: Path, reference: Reference | None, suffix: str) -> None:

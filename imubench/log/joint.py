@@ -7,8 +7,8 @@ import rerun as rr
 
 from imubench.arrays import Array
 from imubench.estimate import Estimate
+from imubench.log.signals import ESTIMATED, TRUE, drawn_rows, time_column
 from imubench.recording import Recording
-from imubench.rerun_signals import ESTIMATED, TRUE, drawn_rows, time_column
 from imubench.truth import Truth
 
 LENGTH = {"true": (0.28, 0.28), "estimated": (0.1, 0.19)}  # m, of the axis of each IMU: unequal, to tell them apart

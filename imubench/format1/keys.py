@@ -9,7 +9,7 @@ from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from imubench.errors import InputError, unknown
-from imubench.tables import decode, read_bytes, what_is
+from imubench.format1.tables import decode, read_bytes, what_is
 
 FILE_NAME = "recording.toml"
 FORMAT = 1

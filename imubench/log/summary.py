@@ -4,8 +4,8 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.estimate import Estimate
+from imubench.log.signals import constraint
 from imubench.recording import Recording
-from imubench.rerun_signals import constraint
 from imubench.score import Score
 
 

@@ -10,10 +10,10 @@ from rerun.chunk import RrdReader
 
 from imubench.errors import InputError
 from imubench.estimate import Estimate
+from imubench.log import log_run
+from imubench.log.summary import deviations, verdict
 from imubench.recording import Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
-from imubench.rerun_log import log_run
-from imubench.rerun_summary import deviations, verdict
 from imubench.rotations import angle_between, exp, from_axis_angle, multiply, rotate, rotate_back
 from imubench.score import score
 from imubench.truth import SegmentTruth, SensorTruth, Truth
@@ -367,7 +367,7 @@ def test_an_error_midway_leaves_nothing_and_keeps_the_old_file(truth, tmp_path, 
     def broken(*_):
         raise RuntimeError("midway")
 
-    monkeypatch.setattr("imubench.rerun_log.summary", broken)
+    monkeypatch.setattr("imubench.log.run.summary", broken)
     with pytest.raises(RuntimeError, match="midway"):
         log_run(path, observed(truth), truth)
     assert path.read_bytes() == b"the run before"
@@ -375,7 +375,7 @@ def test_an_error_midway_leaves_nothing_and_keeps_the_old_file(truth, tmp_path, 
 
 
 def test_what_rerun_would_only_warn_about_is_an_error(truth, tmp_path, monkeypatch):
-    monkeypatch.setattr("imubench.rerun_scene.FLAT_CASE", (0.1, 0.1))  # a box with two sides
+    monkeypatch.setattr("imubench.log.scene.FLAT_CASE", (0.1, 0.1))  # a box with two sides
     with pytest.raises(ValueError, match="multiple of 3"):
         log_run(tmp_path / "run.rrd", observed(truth), truth)
     assert list(tmp_path.iterdir()) == []
@@ -386,7 +386,7 @@ import resource, signal, sys
 from pathlib import Path
 import numpy as np
 from imubench.recording import Imu, Recording
-from imubench.rerun_log import log_run
+from imubench.log import log_run
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))
 n = 60_000

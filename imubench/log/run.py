@@ -11,12 +11,10 @@ from rerun.error_utils import catch_and_log_exceptions
 from imubench.arrays import Array, frozen
 from imubench.atomic import atomic_file
 from imubench.estimate import Estimate
-from imubench.recording import Recording
-from imubench.reference import Reference
-from imubench.rerun_blueprint import run_blueprint
-from imubench.rerun_joint import mean_axes
-from imubench.rerun_scene import log_scene
-from imubench.rerun_signals import (
+from imubench.log.blueprint import run_blueprint
+from imubench.log.joint import mean_axes
+from imubench.log.scene import log_scene
+from imubench.log.signals import (
     aligned,
     drawn_rows,
     interpolate,
@@ -25,7 +23,9 @@ from imubench.rerun_signals import (
     log_sections,
     log_signals,
 )
-from imubench.rerun_summary import deviations, summary
+from imubench.log.summary import deviations, summary
+from imubench.recording import Recording
+from imubench.reference import Reference
 from imubench.score import Score
 from imubench.truth import Truth
 

@@ -5,8 +5,8 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import rerun.blueprint as rrb
 
-from imubench.rerun_scene import Scene
-from imubench.rerun_signals import TIMELINE
+from imubench.log.scene import Scene
+from imubench.log.signals import TIMELINE
 
 VIEW_FROM = (0.65, 0.5, 0.45)  # along what the eye should face, across it and up
 DISTANCE = 2.6  # between eye and target, in halves of the rig

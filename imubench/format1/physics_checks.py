@@ -8,9 +8,9 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.errors import InputError
+from imubench.format1.tables import Place
+from imubench.format1.track_checks import FASTEST_TURN, check_lever
 from imubench.recording import STANDARD_GRAVITY, Imu
-from imubench.tables import Place
-from imubench.track_checks import FASTEST_TURN, check_lever
 
 LARGEST_GYRO_RANGE = 100.0  # rad/s, declared
 LARGEST_ACCEL_RANGE = 5000.0  # m/s^2, declared: shock sensors end at 400 g

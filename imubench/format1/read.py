@@ -8,18 +8,17 @@ passed over; an unknown key, or an unknown column where columns are optional, is
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from imubench.arrays import Array
-from imubench.atomic import atomic_directory
 from imubench.errors import InputError, unknown
-from imubench.format1_keys import FILE_NAME, Declared, read_declared, title
-from imubench.format1_write import ANGLE, IMU, POSITION, QUATERNION, REFERENCE, write_tables
-from imubench.physics_checks import check_imu
+from imubench.format1.keys import FILE_NAME, Declared, read_declared, title
+from imubench.format1.physics_checks import check_imu
+from imubench.format1.tables import Table, read_table, what_is
+from imubench.format1.track_checks import check_angle, check_lever, check_position, check_quaternions
+from imubench.format1.write import ANGLE, IMU, POSITION, QUATERNION, REFERENCE
 from imubench.recording import RIGS, STANDARD_GRAVITY, Body, Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
-from imubench.tables import Table, read_bytes, read_table, what_is
-from imubench.track_checks import check_angle, check_lever, check_position, check_quaternions
 
 JOINTS = {"hinge": ("hinge",), "free": ()}  # joints of a rig whose angle an encoder can measure, where that is known
 
@@ -89,33 +88,6 @@ def read_reference(folder: Path) -> Reference | None:
         check_position(table.columns["time"], arrays["joint_position"], table.place)
     with _naming(path):
         return Reference(time=table.columns["time"], **arrays)
-
-
-def write_recording(
-    recording: Recording,
-    folder: Path,
-    reference: Reference | None = None,
-    table: Literal["csv", "parquet"] = "csv",
-    rig_file: Path | None = None,
-) -> None:
-    """Write a recording so that reading it returns the same bits; `folder` is complete or untouched.
-
-    What a default says already is not written. `rig_file` is the MJCF file to be put there as `recording.rig`
-    when that is a path. Raises `InputError` for a folder with other things in it (see `imubench.atomic`).
-    """
-    if table not in ("csv", "parquet"):
-        raise unknown("table", table, ("csv", "parquet"))
-    if (recording.rig not in RIGS) != (rig_file is not None):
-        want = "an MJCF file" if rig_file is None else "no MJCF file"
-        raise InputError(f"{folder}: expected {want} as rig_file for rig '{recording.rig}', got {rig_file}")
-    if rig_file is not None:
-        Declared(Path(folder) / FILE_NAME, {}, {}).file(recording.rig, "key 'rig'")
-    with atomic_directory(folder) as partial:
-        write_tables(recording, partial, reference, table)
-        if rig_file is not None:
-            target = partial / recording.rig
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(read_bytes(rig_file))
 
 
 def _read_imu(declared: Declared, index: int, entry: Mapping[str, Any], gravity: float) -> Imu:
