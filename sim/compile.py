@@ -45,8 +45,11 @@ def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast") 
 
 def compile_model(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", driven: str = "") -> Any:
     """Return the MjModel of a rig; `driven` is "" (nothing), "joints" (not the mounts) or "all"."""
-    model = specify(rig, timestep, integrator).compile()
+    spec = specify(rig, timestep, integrator)
+    spec.compiler.fusestatic = driven == "all"  # a rigid IMU needs no body of its own there: fewer to compute
+    model = spec.compile()
     if driven:
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
         dofs = [_is_mount_dof(model, i) for i in range(model.nv)]
         model.dof_armature[:] = [0.0 if mount and driven == "joints" else DRIVEN_ARMATURE for mount in dofs]
         model.dof_damping[:] = np.where(model.dof_armature > 0, 0.0, model.dof_damping)
