@@ -4,7 +4,6 @@ A table is a profile. Its numbers are inline tables ``{ value, unit, source, not
 `UNITS` for that number, `source` names the datasheet, the paper, or says that the number is in neither.
 """
 
-import tomllib
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.errors import InputError, unknown
 from imubench.sim.imu_profile import ChannelProfile, ImuProfile
+from imubench.toml_file import load_toml, parse_toml
 
 G = 9.80665  # m/s^2, the unit g
 DEG = np.pi / 180
@@ -77,10 +77,7 @@ def profile(name: str) -> ImuProfile:
 
 def load_profiles(path: Path) -> Mapping[str, ImuProfile]:
     """Return the profiles of a TOML file of your own by name; `InputError` says what is wrong with it."""
-    try:
-        return parse_profiles(path.read_bytes(), str(path))
-    except OSError as error:
-        raise InputError(f"{path}: expected a readable TOML file, got: {error.strerror}") from None
+    return _parse_profiles(load_toml(path), str(path))
 
 
 def parse_profiles(content: bytes, where: str) -> Mapping[str, ImuProfile]:
@@ -89,12 +86,10 @@ def parse_profiles(content: bytes, where: str) -> Mapping[str, ImuProfile]:
     Raises `InputError` for anything but UTF-8 TOML, an unknown key or unit, a number without a source, or a
     number that `ImuProfile` refuses.
     """
-    try:
-        tables = tomllib.loads(content.decode())
-    except UnicodeDecodeError as error:
-        raise InputError(f"{where}: expected UTF-8 text, got byte 0x{content[error.start]:02x}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{where}: expected TOML, got: {error}") from None
+    return _parse_profiles(parse_toml(content, where), where)
+
+
+def _parse_profiles(tables: Mapping[str, Any], where: str) -> Mapping[str, ImuProfile]:
     return {name: _parse_profile(name, _table(table, f"{where}: {name}"), where) for name, table in tables.items()}
 
 

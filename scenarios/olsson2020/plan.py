@@ -1,6 +1,5 @@
 """Sequences as data: which motions, cut where, how often. The form of the file is told in sequences.toml."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import files
@@ -9,6 +8,7 @@ from typing import Any
 
 from imubench.errors import InputError, unknown
 from imubench.scenarios.olsson2020.motions import MOTIONS
+from imubench.toml_file import load_toml, parse_toml
 
 TABLE_KEYS = ("summary", "pieces")
 PIECE_KEYS = ("motion", "seconds", "half", "repeat")
@@ -70,20 +70,15 @@ def find(which: str | Path) -> Plan:
 
 def load(path: Path) -> dict[str, Plan]:
     """Return the sequences of a TOML file by name; `InputError` says what is wrong with it."""
-    try:
-        return parse(path.read_bytes(), str(path))
-    except OSError as error:
-        raise InputError(f"{path}: expected a readable TOML file, got: {error.strerror}") from None
+    return _plans(load_toml(path), str(path))
 
 
 def parse(content: bytes, where: str) -> dict[str, Plan]:
     """Return the sequences in the bytes of a TOML file by name; `InputError` says what is wrong with them."""
-    try:
-        tables = tomllib.loads(content.decode())
-    except UnicodeDecodeError as error:
-        raise InputError(f"{where}: expected UTF-8 text, got byte 0x{content[error.start]:02x}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{where}: expected TOML, got: {error}") from None
+    return _plans(parse_toml(content, where), where)
+
+
+def _plans(tables: dict[str, Any], where: str) -> dict[str, Plan]:
     return {name: _plan(name, table, f"{where}: {name}") for name, table in tables.items()}
 
 
