@@ -22,8 +22,8 @@ SEGMENT_SENSORS = ("framepos", "framequat", "framelinvel", "gyro", "framelinacc"
 IMU_SENSORS = ("framepos", "framequat", "framelinacc", "frameangacc", "accelerometer", "gyro")
 
 
-def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast") -> Any:
-    """Return the MjSpec of a rig, with its sensors."""
+def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", watch_segments: bool = True) -> Any:
+    """Return the MjSpec of a rig with sensors on its IMUs and, if so wanted, its segments."""
     spec = mujoco.MjSpec.from_string(mjcf(rig.family))
     spec.option.timestep = timestep
     spec.option.gravity = [0.0, 0.0, -rig.gravity]
@@ -39,13 +39,16 @@ def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast") 
         _set_mount(spec.body(f"imu{i + 1}"), mount)
     for name in segments[len(rig.mounts) :]:
         spec.delete(spec.body(name.replace("segment", "imu")))
-    _add_sensors(spec, segments, len(rig.mounts))
+    _add_sensors(spec, segments if watch_segments else (), len(rig.mounts))
     return spec
 
 
 def compile_model(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", driven: str = "") -> Any:
-    """Return the MjModel of a rig; `driven` is "" (nothing), "joints" (not the mounts) or "all"."""
-    spec = specify(rig, timestep, integrator)
+    """Return the MjModel of a rig; `driven` is "" (nothing), "joints" (not the mounts) or "all".
+
+    Where joints are driven, the segments' motion is known, and only the IMUs have sensors.
+    """
+    spec = specify(rig, timestep, integrator, watch_segments=not driven)
     spec.compiler.fusestatic = driven == "all"  # a rigid IMU needs no body of its own there: fewer to compute
     model = spec.compile()
     if driven:

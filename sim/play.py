@@ -52,8 +52,9 @@ def play(
     mounts = None
     if rig.sprung:
         mounts = _sprung_mounts(rig, motion, time, rate, step or _default_step(rig))
-    state = joint_state(rig, model, motion(time), mounts)
-    return read_truth(rig, model, time, evaluate(model, *state, threads=threads), labels)
+    trajectory = motion(time)
+    state = joint_state(rig, model, trajectory, mounts)
+    return read_truth(rig, model, time, evaluate(model, *state, threads=threads), labels, trajectory)
 
 
 def evaluate(model: Any, qpos: Array, qvel: Array, qacc: Array, threads: int = 0) -> Array:
@@ -153,7 +154,9 @@ def _resting_springs(rig: Rig, motion: Motion, time: Array) -> Array:
     """Return the mount joints' deflections (n, mounts) that balance the load at `time`, as very stiff springs would."""
     rigid = replace(rig, mounts=tuple(replace(m, translation=None, rotation=None) for m in rig.mounts))
     model = compile_model(rigid, driven="all")
-    truth = read_truth(rigid, model, time, evaluate(model, *joint_state(rigid, model, motion(time))))
+    trajectory = motion(time)
+    data = evaluate(model, *joint_state(rigid, model, trajectory))
+    truth = read_truth(rigid, model, time, data, played=trajectory)
     deflections = []
     for mount, sensor in zip(rig.mounts, truth.sensors, strict=True):
         load = -sensor.specific_force  # per unit mass, sensor axes

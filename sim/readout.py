@@ -7,6 +7,8 @@ import numpy as np
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.recording import RIGS
+from imubench.sim.kinematics import hinge_of, segments_of
+from imubench.sim.motion import Trajectory
 from imubench.sim.rigs import Mount, Rig
 from imubench.truth import SegmentTruth, SensorTruth, Truth
 
@@ -19,8 +21,12 @@ def read_truth(
     time: Array,
     sensordata: Array,
     labels: tuple[tuple[str, float, float], ...] = (),
+    played: Trajectory | None = None,
 ) -> Truth:
-    """Return the truth of `sensordata` (n, nsensordata), recorded at `time` (n,) s on a model of `rig`."""
+    """Return the truth of `sensordata` (n, nsensordata), recorded at `time` (n,) s on a model of `rig`.
+
+    Segments are read from the trajectory that was `played`, or from their sensors where there is none.
+    """
 
     def column(name: str) -> Array:
         sensor = model.sensor(name)
@@ -28,14 +34,17 @@ def read_truth(
 
     # MuJoCo's frame accelerations are what an accelerometer would read: they contain -g.
     gravity_w = np.array([0.0, 0.0, -rig.gravity])
-    segments = tuple(_read_segment(name, column, gravity_w) for name in RIGS[rig.family])
+    if played is None:
+        segments = tuple(_read_segment(name, column, gravity_w) for name in RIGS[rig.family])
+    else:
+        segments = segments_of(rig, played)
     sensors = tuple(
         _read_sensor(f"imu{i + 1}", mount, segments[i], segments[0], column, gravity_w, rig)
         for i, mount in enumerate(rig.mounts)
     )
     angle = rate = None
     if rig.family == "hinge":
-        angle, rate = _hinge_angle(segments[0], segments[1])
+        angle, rate = _hinge_angle(segments[0], segments[1]) if played is None else hinge_of(rig, played)[:2]
     return Truth(time, rig.family, rig.gravity, segments, sensors, angle, rate, labels)
 
 

@@ -10,9 +10,10 @@ from numpy.testing import assert_allclose
 from imubench import rotations
 from imubench.recording import RIGS
 from imubench.sim import rigs
-from imubench.sim.compile import compile_model
+from imubench.sim.compile import DRIVEN_ARMATURE, compile_model, specify
 from imubench.sim.motion import AngleMotion
 from imubench.sim.play import evaluate, joint_state, play
+from imubench.sim.readout import read_truth
 from imubench.sim.signals import STILL, Sines, hand
 
 # Forces of the rig (tens of N) against an armature of 1e13 leave 1e-12; rounding adds 1e-14 of 100 m/s^2.
@@ -42,7 +43,7 @@ def test_driven_forward_dynamics_is_inverse_dynamics(family, random_motion):
     trajectory = random_motion(3)(np.linspace(0, 3, 200))
     driven = compile_model(rig, driven="all")
     state = joint_state(rig, driven, trajectory)
-    plain = compile_model(rig)
+    plain = specify(rig, watch_segments=False).compile()
     data = mujoco.MjData(plain)
     expected = []
     for qpos, qvel, qacc in zip(*state, strict=True):
@@ -50,6 +51,25 @@ def test_driven_forward_dynamics_is_inverse_dynamics(family, random_motion):
         mujoco.mj_inverse(plain, data)
         expected.append(data.sensordata.copy())
     assert_allclose(evaluate(driven, *state), expected, atol=EXACT)
+
+
+@pytest.mark.parametrize("changes", [{}, {"base": "fixed"}, {"locked_at": 0.3}], ids=str)
+def test_segments_move_as_mujoco_has_them(changes, random_motion):
+    """The segments' own kinematics against MuJoCo's sensors on them, joints driven alike."""
+    rig = rigs.random_hinge(np.random.default_rng(0), **changes)
+    trajectory = random_motion(3)(np.linspace(0, 3, 200))
+    watched = specify(rig).compile()
+    watched.dof_armature[:] = DRIVEN_ARMATURE
+    mujoco.mj_setConst(watched, mujoco.MjData(watched))
+    data = evaluate(watched, *joint_state(rig, watched, trajectory))
+    by_sensors = read_truth(rig, watched, trajectory.time, data)
+    by_joints = read_truth(rig, watched, trajectory.time, data, played=trajectory)
+    for a, b in zip(by_sensors.segments, by_joints.segments, strict=True):
+        for key in ("position", "velocity", "rate", "acceleration", "angular_acceleration"):
+            assert_allclose(getattr(a, key), getattr(b, key), atol=EXACT, err_msg=key)
+        assert_allclose(np.abs(np.sum(a.quaternion * b.quaternion, axis=1)), 1.0, atol=EXACT)
+    assert_allclose(by_sensors.joint_angle, by_joints.joint_angle, atol=EXACT)
+    assert_allclose(by_sensors.joint_rate, by_joints.joint_rate, atol=EXACT)
 
 
 @pytest.mark.parametrize("family", list(RIGS))
