@@ -1,15 +1,27 @@
 """Scenarios of the spherical pendulum (Garcia de Villa et al., section IV-A)."""
 
-import numpy as np
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Literal
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from imubench.errors import unknown
 from imubench.scenarios.scenario import Experiment, Scenario, declared_mounts
 from imubench.sim.imu_model import Declared
 from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
-from imubench.sim.rigs import Mount, pendulum, springs
+from imubench.sim.rigs import Rig, pendulum, springs
 from imubench.sim.signals import Sines
 
 DURATION = 10.0  # s
+R_TEXT = np.array([-0.06, 0.02, 0.2])  # m, IV-A: along the limb, the default
+R_CAPTIONS = np.array([0.2, 0.02, -0.06])  # m, as figures 4 and 5 have it: across the limb
+R_AMPLITUDE = np.array([0.02, 0.005, 0.02])  # m, at 1 Hz
+
+SoftTissue = Literal["none", "paper", "sliding", "sprung"]
+SOFT_TISSUES = ("none", "paper", "sliding", "sprung")
 
 
 def ellipse() -> AngleMotion:
@@ -22,20 +34,47 @@ def ellipse() -> AngleMotion:
     )
 
 
-def rigid(rng: np.random.Generator) -> Experiment:
-    """Play the paper's pendulum with a rigid mount."""
+def limb(
+    soft_tissue: SoftTissue = "none",
+    r: ArrayLike = R_TEXT,
+    amplitude: ArrayLike = R_AMPLITUDE,
+    frequency: float = 1.0,
+    phase: float = 0.0,
+) -> Rig:
+    """Return the paper's pendulum with one of four kinds of soft tissue under its sensor.
+
+    `r` (3,) m points from the sensor to the pivot; `paper` and `sliding` add amplitude (3,) m times
+    sin(2 pi frequency t + phase) to it. `sprung` hangs the sensor on springs that are as soft, 6 Hz along
+    and 9 Hz about, damped by a fifth; the numbers of the slide mean nothing to it.
+    """
+    if soft_tissue not in SOFT_TISSUES:
+        raise unknown("soft tissue", soft_tissue, SOFT_TISSUES)
     rig = pendulum()
-    return Experiment(rig, play(rig, ellipse(), DURATION), Declared(mounts=declared_mounts(rig, rng)))
+    mount = replace(rig.mounts[0], position=-np.asarray(r, dtype=float))
+    if soft_tissue == "sprung":
+        mount = replace(mount, translation=springs(6.0, 0.2), rotation=springs(9.0, 0.2))
+    elif soft_tissue != "none":
+        a = np.broadcast_to(np.asarray(amplitude, dtype=float), (3,))
+        path = (Sines(-a[0], frequency, phase), Sines(-a[1], frequency, phase), Sines(-a[2], frequency, phase))
+        mount = replace(mount, path=path, path_felt=soft_tissue == "sliding")
+    return replace(rig, mounts=(mount,))
 
 
-def soft(rng: np.random.Generator) -> Experiment:
-    """Play the paper's pendulum with the sensor on springs: 6 Hz along, 9 Hz about, damped by a fifth."""
-    mount = Mount(position=pendulum().mounts[0].position, translation=springs(6.0, 0.2), rotation=springs(9.0, 0.2))
-    rig = pendulum(mounts=(mount,))
-    return Experiment(rig, play(rig, ellipse(), DURATION), Declared(mounts=declared_mounts(rig, rng)))
+def circling(soft_tissue: SoftTissue) -> Callable[[np.random.Generator], Experiment]:
+    """Return the paper's experiment with one kind of soft tissue."""
+
+    def played(rng: np.random.Generator) -> Experiment:
+        rig = limb(soft_tissue)
+        return Experiment(rig, play(rig, ellipse(), DURATION), Declared(mounts=declared_mounts(rig, rng)))
+
+    return played
 
 
-SCENARIOS = (
-    Scenario("pendulum-ellipse", "a limb circles about its pivot, IMU fixed", None, "xsens_mtw_awinda", rigid),
-    Scenario("pendulum-soft", "the same limb, its IMU on springs and dampers", None, "xsens_mtw_awinda", soft),
+PLAYED: tuple[tuple[SoftTissue, str, str], ...] = (
+    ("none", "pendulum-rigid", "a limb circles about its pivot, IMU fixed"),
+    ("paper", "pendulum-paper", "its IMU slides by 2 cm, which the accelerometer does not feel"),
+    ("sliding", "pendulum-sliding", "its IMU slides by 2 cm, and the accelerometer feels it"),
+    ("sprung", "pendulum-sprung", "its IMU hangs on springs and dampers, along and about"),
 )
+
+SCENARIOS = tuple(Scenario(name, summary, None, "xsens_mtw_awinda", circling(kind)) for kind, name, summary in PLAYED)

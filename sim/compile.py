@@ -67,7 +67,8 @@ def mount_dofs(model: Any) -> np.ndarray:
 
 
 def _is_mount_dof(model: Any, dof: int) -> bool:
-    return bool(model.body(model.dof_bodyid[dof]).name.startswith("imu"))
+    name = model.joint(model.dof_jntid[dof]).name
+    return bool(name.startswith("imu") and "_path_" not in name)
 
 
 def _set_joint(spec: Any, rig: Rig) -> None:
@@ -101,6 +102,9 @@ def _set_mount(body: Any, mount: Mount) -> None:
     segment_axes = rotations.rotate_back(mount.quaternion, np.eye(3))
     if mount.translation is not None:
         _add_springs(body, mount.translation, "slide", segment_axes, np.full(3, mount.mass))
+    if mount.path is not None:
+        for axis, letter in zip(segment_axes, "xyz", strict=True):
+            body.add_joint(name=f"{body.name}_path_{letter}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
     if mount.rotation is not None:
         _add_springs(body, mount.rotation, "hinge", np.eye(3), np.full(3, mount.mass * mount.gyration**2))
 

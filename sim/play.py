@@ -1,4 +1,4 @@
-"""Prescribed motion: the segments do exactly what they are told; sprung sensors follow as they must.
+"""Prescribed motion: segments (and sensors on a path) do what they are told; sprung sensors follow as they must.
 
 Segments are driven (see `compile.DRIVEN_ARMATURE`), so MuJoCo solves inverse dynamics for
 them and forward dynamics for the mounts, in one model. The mounts are integrated by a
@@ -12,6 +12,7 @@ prescribed positions exactly. What a sensor reads is then evaluated once more, w
 joint driven by its true rate and acceleration.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -26,6 +27,7 @@ from imubench.sim.compile import DRIVEN_ARMATURE, compile_model, mount_dofs
 from imubench.sim.motion import Motion, Trajectory
 from imubench.sim.readout import read_truth
 from imubench.sim.rigs import Rig
+from imubench.sim.signals import Signal
 from imubench.truth import Truth
 
 CHUNK = 8192  # samples handed to MuJoCo at once; its state rows then stay in the cache
@@ -92,10 +94,22 @@ def joint_state(
     if "hinge" in names:
         p, v = int(model.joint("hinge").qposadr[0]), int(model.joint("hinge").dofadr[0])
         qpos[:, p], qvel[:, v], qacc[:, v] = trajectory.angle, trajectory.angle_rate, trajectory.angle_acceleration
+    for name, signal, felt in _paths(rig):
+        p, v = int(model.joint(name).qposadr[0]), int(model.joint(name).dofadr[0])
+        qpos[:, p], rate, acceleration = signal(trajectory.time)
+        if felt:
+            qvel[:, v], qacc[:, v] = rate, acceleration
     if mounts is not None:
         dofs = mount_dofs(model)
         qpos[:, _mount_positions(model, dofs)], qvel[:, dofs], qacc[:, dofs] = mounts
     return qpos, qvel, qacc
+
+
+def _paths(rig: Rig) -> Iterator[tuple[str, Signal, bool]]:
+    """Yield joint name, signal and whether it is felt, for every prescribed slide of a mount."""
+    for i, mount in enumerate(rig.mounts):
+        for signal, letter in zip(mount.path or (), "xyz", strict=False):
+            yield f"imu{i + 1}_path_{letter}", signal, mount.path_felt
 
 
 def _mount_positions(model: Any, dofs: Array) -> Array:

@@ -65,7 +65,7 @@ def _read_sensor(
     name: str, mount: Mount, segment: SegmentTruth, base: SegmentTruth, column: Any, gravity_w: Array, rig: Rig
 ) -> SensorTruth:
     position, q = column(f"{name}_framepos"), column(f"{name}_framequat")
-    if mount.sprung:
+    if mount.moves:
         angular = rotations.rotate_back(q, column(f"{name}_frameangacc"))
         joint_vector = rotations.rotate_back(q, base.position - position)
         axis = rotations.rotate_back(q, rotations.rotate(segment.quaternion, HINGE_AXIS))

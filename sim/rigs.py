@@ -10,6 +10,7 @@ from imubench.arrays import Array, frozen, frozen_quaternion
 from imubench.errors import InputError, unknown
 from imubench.models import RIG_FILES
 from imubench.recording import RIGS, STANDARD_GRAVITY, positive
+from imubench.sim.signals import Signal
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,8 @@ class Mount:
     gyration: float = 0.015  # m
     com: Array = field(default_factory=lambda: np.zeros(3))  # (3,) m, sensor axes, from the pivot
     lever: Array = field(default_factory=lambda: np.zeros(3))  # (3,) m, sensor axes, pivot to sensing point
+    path: tuple[Signal, Signal, Signal] | None = None  # m, segment axes: the sensor slides like this, whatever happens
+    path_felt: bool = True  # False: the accelerometer does not feel the sliding, as some papers have it
 
     def __post_init__(self) -> None:
         for key in ("position", "com", "lever"):
@@ -64,11 +67,18 @@ class Mount:
                 f"mount.com: expected less than the gyration radius {self.gyration:g} m from the pivot, "
                 f"got {np.linalg.norm(self.com):g} m"
             )
+        if self.path is not None and self.sprung:
+            raise InputError("mount: expected springs or a prescribed path, got both")
 
     @property
     def sprung(self) -> bool:
-        """True if the sensor can move on its segment."""
+        """True if the sensor hangs on springs."""
         return self.translation is not None or self.rotation is not None
+
+    @property
+    def moves(self) -> bool:
+        """True if the sensor can move on its segment, on springs or along a path."""
+        return self.sprung or self.path is not None
 
 
 @dataclass(frozen=True)
@@ -123,7 +133,7 @@ class Rig:
 
     @property
     def sprung(self) -> bool:
-        """True if any sensor can move on its segment."""
+        """True if any sensor hangs on springs."""
         return any(mount.sprung for mount in self.mounts)
 
 

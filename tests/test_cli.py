@@ -79,7 +79,7 @@ def test_convert_csv_makes_a_readable_recording(tmp_path):
     [
         (("run", "hinge-hnd"), "unknown scenario 'hinge-hnd'; known: hinge-hand"),
         (("run", "hinge-hand", "--estimator", "olson"), "unknown estimator 'olson'; known: olsson2020"),
-        (("run", "pendulum-ellipse", "--estimator", "olsson2020"), "imu"),
+        (("run", "pendulum-rigid", "--estimator", "olsson2020"), "imu"),
         (("estimate", "olsson2020", "nowhere"), "nowhere"),
         (("convert", "diodm", "x"), "unknown format 'diodm'; known: diodem"),
         (("convert", "diodem", "x"), "expected a file or folder"),
