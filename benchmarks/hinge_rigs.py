@@ -23,6 +23,7 @@ class HingeRig:
     accel: Array  # (2, n, 3) m/s^2
     axes: Array  # (2, 3) the hinge in each sensor's axes
     mounts: Array  # (2, 4) sensor -> segment
+    vectors: Array  # (2, 3) m, from each sensor to the joint centre, sensor axes
 
     def noisy(self, rng: np.random.Generator, gyro_std: float, accel_std: float) -> "HingeRig":
         """Return the rig with white noise of these stds per sample added."""
@@ -82,11 +83,13 @@ def random_rig(
     dw2 = rotations.rotate_back(relative, dw1) + np.cross(carried, d_hinge * HINGE) + dd_hinge * HINGE
     force = _signals(rng, time, 3, 0.2)[2] + np.array([0.0, 0.0, 9.81])  # of the joint centre, world
     mounts = rotations.random(rng, 2)
-    gyro, accel = [], []
+    gyro, accel, vectors = [], [], []
     motions = ((q1, w1, dw1), (rotations.multiply(q1, relative), w2, dw2))
     for mount, (q, w, dw) in zip(mounts, motions, strict=True):
         position = lever * rng.normal(size=3)
         f = rotations.rotate_back(q, force) + np.cross(dw, position) + np.cross(w, np.cross(w, position))
         gyro.append(rotations.rotate_back(mount, w))
         accel.append(rotations.rotate_back(mount, f))
-    return HingeRig(time, np.stack(gyro), np.stack(accel), rotations.rotate_back(mounts, HINGE), mounts)
+        vectors.append(rotations.rotate_back(mount, -position))
+    axes = rotations.rotate_back(mounts, HINGE)
+    return HingeRig(time, np.stack(gyro), np.stack(accel), axes, mounts, np.stack(vectors))
