@@ -131,6 +131,22 @@ def convert(
     _print_written(out)
 
 
+@app.command("reproduce")
+def reproduce_command(
+    paper: Annotated[str, typer.Argument(help="A paper, as `imubench list` names it under claims.")],
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer runs and starts; under a minute.")] = False,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same numbers.", min=0)] = 0,
+    out: Out = None,
+) -> None:
+    """Reproduce every figure, table and claim of a paper: claims.json, report.html.
+
+    Runs on all cores. After Ctrl-C the same command goes on where it was. Exit code 1 when a claim fails.
+    """
+    from imubench.cli_reproduce import run as run_reproduction
+
+    raise typer.Exit(run_reproduction(paper, out or Path("runs") / paper, quick, seed, console, errors))
+
+
 def _options(pairs: list[str]) -> dict[str, str]:
     options = {}
     for pair in pairs:

@@ -3,6 +3,7 @@
 from imubench.convert import CONVERTERS
 from imubench.estimators import ESTIMATORS
 from imubench.models import RIG_FILES
+from imubench.reproduce import PAPERS
 from imubench.scenarios import SCENARIOS
 from imubench.sim.profiles import PROFILES
 
@@ -22,5 +23,5 @@ def known() -> dict[str, dict[str, str]]:
         "profiles": {name: p.summary for name, p in PROFILES.items()},
         "formats": {name: c.summary for name, c in CONVERTERS.items()},
         "effects": {},
-        "claims": {},
+        "claims": {name: p.summary for name, p in PAPERS.items()},
     }

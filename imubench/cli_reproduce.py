@@ -1,0 +1,60 @@
+"""`imubench reproduce`: a bar of what is done, the verdicts, and exit code 1 where a promise fails."""
+
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from imubench.reproduce.claims import Judged
+from imubench.reproduce.paper import Part
+from imubench.reproduce.parts import Report
+from imubench.reproduce.reproduce import Watch, reproduce
+
+COLOURS = {"holds": "green", "fails": "red", "differs": "yellow"}
+
+
+def run(paper: str, out: Path, quick: bool, seed: int, console: Console, errors: Console) -> int:
+    """Reproduce a paper into `out`, print what came out, and return the exit code."""
+    try:
+        judged = reproduce(paper, out, quick, seed, watching(errors))
+    except KeyboardInterrupt:
+        errors.print("what was finished is kept beside --out: the same command goes on from there")
+        raise
+    print_verdicts(judged, console)
+    console.print(f"written: {out}; open {out / 'report.html'}", soft_wrap=True)
+    return int(any(j.verdict == "fails" for j in judged))
+
+
+def watching(console: Console) -> Watch:
+    """Return a watch that shows a bar on a terminal, and nothing elsewhere."""
+
+    @contextmanager
+    def watch(parts: list[Part]) -> Iterator[Report]:
+        columns = (TextColumn("{task.description:<28}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+        with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as progress:
+            left = Counter(part.stage for part in parts)
+            tasks = {stage: progress.add_task(stage, total=count) for stage, count in left.items()}
+            yield lambda part: progress.advance(tasks[part.stage])
+
+    return watch
+
+
+def print_verdicts(judged: list[Judged], console: Console) -> None:
+    """Print one line a claim, the failed ones last, where they are seen."""
+    order = {"holds": 0, "differs": 1, "fails": 2}
+    table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0))
+    for column in ("", "claim", "paper", "here", "bound"):
+        table.add_column(column, justify="right" if column in ("paper", "here") else "left")
+    for j in sorted(judged, key=lambda j: order[j.verdict]):
+        c, value = j.claim, j.measured.value
+        here = f"{value:.3g}" if abs(value) < float("inf") else "none"
+        verdict = f"[{COLOURS[j.verdict]}]{j.verdict}[/]"
+        table.add_row(verdict, escape(c.claim), f"{c.published:g}", here, escape(c.bound))
+    console.print(table)
+    counts = Counter(j.verdict for j in judged)
+    console.print(", ".join(f"{counts[v]} {v}" for v in ("holds", "differs", "fails") if counts[v]))

@@ -1,0 +1,10 @@
+"""Papers that can be reproduced: every figure, every table, and every claim measured again.
+
+A paper is a folder with a `PAPER` (see `paper`) and a claims.toml, and a line in `PAPERS`.
+"""
+
+from imubench.reproduce.olsson2020 import PAPER as OLSSON2020
+from imubench.reproduce.paper import Paper
+
+PAPERS: dict[str, Paper] = {p.name: p for p in (OLSSON2020,)}
+"""All papers by name."""
