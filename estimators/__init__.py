@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from imubench.errors import unknown
 from imubench.estimate import Estimate, Quantity
-from imubench.estimators import olsson2020, seel2012
+from imubench.estimators import accel_svd, guarded, olsson2020, plug_and_play, qmt_axis, seel2012
 from imubench.recording import Recording
 
 
@@ -19,6 +19,7 @@ class Estimator:
     imus: int  # how many it needs
     estimate: Callable[[Recording], Estimate]
     source: str
+    uncertainty: bool = True  # False: it never says how sure it is, nor that nothing can be seen
 
 
 ESTIMATORS: dict[str, Estimator] = {
@@ -39,6 +40,39 @@ ESTIMATORS: dict[str, Estimator] = {
             2,
             seel2012.estimate,
             "Seel, Schauer, Raisch, IEEE International Conference on Control Applications (2012) 45-49",
+        ),
+        Estimator(
+            plug_and_play.NAME,
+            "hinge axis from a stream, second by second: the first estimate that Algorithm 4 accepts",
+            "joint_axis",
+            2,
+            plug_and_play.estimate,
+            "Olsson, Kok, Seel, Halvorsen, Sensors 20 (2020) 3534, Algorithms 1 to 4",
+        ),
+        Estimator(
+            guarded.NAME,
+            "the same behind a guard against soft mounts, biases and other errors that are not white noise",
+            "joint_axis",
+            2,
+            guarded.estimate,
+            "docs/plug-and-play.md, on Olsson 2020, Algorithms 1 to 4",
+        ),
+        Estimator(
+            accel_svd.NAME,
+            "hinge axis from accelerometers alone, by a singular value decomposition",
+            "joint_axis",
+            2,
+            accel_svd.estimate,
+            "Olsson, Kok, Seel, Halvorsen, Sensors 20 (2020) 3534, eq. (51)",
+        ),
+        Estimator(
+            qmt_axis.NAME,
+            "hinge axis by the package qmt, where it is installed",
+            "joint_axis",
+            2,
+            qmt_axis.estimate,
+            "qmt 0.2.4, jointAxisEstHingeOlsson",
+            uncertainty=False,
         ),
     )
 }
