@@ -25,7 +25,8 @@ def run(paper: str, out: Path, quick: bool, seed: int, console: Console, errors:
     except KeyboardInterrupt:
         errors.print("what was finished is kept beside --out: the same command goes on from there")
         raise
-    print_verdicts(judged, console)
+    if judged:
+        print_verdicts(judged, console)
     console.print(f"written: {out}; open {out / 'report.html'}", soft_wrap=True)
     return int(any(j.verdict == "fails" for j in judged))
 

@@ -4,7 +4,8 @@ A paper is a folder with a `PAPER` (see `paper`) and a claims.toml, and a line i
 """
 
 from imubench.reproduce.olsson2020 import PAPER as OLSSON2020
+from imubench.reproduce.olsson2020.beyond import PAPER as OLSSON2020_BEYOND
 from imubench.reproduce.paper import Paper
 
-PAPERS: dict[str, Paper] = {p.name: p for p in (OLSSON2020,)}
+PAPERS: dict[str, Paper] = {p.name: p for p in (OLSSON2020, OLSSON2020_BEYOND)}
 """All papers by name."""
