@@ -11,7 +11,7 @@ from rich.console import Console
 
 from benchmarks.table import Row
 
-BENCHMARKS = ("qmt_axis", "selection", "simulation_rate")
+BENCHMARKS = ("arve", "qmt_axis", "selection", "simulation_rate")
 HEAD = """# Benchmarks
 
 Each row is one run with both sides in it; machines are noisy, so the ratio counts and not the rate.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from imubench.errors import unknown
 from imubench.estimate import Estimate, Quantity
-from imubench.estimators import accel_svd, guarded, olsson2020, plug_and_play, qmt_axis, seel2012
+from imubench.estimators import accel_svd, arve, arve_d, guarded, mrvs, olsson2020, plug_and_play, qmt_axis, seel2012
 from imubench.recording import Recording
 
 
@@ -73,6 +73,38 @@ ESTIMATORS: dict[str, Estimator] = {
             qmt_axis.estimate,
             "qmt 0.2.4, jointAxisEstHingeOlsson",
             uncertainty=False,
+        ),
+        Estimator(
+            "arve",
+            "joint centre, one r a sample: extended Kalman filter on r and the rotation",
+            "joint_vector",
+            1,
+            arve.estimate,
+            "Garcia de Villa, Jimenez Martin, Garcia Dominguez (ArVE_d), section III, without r'",
+        ),
+        Estimator(
+            "arve-d",
+            "joint centre, one r a sample: the same with the rate of r",
+            "joint_vector",
+            1,
+            arve_d.estimate,
+            "Garcia de Villa, Jimenez Martin, Garcia Dominguez (ArVE_d), section III-A",
+        ),
+        Estimator(
+            "mrvs",
+            "joint centre, one r for the record, by least squares",
+            "joint_vector",
+            1,
+            mrvs.estimate,
+            "Garcia de Villa, Jimenez Martin, Garcia Dominguez (ArVE_d), section III-B",
+        ),
+        Estimator(
+            "mrvs-window",
+            "joint centre, one r for each window of 45 samples, by least squares",
+            "joint_vector",
+            1,
+            mrvs.estimate_window,
+            "Garcia de Villa, Jimenez Martin, Garcia Dominguez (ArVE_d), section III-B",
         ),
     )
 }

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.hinge_rigs import random_rig
+from benchmarks.pendulum_runs import circling
 from imubench import rotations
 from imubench.errors import InputError
 from imubench.estimators import ESTIMATORS, find
@@ -15,8 +16,11 @@ from imubench.paired import paired
 from imubench.recording import Imu, Recording
 
 NOISE = 0.002, 0.02  # rad/s, m/s^2
-every_estimator = pytest.mark.parametrize("name", list(ESTIMATORS))
-every_judge = pytest.mark.parametrize("name", [e.name for e in ESTIMATORS.values() if e.uncertainty])
+HINGE = [e for e in ESTIMATORS.values() if e.quantity == "joint_axis"]
+CENTRE = [e.name for e in ESTIMATORS.values() if e.quantity == "joint_vector"]
+every_estimator = pytest.mark.parametrize("name", [e.name for e in HINGE])
+every_judge = pytest.mark.parametrize("name", [e.name for e in HINGE if e.uncertainty])
+every_centre = pytest.mark.parametrize("name", CENTRE)
 
 
 def rig_of(seed, **options):
@@ -101,6 +105,33 @@ def test_poses_without_any_rotation_are_enough_for_accelerometers():
     errors = np.linalg.norm(sign * answer.value - rig.axes, axis=1)
     assert errors.max() < 5 * np.sqrt(np.trace(answer.covariance))  # five sigma
     assert errors.max() < np.deg2rad(0.5)
+
+
+# --- joint centres from one IMU ---
+
+
+@every_centre
+def test_a_joint_centre_is_well_formed(name):
+    runs = circling(np.random.default_rng(0), duration=3.0)
+    recording = runs.recording()
+    answer = find(name).estimate(recording)
+    assert (answer.estimator, answer.quantity, answer.status) == (name, "joint_vector", "converged")
+    n = () if answer.time is None else (answer.time.size,)
+    assert answer.value.shape == (*n, 1, 3)
+    assert answer.time is None or np.isin(answer.time, runs.time).all()
+    covariance = answer.covariance.reshape(-1, 3, 3)
+    assert covariance.shape[0] == (n[0] if n else 1)
+    np.testing.assert_allclose(covariance, covariance.transpose(0, 2, 1), rtol=1e-9, atol=1e-15)  # rounding
+    assert (np.linalg.eigvalsh(covariance) > 0).all()
+    assert all(np.isfinite(v) for v in answer.details.values())
+    assert np.array_equal(recording.imus[0].gyro, runs.gyro[0])  # left as it was
+    assert np.array_equal(recording.imus[0].accel, runs.accel[0])
+
+
+@every_centre
+def test_a_joint_centre_takes_one_imu(name):
+    with pytest.raises(InputError, match=f"{name} expected one IMU on a limb whose joint rests, got imu1, imu2"):
+        find(name).estimate(rig_of(1).recording())
 
 
 def test_importing_the_estimators_does_not_even_load_the_truth():
