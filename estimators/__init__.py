@@ -5,7 +5,18 @@ from dataclasses import dataclass
 
 from imubench.errors import unknown
 from imubench.estimate import Estimate, Quantity
-from imubench.estimators import accel_svd, arve, arve_d, guarded, mrvs, olsson2020, plug_and_play, qmt_axis, seel2012
+from imubench.estimators import (
+    accel_svd,
+    arve,
+    arve_d,
+    guarded,
+    hinge_position,
+    mrvs,
+    olsson2020,
+    plug_and_play,
+    qmt_axis,
+    seel2012,
+)
 from imubench.recording import Recording
 
 
@@ -105,6 +116,14 @@ ESTIMATORS: dict[str, Estimator] = {
             1,
             mrvs.estimate_window,
             "Garcia de Villa, Jimenez Martin, Garcia Dominguez (ArVE_d), section III-B",
+        ),
+        Estimator(
+            "hinge-position",
+            "joint centre of a hinge from two IMUs, whatever the joint centre itself does",
+            "joint_vector",
+            2,
+            hinge_position.estimate,
+            "Seel, Schauer, Raisch, CCA 2012; Olsson and Halvorsen, Fusion 2017",
         ),
     )
 }

@@ -77,4 +77,6 @@ PLAYED: tuple[tuple[SoftTissue, str, str], ...] = (
     ("sprung", "pendulum-sprung", "its IMU hangs on springs and dampers, along and about"),
 )
 
-SCENARIOS = tuple(Scenario(name, summary, None, "xsens_mtw_awinda", circling(kind)) for kind, name, summary in PLAYED)
+SCENARIOS = tuple(
+    Scenario(name, summary, "arve-d", "xsens_mtw_awinda", circling(kind)) for kind, name, summary in PLAYED
+)

@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 from benchmarks.hinge_rigs import HingeRig, random_rig
 from imubench import rotations
 from imubench.errors import InputError
+from imubench.estimators import ESTIMATORS
 from imubench.estimators.hinge_position import angular_acceleration, estimate, lever_matrices, residuals
 from imubench.run import simulate
 
@@ -95,3 +96,14 @@ def test_it_needs_two_imus_and_even_samples():
     uneven = tuple(replace(imu, time=holes) for imu in recording.imus)
     with pytest.raises(InputError, match="evenly spaced samples"):
         estimate(replace(recording, imus=uneven))
+
+
+def test_the_answer_is_well_formed():
+    recording = random_rig(np.random.default_rng(0)).noisy(np.random.default_rng(1), *NOISE).recording()
+    gyro = recording.imus[0].gyro.copy()
+    answer = ESTIMATORS["hinge-position"].estimate(recording)
+    assert (answer.estimator, answer.quantity, answer.status) == ("hinge-position", "joint_vector", "converged")
+    assert answer.value.shape == (2, 3)
+    assert answer.covariance is not None
+    assert (np.linalg.eigvalsh(answer.covariance) > 0).all()
+    assert np.array_equal(recording.imus[0].gyro, gyro)
