@@ -1,0 +1,1 @@
+"""Where a recording and its model differ, because of what, and whether the fit improves with it."""

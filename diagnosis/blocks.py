@@ -1,0 +1,131 @@
+"""Block-tridiagonal matrices with a dense border: how a long fit stays linear in its length.
+
+Knots are gathered into blocks; a measurement touches at most two neighbouring ones. The few
+numbers that the whole recording shares (geometry, effects) are the border::
+
+    [ N   B ] [ x ]   [ g ]
+    [ B'  C ] [ p ] = [ h ]
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dpotrf, dpotri, dtrtrs
+
+from imubench.arrays import Array
+
+
+class NotPositiveDefiniteError(ArithmeticError):
+    """A direction that neither a measurement nor a prior holds."""
+
+
+@dataclass(frozen=True)
+class Banded:
+    """A symmetric block-tridiagonal matrix: diagonal and right neighbours, both (m, b, b), the last of these unused."""
+
+    diagonal: Array
+    right: Array
+
+    def factor(self) -> "Factor":
+        """Return its Cholesky factor; `NotPositiveDefiniteError` names the block."""
+        count = len(self.diagonal)
+        lower, coupling = np.empty_like(self.diagonal), np.zeros_like(self.right)
+        rest = self.diagonal[0]
+        for i in range(count):
+            chol, info = dpotrf(rest, lower=1, clean=1)
+            if info:
+                raise NotPositiveDefiniteError(f"block {i} of {count}")
+            lower[i] = chol
+            if i + 1 < count:
+                z, _ = dtrtrs(chol, self.right[i], lower=1)
+                coupling[i] = z
+                rest = self.diagonal[i + 1] - z.T @ z
+        return Factor(lower, coupling)
+
+    def times(self, x: Array) -> Array:
+        """Return N x for x (m, b, r)."""
+        out = np.matmul(self.diagonal, x)
+        out[:-1] += np.matmul(self.right[:-1], x[1:])
+        out[1:] += np.matmul(np.swapaxes(self.right[:-1], 1, 2), x[:-1])
+        return out
+
+
+@dataclass(frozen=True)
+class Factor:
+    """N = L L' with L block-bidiagonal: `lower` (m, b, b) and Z_i = L_i^-1 N_i,i+1 (m, b, b)."""
+
+    lower: Array
+    coupling: Array
+
+    def forward(self, rhs: Array) -> Array:
+        """Return L^-1 rhs for rhs (m, b, r)."""
+        out = np.empty_like(rhs)
+        carry = rhs[0]
+        for i in range(len(rhs)):
+            out[i], _ = dtrtrs(self.lower[i], carry, lower=1)
+            if i + 1 < len(rhs):
+                carry = rhs[i + 1] - self.coupling[i].T @ out[i]
+        return out
+
+    def backward(self, rhs: Array) -> Array:
+        """Return L'^-1 rhs for rhs (m, b, r)."""
+        out = np.empty_like(rhs)
+        for i in reversed(range(len(rhs))):
+            carry = rhs[i] if i + 1 == len(rhs) else rhs[i] - self.coupling[i] @ out[i + 1]
+            out[i], _ = dtrtrs(self.lower[i], carry, lower=1, trans=1)
+        return out
+
+    def solve(self, rhs: Array) -> Array:
+        """Return N^-1 rhs for rhs (m, b, r)."""
+        return self.backward(self.forward(rhs))
+
+    def inverse(self) -> Banded:
+        """Return the blocks of N^-1 on and right of its diagonal (Takahashi's recursion)."""
+        count = len(self.lower)
+        diagonal, right = np.empty_like(self.lower), np.zeros_like(self.coupling)
+        for i in reversed(range(count)):
+            own, _ = dpotri(self.lower[i], lower=1)
+            own = np.tril(own) + np.tril(own, -1).T
+            if i + 1 < count:
+                gain, _ = dtrtrs(self.lower[i], self.coupling[i], lower=1, trans=1)
+                right[i] = -gain @ diagonal[i + 1]
+                own = own - right[i] @ gain.T
+            diagonal[i] = own
+        return Banded(diagonal, right)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A solved arrow system, ready for more right-hand sides."""
+
+    factor: Factor
+    border: Array  # (m, b, p): B
+    half: Array  # (m, b, p): L^-1 B
+    schur: Array  # (p, p): C - B' N^-1 B, whose inverse is the parameters' covariance
+
+    def solve(self, g: Array, h: Array) -> tuple[Array, Array]:
+        """Return x (m, b, r) and p (q, r) for right-hand sides g (m, b, r), h (q, r)."""
+        front = self.factor.forward(g)
+        p = np.linalg.solve(self.schur, h - tensor(self.half, front)) if len(h) else h
+        return self.factor.backward(front - self.half @ p), np.asarray(p, dtype=float)
+
+    def complement(self, g: Array, h: Array, c: Array) -> Array:
+        """Return the Schur complement (r, r) of further columns: their products with the system and themselves."""
+        front = self.factor.forward(g)
+        out = c - tensor(front, front)
+        if len(h):
+            rest = h - tensor(self.half, front)
+            out = out - rest.T @ np.linalg.solve(self.schur, rest)
+        return (out + out.T) / 2
+
+
+def solve_arrow(band: Banded, border: Array, corner: Array) -> Solution:
+    """Factor the arrow matrix of `band`, border (m, b, p) and corner (p, p)."""
+    factor = band.factor()
+    half = factor.forward(border) if border.shape[2] else border
+    return Solution(factor, border, half, corner - tensor(half, half))
+
+
+def tensor(a: Array, b: Array) -> Array:
+    """Return A' B of block columns (m, b, p) and (m, b, r)."""
+    return a.reshape(-1, a.shape[2]).T @ b.reshape(-1, b.shape[2])

@@ -1,0 +1,142 @@
+"""The motion fit: Levenberg-Marquardt on splines and parameters together, noise levels estimated on the way."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.blocks import NotPositiveDefiniteError, solve_arrow
+from imubench.diagnosis.equations import equation_rows
+from imubench.diagnosis.kinematics import POSITION
+from imubench.diagnosis.model import Model, State
+from imubench.diagnosis.priors import prior_rows
+from imubench.diagnosis.rows import Linear, Normal, Parameters, Rows, linearise
+from imubench.diagnosis.splines import Tracks
+
+ENOUGH = 1e-4  # of the cost per measured number: a smaller gain ends the search
+STEPS = 40
+LENGTHS = (1.0, 0.5, 0.2, 0.05)  # of a Gauss-Newton step, tried before it is damped
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A model, its best state, and what the noise was taken to be."""
+
+    model: Model
+    state: State
+    noise: dict[str, float]  # std of each group of rows, in its unit
+    cost: float
+    steps: int
+    anchor: Array | None = None
+    loose: float = 1.0
+    rows: list[Rows] = field(default_factory=list, repr=False)
+
+    @property
+    def measured(self) -> list[Rows]:
+        """The rows of measurements."""
+        return [r for r in self.rows if r.counts]
+
+
+def all_rows(
+    model: Model, state: State, noise: dict[str, float], anchor: Array | None, loose: float = 1.0
+) -> list[Rows]:
+    """Return every row of the problem; `loose` widens the measurements' noise."""
+    out = [replace(r, std=r.std * noise[r.name] * loose) for r in model.measured(state)]
+    out += [replace(r, std=r.std * noise.get(r.name, 1.0) * loose) for r in equation_rows(model, state)]
+    return out + list(prior_rows(model, state, noise, anchor))
+
+
+def assemble(model: Model, rows: list[Rows]) -> tuple[Normal, list[Linear]]:
+    """Return the normal equations and the rows that made them."""
+    normal = Normal.empty(model.tracks, model.parameters)
+    linear = [linearise(r, model.tracks, model.parameters) for r in rows]
+    normal.add(linear)
+    normal.fill(model.tracks)
+    return normal, linear
+
+
+def step(model: Model, normal: Normal, damping: float) -> tuple[Array, Array]:
+    """Return the damped Gauss-Newton step: splines (blocks, b) and parameters (p,)."""
+    at, at_p = np.arange(normal.diagonal.shape[1]), np.arange(len(normal.corner))
+    band, corner = normal.band, normal.corner
+    if damping:
+        diagonal, corner = normal.diagonal.copy(), corner.copy()
+        diagonal[:, at, at] *= 1 + damping
+        corner[at_p, at_p] *= 1 + damping
+        band = replace(band, diagonal=diagonal)
+    solution = solve_arrow(band, normal.border, corner)
+    x, values = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
+    return x[:, :, 0], values[:, 0]
+
+
+def moved(model: Model, state: State, x: Array, values: Array) -> State:
+    """Return a state moved by x (blocks, b) and `values` (p,)."""
+    count, width = state.coefficients.shape
+    change = x.reshape(-1, width)[:count]
+    parameters = model.parameters
+    return State(
+        state.coefficients + change,
+        {name: value + values[parameters.columns(name)] for name, value in state.values.items()},
+    )
+
+
+def placed(model: Model, state: State, noise: dict[str, float], anchor: Array | None, loose: float) -> State:
+    """Return the state with the position that fits best to everything else.
+
+    The readings are linear in it, and a world position has to turn with every change of heading, to which a
+    Gauss-Newton step is blind: without this, a heading that drifts by 0.1 rad costs dozens of small steps.
+    """
+    if POSITION not in model.tracks.widths:
+        return state
+    only = Tracks(model.tracks.knots, {POSITION: 3})
+    normal = Normal.empty(only, Parameters({}))
+    rows = [r for r in all_rows(model, state, noise, anchor, loose) if any(n == POSITION for n, _ in r.residual.blocks)]
+    normal.add([linearise(r, only, Parameters({})) for r in rows])
+    normal.fill(only)
+    x = normal.band.factor().solve(-normal.gradient[:, :, None])
+    coefficients = state.coefficients.copy()
+    coefficients[:, model.tracks.columns(POSITION)] += x.reshape(-1, 3)[: only.knots.count]
+    return replace(state, coefficients=coefficients)
+
+
+def solve(
+    model: Model,
+    state: State,
+    noise: dict[str, float],
+    anchor: Array | None = None,
+    loose: float = 1.0,
+    steps: int = STEPS,
+    enough: float = ENOUGH,
+) -> Fit:
+    """Return the state of least cost, from `state`."""
+    taken, damping = 0, 0.0
+    rows = all_rows(model, state, noise, anchor, loose)
+    cost = sum(r.cost for r in rows)
+    count = sum(r.residual.value.size for r in rows if r.counts)
+    while taken < steps:
+        taken += 1
+        normal, _ = assemble(model, rows)
+        before = cost
+        while damping < 1e3:
+            try:
+                x, values = step(model, normal, damping)
+            except NotPositiveDefiniteError:
+                damping = max(damping * 10, 1e-10)
+                continue
+            for length in LENGTHS:
+                trial = moved(model, state, length * x, length * values)
+                trial = placed(model, trial, noise, anchor, loose)
+                trial_rows = all_rows(model, trial, noise, anchor, loose)
+                trial_cost = sum(r.cost for r in trial_rows)
+                if trial_cost < cost:
+                    break
+            else:
+                damping = max(damping * 100, 1e-10)
+                continue
+            state, rows, cost = trial, trial_rows, trial_cost
+            damping = damping / 100 if damping > 1e-10 else 0.0
+            break
+
+        if before - cost < enough * count:
+            break
+    return Fit(model, state, noise, cost, taken, anchor, loose, rows)

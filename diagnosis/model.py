@@ -1,0 +1,230 @@
+"""The model that a recording is held against: splines, geometry, hypothesised effects, and the rows they make."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.diagnosis.kinematics import ATTITUDE, HINGE, Rig, swing
+from imubench.diagnosis.rows import Parameters, Rows
+from imubench.diagnosis.splines import Moment, Tracks
+from imubench.effects.effect import Effect, Reading, Scene, Values
+from imubench.jets import CONSTANT, Jet, Turn, rotation, variable
+from imubench.links import ZERO, Link, Motion
+from imubench.recording import Imu, Recording
+
+UNKNOWN_POSITION, UNKNOWN_ROTATION = 0.3, 1.0  # m, rad: priors of a mount that nobody declared
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """An effect at a place."""
+
+    effect: Effect
+    at: str  # imu1, imu2, joint, body, world
+
+    @property
+    def name(self) -> str:
+        """As it is written: soft_mount@imu2."""
+        return f"{self.effect.name}@{self.at}"
+
+    def key(self, part: str) -> str:
+        """Return the name of one of its parameters or states in the fit."""
+        return f"{self.name}.{part}"
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Where a parameter starts and how far it may plausibly go."""
+
+    start: Array  # (k,)
+    std: Array  # (k,)
+
+
+@dataclass(frozen=True)
+class State:
+    """One trial solution."""
+
+    coefficients: Array  # (count, width)
+    values: dict[str, Array]  # parameter -> (k,)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """The mounts that the fit starts from: the declared ones, or estimated where none is declared."""
+
+    position: Array  # (3,) m
+    turn: Array  # (3, 3) sensor -> segment
+
+
+@dataclass(frozen=True)
+class Model:
+    """A recording's model; `rows` compares it with the measurements."""
+
+    recording: Recording
+    rig: Rig
+    tracks: Tracks
+    mounts: dict[str, Geometry]  # per IMU
+    start: float  # s, the stamp that counts as zero
+    hypotheses: tuple[Hypothesis, ...] = ()
+    offsets: tuple[str, ...] = ()  # sensors whose clock may be off against the first's
+    masks: dict[str, NDArray[np.bool_]] | None = None  # per "imu1.gyro" and so on: samples (n,) that count
+
+    def with_effects(self, hypotheses: tuple[Hypothesis, ...]) -> "Model":
+        """Return the same model with other effects in it, and their states among the splines."""
+        widths = dict(self.rig.widths)
+        for h in hypotheses:
+            widths |= {h.key(s.name): s.width for s in h.effect.states}
+        return replace(self, hypotheses=hypotheses, tracks=Tracks(self.tracks.knots, widths))
+
+    @cached_property
+    def priors(self) -> dict[str, Prior]:
+        """Every parameter's prior, by name."""
+        out: dict[str, Prior] = {}
+        for imu in self.recording.imus:
+            for part, declared, missing in (
+                ("translation", imu.mount_position_std, UNKNOWN_POSITION),
+                ("rotation", imu.mount_rotation_std, UNKNOWN_ROTATION),
+            ):
+                std = max(missing if declared is None else declared, 1e-6)
+                out[f"{imu.name}.{part}"] = Prior(np.zeros(3), np.full(3, std))
+        for name in self.offsets:
+            out[f"{name}.offset"] = Prior(np.zeros(1), np.full(1, 0.05))
+        for h in self.hypotheses:
+            for p in h.effect.parameters:
+                out[h.key(p.name)] = Prior(np.full(p.width, p.start), np.full(p.width, p.std))
+        return out
+
+    @property
+    def parameters(self) -> Parameters:
+        """Their places in one vector."""
+        return Parameters({name: len(prior.start) for name, prior in self.priors.items()})
+
+    def values(self, h: Hypothesis, state: State) -> Values:
+        """Return an effect's parameters as jets."""
+        out = {}
+        for p in h.effect.parameters:
+            jet = variable((h.key(p.name), CONSTANT), state.values[h.key(p.name)])
+            out[p.name] = jet.through(np.exp(jet.value), np.exp(jet.value)) if p.log else jet
+        return out
+
+    def at(self, place: str) -> Iterator[Hypothesis]:
+        """Yield the effects at a place."""
+        return (h for h in self.hypotheses if h.at == place)
+
+    def moment(self, state: State, stamps: Array, sensor: str) -> Moment:
+        """Return the splines at a sensor's stamps (n,), its clock's error taken out."""
+        time = Jet((stamps - self.start)[:, None])
+        if sensor in self.offsets:
+            time = time - variable((f"{sensor}.offset", CONSTANT), state.values[f"{sensor}.offset"])
+        for h in self.at(sensor):
+            time = h.effect.clock(time, self.values(h, state))
+        return Moment(self.tracks, state.coefficients, time)
+
+    def scene(self, h: Hypothesis, moment: Moment, segment: Motion, mount: Link | None = None) -> Scene:
+        """Return what an effect may ask of the rig."""
+
+        def track(name: str, order: int) -> Jet:
+            return moment.track(h.key(name), order)
+
+        angle = angle_rate = angle_accel = None
+        if self.rig.hinge:
+            angle, angle_rate, angle_accel = (moment.track(HINGE, order) for order in range(3))
+        elif self.recording.rig == "pendulum" and segment.turn is not None:
+            angle = swing(segment.turn)
+        return Scene(moment.time.value[:, 0], segment, angle, angle_rate, angle_accel, track, mount)
+
+    def segments(self, state: State, moment: Moment) -> dict[str, Motion]:
+        """Return the motion of every segment."""
+        first = self.rig.first(moment)
+        if not self.rig.hinge:
+            for h in self.at("joint"):
+                first = first.child(h.effect.joint(Link(), self.scene(h, moment, first), self.values(h, state)))
+            return {"segment1": first}
+        link = self.rig.joint(moment)
+        for h in self.at("joint"):
+            link = h.effect.joint(link, self.scene(h, moment, first), self.values(h, state))
+        return {"segment1": first, "segment2": first.child(link)}
+
+    def mount(self, imu: Imu, state: State, moment: Moment, segment: Motion) -> Link:
+        """Return an IMU on its segment."""
+        base = self.mounts[imu.name]
+        turn = Turn(base.turn[None]) @ rotation(
+            variable((f"{imu.name}.rotation", CONSTANT), state.values[f"{imu.name}.rotation"])
+        )
+        moved = variable((f"{imu.name}.translation", CONSTANT), state.values[f"{imu.name}.translation"])
+        link = Link(turn, offset=moved + base.position)
+        for h in self.at(imu.name):
+            link = h.effect.mount(link, self.scene(h, moment, segment, link), self.values(h, state))
+        return link
+
+    def reading(self, imu: Imu, state: State, moment: Moment, segment: Motion) -> Reading:
+        """Return what an IMU would report."""
+        link = self.mount(imu, state, moment, segment)
+        sensor = segment.child(link)
+        reading = Reading(sensor.rate, sensor.force, moment.time.value[:, 0])
+        for h in self.at(imu.name):
+            scene = self.scene(h, moment, segment, link)
+            reading = h.effect.filtered(reading, scene, self.values(h, state))
+        errors = [h.effect.error(reading, self.values(h, state)) for h in self.at(imu.name)]
+        gyro = sum((e.gyro for e in errors if e.gyro is not None), reading.gyro)
+        accel = sum((e.accel for e in errors if e.accel is not None), reading.accel)
+        return Reading(gyro, accel, reading.time)
+
+    def measured(self, state: State) -> Iterator[Rows]:
+        """Yield the rows of every sensor, in their own unit (std 1)."""
+        for imu in self.recording.imus:
+            moment = self.moment(state, imu.time, imu.name)
+            segment = self.segments(state, moment)[f"segment{1 if imu.name == 'imu1' else 2}"]
+            reading = self.reading(imu, state, moment, segment)
+            place = moment.time.value[:, 0]
+            for part, model, got in (("gyro", reading.gyro, imu.gyro), ("accel", reading.accel, imu.accel)):
+                yield self._masked(f"{imu.name}.{part}", place, model - got)
+        for encoder in self.recording.encoders:
+            moment = self.moment(state, encoder.time, "encoder")
+            yield self._masked(
+                "encoder.angle", moment.time.value[:, 0], moment.track(HINGE) - (encoder.angle + encoder.zero)[:, None]
+            )
+        for i, pose in enumerate(self.recording.poses):
+            moment = self.moment(state, pose.time, f"pose{i + 1}")
+            segment = self.segments(state, moment)[pose.segment]
+            place = moment.time.value[:, 0]
+            if pose.position is not None and segment.position is not None:
+                yield _seen(
+                    f"pose{i + 1}.position", place, segment.position - np.nan_to_num(pose.position), pose.position
+                )
+            if pose.quaternion is not None and segment.turn is not None:
+                seen = np.nan_to_num(pose.quaternion, nan=0.5)
+                error = Turn(np.swapaxes(rotations.to_matrix(seen), -1, -2)) @ segment.turn
+                yield _seen(f"pose{i + 1}.rotation", place, _vector(error), pose.quaternion)
+
+    def _masked(self, name: str, time: Array, residual: Jet) -> Rows:
+        mask = None if self.masks is None else self.masks.get(name)
+        if mask is not None and not mask.all():
+            time, residual = time[mask], _pick(residual, mask)
+        return Rows(name, time, residual, np.ones(residual.value.shape[1]))
+
+
+def _vector(turn: Turn) -> Jet:
+    """Return the rotation vector (n, 3) of small turns; its derivative taken as that of the turn itself."""
+    return Jet(rotations.log(rotations.from_matrix(turn.matrix)), dict(turn.blocks))
+
+
+def _seen(name: str, time: Array, residual: Jet, measured: Array) -> Rows:
+    seen = np.atleast_1d(np.isfinite(measured).all(axis=1))
+    residual = _pick(residual, seen)
+    return Rows(name, time[seen], residual, np.ones(residual.value.shape[1]))
+
+
+def _pick(jet: Jet, mask: NDArray[np.bool_]) -> Jet:
+    """Return the rows of a jet that count."""
+    n = len(mask)
+    blocks = {key: d[mask] if d.shape[0] == n else d for key, d in jet.blocks.items()}
+    return Jet(jet.value[mask], blocks)
+
+
+__all__ = ["ATTITUDE", "HINGE", "ZERO", "Geometry", "Hypothesis", "Model", "Prior", "State"]

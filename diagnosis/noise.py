@@ -1,0 +1,106 @@
+"""How large the noise really is: each group's level by restricted maximum likelihood.
+
+A fit with as many freedoms as samples leaves residuals smaller than the noise. With the leverage h of
+each row (the diagonal of the hat matrix), s^2 = sum r^2 / (n - sum h) is unbiased; the same rule gives the
+roughness of the motion from the rows that hold it smooth.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.blocks import Banded, Solution, solve_arrow
+from imubench.diagnosis.fit import Fit, assemble, solve
+from imubench.diagnosis.model import Model, State
+from imubench.diagnosis.rows import CHUNK, KNOTS_PER_BLOCK, Linear
+from imubench.diagnosis.splines import SUPPORT
+
+FLOOR = 0.85  # of the declared level: a declared noise is right within 15 %
+SMALLEST = 1e-7  # of a unit: no group is taken for exact
+ROUNDS = 6
+SAME = 0.03  # relative change of every level that ends the rounds
+
+
+def windows(band: Banded, width: int) -> Array:
+    """Return the blocks (knots, 6 w, 6 w) of a symmetric band that the rows of each first knot touch."""
+    count, span = len(band.diagonal) * KNOTS_PER_BLOCK, SUPPORT * width
+    b = KNOTS_PER_BLOCK * width
+    out = np.empty((count - KNOTS_PER_BLOCK, span, span))
+    for offset in range(KNOTS_PER_BLOCK):
+        at, inside = offset * width, min(span, b - offset * width)
+        here = out[offset::KNOTS_PER_BLOCK]
+        m = len(here)
+        here[:, :inside, :inside] = band.diagonal[:m, at : at + inside, at : at + inside]
+        if inside < span:
+            over = span - inside
+            across = band.right[:m, at:, :over]
+            here[:, :inside, inside:] = across
+            here[:, inside:, :inside] = np.swapaxes(across, 1, 2)
+            here[:, inside:, inside:] = band.diagonal[1 : m + 1, :over, :over]
+    return out
+
+
+def leverages(parts: list[Linear], solution: Solution, width: int) -> list[Array]:
+    """Return the leverage (n, m) of every row."""
+    inverse = windows(solution.factor.inverse(), width)
+    reach = solution.factor.backward(solution.half)  # N^-1 B
+    p = reach.shape[2]
+    reach = reach.reshape(-1, width, p)
+    covariance = np.linalg.inv(solution.schur)
+    out = []
+    for part in parts:
+        n, m = part.residual.shape
+        h = np.empty((n, m))
+        for begin in range(0, n, CHUNK):
+            some = slice(begin, begin + CHUNK)
+            first, local = part.first[some], part.local[some].reshape(-1, m, SUPPORT * width)
+            h[some] = np.sum(np.matmul(local, inverse[np.minimum(first, len(inverse) - 1)]) * local, axis=2)
+            near = reach[first[:, None] + np.arange(SUPPORT)].reshape(len(first), -1, p)
+            rest = part.border[some] - np.matmul(local, near)
+            h[some] += np.sum((rest @ covariance) * rest, axis=2)
+        out.append(h)
+    return out
+
+
+def levels(fit: Fit) -> tuple[dict[str, float], dict[str, Array]]:
+    """Return the noise level of every group that `fit.noise` names, and every row's leverage."""
+    normal, parts = assemble(fit.model, fit.rows)
+    solution = solve_arrow(normal.band, normal.border, normal.corner)
+    hats = leverages(parts, solution, fit.model.tracks.width)
+    out = {}
+    for rows, hat in zip(fit.rows, hats, strict=True):
+        if rows.name in fit.noise:
+            free = max(rows.residual.value.size - float(hat.sum()), 1.0)
+            out[rows.name] = max(fit.noise[rows.name] * fit.loose * np.sqrt(2 * rows.cost / free), SMALLEST)
+    return out, {rows.name: hat for rows, hat in zip(fit.rows, hats, strict=True)}
+
+
+def declared(model: Model) -> dict[str, float]:
+    """Return the noise levels that the recording declares, by group."""
+    out: dict[str, float | None] = {}
+    recording = model.recording
+    for imu in recording.imus:
+        out |= {f"{imu.name}.gyro": imu.gyro_noise_std, f"{imu.name}.accel": imu.accel_noise_std}
+    for encoder in recording.encoders:
+        out["encoder.angle"] = encoder.angle_noise_std
+    for i, pose in enumerate(recording.poses):
+        out |= {f"pose{i + 1}.position": pose.position_noise_std, f"pose{i + 1}.rotation": pose.rotation_noise_std}
+    return {name: std for name, std in out.items() if std}
+
+
+def fit_with_noise(
+    model: Model, state: State, noise: dict[str, float], anchor: Array | None, rounds: int = ROUNDS
+) -> Fit:
+    """Return the fit in which every group's noise level is its own estimate, at least near the declared one."""
+    floor = {name: FLOOR * std for name, std in declared(model).items()}
+    fit = solve(model, state, noise, anchor, steps=4)
+    for _ in range(rounds):
+        found, _ = levels(fit)
+        new = {name: max(found.get(name, old), floor.get(name, 0.0)) for name, old in noise.items()}
+        change = max(abs(np.log(new[name] / noise[name])) for name in noise)
+        noise = new
+        fit = solve(model, fit.state, noise, anchor, steps=4)
+        if change < SAME:
+            break
+    return replace(fit, noise=noise)

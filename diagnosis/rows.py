@@ -1,0 +1,199 @@
+"""Measurements as rows of a least-squares problem, and their normal equations."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imubench.arrays import Array
+from imubench.diagnosis.blocks import Banded
+from imubench.diagnosis.splines import SUPPORT, Tracks
+from imubench.jets import CONSTANT, Jet
+
+Whole = NDArray[np.int64]
+
+KNOTS_PER_BLOCK = 8  # more than SUPPORT, so that a row touches two blocks at most
+CHUNK = 1024  # knots whose products are formed at once, to bound memory
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Residuals of one kind, model minus measurement, whitened: `std` is one standard deviation."""
+
+    name: str  # as "imu1.gyro"
+    time: Array  # (n,) s, where on the splines
+    residual: Jet  # (n, m), in the unit of `std`
+    std: Array  # (m,) or (n, m)
+    counts: bool = True  # False: a prior, not a measurement
+
+    @property
+    def whitened(self) -> Array:
+        """Residuals (n, m) over their standard deviation."""
+        return self.residual.value / self.std
+
+    @property
+    def cost(self) -> float:
+        """Half the sum of the squares."""
+        return 0.5 * float(np.sum(self.whitened**2))
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The numbers that the whole recording shares, by name: where each lies in one vector."""
+
+    widths: dict[str, int]
+
+    @property
+    def count(self) -> int:
+        """How many numbers there are."""
+        return sum(self.widths.values())
+
+    def columns(self, name: str) -> slice:
+        """Return where a parameter lies in the vector."""
+        at = 0
+        for known, width in self.widths.items():
+            if known == name:
+                return slice(at, at + width)
+            at += width
+        raise KeyError(name)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Rows by the knots they touch: first one (n,), blocks (n, m, 6, width), border (n, m, p), residual (n, m)."""
+
+    first: Whole
+    local: Array
+    border: Array
+    residual: Array
+
+
+def linearise(rows: Rows, tracks: Tracks, parameters: Parameters) -> Linear:
+    """Return whitened Jacobian and residual of `rows`."""
+    n, m = rows.residual.value.shape
+    n = max(n, len(rows.time))
+    local = np.zeros((n, m, SUPPORT, tracks.width))
+    border = np.zeros((n, m, parameters.count))
+    first: Whole = np.zeros(n, dtype=np.int64)
+    if tracks.width:
+        first, _ = tracks.knots.weights(rows.time, 0)
+    for (name, order), block in rows.residual.blocks.items():
+        if order == CONSTANT:
+            if name in parameters.widths:
+                border[:, :, parameters.columns(name)] += block
+        elif name in tracks.widths:
+            _, weights = tracks.knots.weights(rows.time, order)
+            local[:, :, :, tracks.columns(name)] += block[:, :, None, :] * weights[:, None, :, None]
+    scale = 1 / np.broadcast_to(rows.std, (n, m))
+    local *= scale[:, :, None, None]
+    border *= scale[:, :, None]
+    return Linear(first, local, border, np.broadcast_to(rows.residual.value, (n, m)) * scale)
+
+
+@dataclass
+class Normal:
+    """The normal equations of all rows: band, border, corner and gradient."""
+
+    diagonal: Array  # (m, b, b)
+    right: Array  # (m, b, b)
+    border: Array  # (m, b, p)
+    corner: Array  # (p, p)
+    gradient: Array  # (m, b)
+    corner_gradient: Array  # (p,)
+
+    @classmethod
+    def empty(cls, tracks: Tracks, parameters: Parameters) -> "Normal":
+        """Return equations without a row."""
+        b = KNOTS_PER_BLOCK * tracks.width
+        m = -(-tracks.knots.count // KNOTS_PER_BLOCK) if b else 0
+        p = parameters.count
+        return cls(
+            np.zeros((m, b, b)),
+            np.zeros((m, b, b)),
+            np.zeros((m, b, p)),
+            np.zeros((p, p)),
+            np.zeros((m, b)),
+            np.zeros(p),
+        )
+
+    def add(self, parts: list[Linear]) -> None:
+        """Add the products of the rows, gathered by the knot they start at."""
+        for part in parts:
+            wide = part.border.reshape(part.residual.size, -1)
+            self.corner += wide.T @ wide
+            self.corner_gradient += wide.T @ part.residual.reshape(-1)
+        if not self.diagonal.size:
+            return
+        last = max(int(part.first.max()) for part in parts if len(part.first))
+        for begin in range(0, last + 1, CHUNK):
+            self._add(begin, min(begin + CHUNK, last + 1), parts)
+
+    def _add(self, begin: int, end: int, parts: list[Linear]) -> None:
+        """Add what starts at knots begin..end: one tall matrix a knot, one product of each."""
+        chosen = [self._slots(part, begin, end) for part in parts]
+        height = sum(count * part.residual.shape[1] for (_, _, _, count), part in zip(chosen, parts, strict=True))
+        p, wide = self.border.shape[2], parts[0].local.shape[2] * parts[0].local.shape[3]
+        tall = np.zeros((end - begin, height, wide + p + 1))
+        at = 0
+        for (some, knot, slot, count), part in zip(chosen, parts, strict=True):
+            if count:
+                m = part.residual.shape[1]
+                place = (knot[:, None], at + slot[:, None] * m + np.arange(m))
+                tall[(*place, slice(0, wide))] = part.local[some].reshape(len(some), m, wide)
+                tall[(*place, slice(wide, wide + p))] = part.border[some]
+                tall[(*place, wide + p)] = part.residual[some]
+                at += count * m
+        products = np.matmul(np.swapaxes(tall[:, :, :wide], 1, 2), tall)
+        knots: Whole = np.arange(begin, end, dtype=np.int64)
+        self._spread(knots, products[:, :, :wide])
+        self._spread_columns(self.border, knots, products[:, :, wide : wide + p])
+        self._spread_columns(self.gradient[:, :, None], knots, products[:, :, wide + p :])
+
+    @staticmethod
+    def _slots(part: Linear, begin: int, end: int) -> tuple[Whole, Whole, Whole, int]:
+        """Return the samples that start at these knots, their knot, their place among those of the knot, the most."""
+        inside = np.flatnonzero((part.first >= begin) & (part.first < end))
+        some: Whole = inside[np.argsort(part.first[inside], kind="stable")].astype(np.int64)
+        knot = part.first[some] - begin
+        if not len(some):
+            return some, knot, knot, 0
+        edges = np.flatnonzero(np.diff(knot, prepend=-1))
+        counts = np.diff(np.append(edges, len(knot)))
+        slot: Whole = np.arange(len(knot), dtype=np.int64) - np.repeat(edges, counts)
+        return some, knot, slot, int(counts.max())
+
+    def _spread(self, knots: Whole, products: Array) -> None:
+        b = self.diagonal.shape[1]
+        width = b // KNOTS_PER_BLOCK
+        for offset in range(KNOTS_PER_BLOCK):
+            here = knots % KNOTS_PER_BLOCK == offset
+            block, some = knots[here] // KNOTS_PER_BLOCK, products[here]
+            at, inside = offset * width, min(SUPPORT * width, b - offset * width)
+            self.diagonal[block, at : at + inside, at : at + inside] += some[:, :inside, :inside]
+            if inside < SUPPORT * width:
+                over = SUPPORT * width - inside
+                self.right[block, at:, :over] += some[:, :inside, inside:]
+                self.diagonal[block + 1, :over, :over] += some[:, inside:, inside:]
+
+    def _spread_columns(self, target: Array, knots: Whole, columns: Array) -> None:
+        b = self.diagonal.shape[1]
+        width = b // KNOTS_PER_BLOCK
+        for offset in range(KNOTS_PER_BLOCK):
+            here = knots % KNOTS_PER_BLOCK == offset
+            block, some = knots[here] // KNOTS_PER_BLOCK, columns[here]
+            at, inside = offset * width, min(SUPPORT * width, b - offset * width)
+            target[block, at : at + inside] += some[:, :inside]
+            if inside < SUPPORT * width:
+                target[block + 1, : SUPPORT * width - inside] += some[:, inside:]
+
+    def fill(self, tracks: Tracks) -> None:
+        """Hold the coefficients beyond the last knot, which no row touches, at zero change."""
+        extra = len(self.diagonal) * KNOTS_PER_BLOCK - tracks.knots.count
+        at = np.arange(self.diagonal.shape[1] - extra * tracks.width, self.diagonal.shape[1])
+        if len(self.diagonal):
+            self.diagonal[-1, at, at] += 1.0
+
+    @property
+    def band(self) -> Banded:
+        """The matrix of the splines alone."""
+        return Banded(self.diagonal, self.right)

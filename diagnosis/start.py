@@ -1,0 +1,165 @@
+"""A start from the recording alone: clocks aligned, attitude integrated and levelled, hinge angle matched."""
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.diagnosis.fit import assemble, moved, step
+from imubench.diagnosis.kinematics import ATTITUDE, HINGE, HINGE_AXIS, Rig
+from imubench.diagnosis.model import Geometry, Model, State
+from imubench.diagnosis.priors import START_SMOOTH, prior_rows
+from imubench.diagnosis.rows import Rows
+from imubench.diagnosis.splines import Knots, Moment, Tracks
+from imubench.jets import Jet
+from imubench.recording import Imu, Recording
+
+EDGE = 0.15  # s of spline beyond the first and the last sample, for clocks that are off
+LEVELLING = 3.0  # s over which the mean specific force is taken for up
+LAG = 0.25  # s, the largest clock offset that is looked for
+
+
+def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
+    """Return the model of a recording as its owner declares it, no effect in it."""
+    rig = Rig.of(recording)
+    stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
+    start, end = min(t[0] for t in stamps), max(t[-1] for t in stamps)
+    rate = knots_per_s or min(1 / float(np.median(np.diff(t))) for t in stamps)
+    knots = Knots.over(-EDGE, end - start + EDGE, 1 / rate)
+    mounts = {i.name: Geometry(i.mount_position, rotations.to_matrix(i.mount_quaternion)) for i in recording.imus}
+    sensors = [i.name for i in recording.imus]
+    offsets = tuple(sensors[1:] + ["encoder"] * bool(recording.encoders) * bool(sensors))
+    offsets += tuple(f"pose{i + 1}" for i in range(len(recording.poses)) if sensors)
+    return Model(recording, rig, Tracks(knots, rig.widths), mounts, float(start), offsets=offsets)
+
+
+def blind_start(model: Model) -> tuple[State, Array | None]:
+    """Return a state to begin the fit from, and the first attitude (4,) if there is one."""
+    recording, rig = model.recording, model.rig
+    values = {name: prior.start.copy() for name, prior in model.priors.items()}
+    knots = model.tracks.knots
+    grid = np.asarray(knots.start + knots.step * np.arange(knots.count - 5), dtype=float)
+    targets: dict[str, Array] = {}
+    imus = {i.name: i for i in recording.imus}
+    if rig.hinge and len(imus) == 2:
+        values["imu2.offset"][:] = clock_offset(model, imus["imu1"], imus["imu2"])
+    sampled = {n: _on_segment(model, i, grid, values.get(f"{n}.offset", np.zeros(1))[0]) for n, i in imus.items()}
+    if rig.turns:
+        if recording.poses and recording.poses[0].quaternion is not None:
+            targets[ATTITUDE] = _interpolated_pose(model, grid)
+        else:
+            gyro, accel = sampled.get("imu1") or sampled["imu2"]
+            targets[ATTITUDE] = levelled(gyro, accel, knots.step, still=not rig.moves)
+    if rig.hinge:
+        targets[HINGE] = _hinge(model, grid, sampled)[:, None]
+    coefficients = np.zeros((knots.count, model.tracks.width))
+    if ATTITUDE in targets:
+        coefficients[:, model.tracks.columns(ATTITUDE)] = targets[ATTITUDE][0]
+    anchor = targets[ATTITUDE][0] if ATTITUDE in targets else None
+    state = State(coefficients, values)
+    return _follow(model, state, grid, targets, anchor), anchor
+
+
+def _follow(model: Model, state: State, grid: Array, targets: dict[str, Array], anchor: Array | None) -> State:
+    """Return the splines through the targets (n, width)."""
+    moment = Moment(model.tracks, state.coefficients, Jet(grid[:, None]))
+    rows = [Rows(n, grid, moment.track(n) - y, np.full(y.shape[1], 1e-3)) for n, y in targets.items()]
+    noise = {f"smooth.{n}": START_SMOOTH.get(n, 1e4) for n in model.tracks.widths}
+    normal, _ = assemble(model, rows + list(prior_rows(model, state, noise, anchor)))
+    return moved(model, state, *step(model, normal, 0.0))
+
+
+def _on_segment(model: Model, imu: Imu, grid: Array, offset: float) -> tuple[Array, Array]:
+    """Return rate and specific force of an IMU in segment axes, on the grid."""
+    stamps = imu.time - model.start - offset
+    turn = model.mounts[imu.name].turn
+    gyro, accel = (np.stack([np.interp(grid, stamps, x) for x in y.T], axis=1) for y in (imu.gyro, imu.accel))
+    return gyro @ turn.T, accel @ turn.T
+
+
+def clock_offset(model: Model, one: Imu, two: Imu) -> float:
+    """Return by how much the second IMU's stamps are late, in s, from what a hinge leaves equal: |w x j|."""
+    step = 0.2 / max(one.rate, two.rate)
+    grid = np.arange(0.0, min(one.time[-1], two.time[-1]) - model.start, step)
+    across = []
+    for imu in (one, two):
+        gyro, _ = _on_segment(model, imu, grid, 0.0)
+        across.append(np.linalg.norm(np.delete(gyro, HINGE_AXIS, axis=1), axis=1))
+    a, b = (x - x.mean() for x in across)
+    lags = np.arange(-int(LAG / step), int(LAG / step) + 1)
+    edge = len(lags)
+    if len(a) < 3 * edge:
+        return 0.0
+    inner = a[edge:-edge]
+    match = np.array([np.mean(inner * b[edge + k : len(b) - edge + k]) for k in lags])
+    best = int(np.argmax(match))
+    if best in (0, len(lags) - 1) or match[best] <= 0:
+        return 0.0
+    y = match[best - 1 : best + 2]
+    curve = y[0] - 2 * y[1] + y[2]
+    return float((lags[best] + (0.5 * (y[0] - y[2]) / curve if curve else 0.0)) * step)
+
+
+def integrated(rate: Array, step: float) -> Array:
+    """Return the attitudes (n, 4) that a body rate (n, 3) rad/s leads to, from the identity."""
+    q = rotations.exp(np.concatenate([np.zeros((1, 3)), 0.5 * (rate[1:] + rate[:-1]) * step]))
+    reach = 1
+    while reach < len(q):  # a running product in log2(n) passes
+        q[reach:] = rotations.multiply(q[:-reach].copy(), q[reach:])
+        reach *= 2
+    return q / np.linalg.norm(q, axis=1, keepdims=True)
+
+
+def levelled(rate: Array, force: Array, step: float, still: bool) -> Array:
+    """Return attitudes (n, 4), continuous, whose mean specific force points up; `still`: the origin does not move."""
+    q = integrated(rate, step)
+    width = (0.5 if still else LEVELLING) / step
+    for _ in range(3):
+        up = gaussian_filter1d(rotations.rotate(q, force), width, axis=0, mode="nearest")
+        up /= np.linalg.norm(up, axis=1, keepdims=True)
+        turn = np.cross(up, [0.0, 0.0, 1.0])
+        q = rotations.multiply(_turning(turn, 1 + up[:, 2]), q)
+    return q
+
+
+def _turning(axis: Array, cosine: Array) -> Array:
+    q = np.concatenate([cosine[:, None], axis], axis=1)
+    q[cosine < 1e-9] = [0.0, 1.0, 0.0, 0.0]
+    return q / np.linalg.norm(q, axis=1, keepdims=True)
+
+
+def _interpolated_pose(model: Model, grid: Array) -> Array:
+    pose = model.recording.poses[0]
+    assert pose.quaternion is not None
+    seen = np.isfinite(pose.quaternion).all(axis=1)
+    q = pose.quaternion[seen].copy()
+    sign = np.cumprod(np.concatenate([[1.0], np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)]))
+    q *= sign[:, None]
+    out = np.stack([np.interp(grid, pose.time[seen] - model.start, x) for x in q.T], axis=1)
+    return out / np.linalg.norm(out, axis=1, keepdims=True)
+
+
+def _hinge(model: Model, grid: Array, sampled: dict[str, tuple[Array, Array]]) -> Array:
+    """Return the hinge angle (n,) rad: integrated, then moved to where the specific forces agree."""
+    recording = model.recording
+    if recording.encoders:
+        encoder = recording.encoders[0]
+        return np.interp(grid, encoder.time - model.start, encoder.angle + encoder.zero)
+    if "imu2" not in sampled:
+        return np.zeros(len(grid))
+    gyro2, force2 = sampled["imu2"]
+    if "imu1" in sampled and model.rig.turns:
+        gyro1, force1 = sampled["imu1"]
+    else:
+        gyro1, force1 = np.zeros_like(gyro2), np.tile(-model.rig.base.T @ model.rig.gravity, (len(grid), 1))
+    rate = (gyro2 - gyro1)[:, HINGE_AXIS]
+    step = model.tracks.knots.step
+    angle = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * step)])
+    turn1, turn2 = (np.arctan2(f[:, 0], f[:, 2]) for f in (force1, force2))
+    weight = np.hypot(force1[:, 0], force1[:, 2]) * np.hypot(force2[:, 0], force2[:, 2])
+    gap = weight * np.exp(1j * (turn1 - turn2 - angle))
+    smooth = gaussian_filter1d(gap.real, LEVELLING / step) + 1j * gaussian_filter1d(gap.imag, LEVELLING / step)
+    return angle + np.unwrap(np.angle(smooth))
+
+
+__all__ = ["blind_start", "clock_offset", "levelled", "model_of"]

@@ -1,0 +1,109 @@
+"""Errors that act on a true signal sample by sample: y = x + M x + s.x + A f + b, in sensor axes."""
+
+import numpy as np
+
+from imubench.effects.effect import Effect, Error, Parameter, Reading, Values
+from imubench.jets import Jet, stack
+
+
+class GyroBias(Effect):
+    """A constant offset of the gyroscope."""
+
+    name, place, law = "gyro_bias", "imu", "y = x + bias"
+    parameters = (Parameter("bias", (3,), "rad/s", 0.05),)
+
+    def error(self, reading: Reading, p: Values) -> Error:
+        return Error(gyro=p["bias"])
+
+
+class AccelBias(Effect):
+    """A constant offset of the accelerometer."""
+
+    name, place, law = "accel_bias", "imu", "y = x + bias"
+    parameters = (Parameter("bias", (3,), "m/s^2", 0.5),)
+
+    def error(self, reading: Reading, p: Values) -> Error:
+        return Error(accel=p["bias"])
+
+
+class GyroDrift(Effect):
+    """An offset of the gyroscope that grows from zero at the start."""
+
+    name, place, law = "gyro_drift", "imu", "y = x + rate t"
+    parameters = (Parameter("rate", (3,), "rad/s^2", 0.002),)
+
+    def error(self, reading: Reading, p: Values) -> Error:
+        return Error(gyro=p["rate"] * reading.time[:, None])
+
+
+class AccelDrift(Effect):
+    """An offset of the accelerometer that grows from zero at the start."""
+
+    name, place, law = "accel_drift", "imu", "y = x + rate t"
+    parameters = (Parameter("rate", (3,), "m/s^3", 0.02),)
+
+    def error(self, reading: Reading, p: Values) -> Error:
+        return Error(accel=p["rate"] * reading.time[:, None])
+
+
+class GyroScale(Effect):
+    """Each axis of the gyroscope reads too much or too little."""
+
+    name, place, law = "gyro_scale", "imu", "y_i = (1 + scale_i) x_i"
+    parameters = (Parameter("scale", (3,), "1", 0.05),)
+
+    def error(self, reading: Reading, p: Values) -> Error:
+        return Error(gyro=p["scale"] * reading.gyro)
+
+
+class AccelScale(Effect):
+    """Each axis of the accelerometer reads too much or too little."""
+
+    name, place, law = "accel_scale", "imu", "y_i = (1 + scale_i) x_i"
+    parameters = (Parameter("scale", (3,), "1", 0.05),)
+
+    def error(self, reading: Reading, p: Values) -> Error:
+        return Error(accel=p["scale"] * reading.accel)
+
+
+def off_diagonal(matrix: Jet, x: Jet) -> Jet:
+    """Return M x for the entries xy, xz, yx, yz, zx, zy (n, 6) of a matrix without a diagonal."""
+    a, b = x[[1, 0, 0]], x[[2, 2, 1]]
+    return matrix[[0, 2, 4]] * a + matrix[[1, 3, 5]] * b
+
+
+class GyroMisalignment(Effect):
+    """The gyroscope's axes are not square to each other, or not where they should be."""
+
+    name, place, law = "gyro_misalignment", "imu", "y = (I + M) x, M without diagonal"
+    parameters = (Parameter("matrix", (6,), "1", 0.05),)
+
+    def error(self, reading: Reading, p: Values) -> Error:
+        return Error(gyro=off_diagonal(p["matrix"], reading.gyro))
+
+
+class AccelMisalignment(Effect):
+    """The accelerometer's axes are not square to each other, or not where they should be."""
+
+    name, place, law = "accel_misalignment", "imu", "y = (I + M) x, M without diagonal"
+    parameters = (Parameter("matrix", (6,), "1", 0.05),)
+
+    def error(self, reading: Reading, p: Values) -> Error:
+        return Error(accel=off_diagonal(p["matrix"], reading.accel))
+
+
+class GSensitivity(Effect):
+    """The gyroscope feels acceleration."""
+
+    name, place, law = "g_sensitivity", "imu", "gyro reads x + A f"
+    parameters = (Parameter("matrix", (3, 3), "rad/s per m/s^2", 0.003),)
+
+    def error(self, reading: Reading, p: Values) -> Error:
+        rows = [p["matrix"][[3 * i, 3 * i + 1, 3 * i + 2]] for i in range(3)]
+        return Error(gyro=stack(*((row * reading.accel).at(np.ones((1, 3))) for row in rows)))
+
+
+EFFECTS: tuple[Effect, ...] = (
+    GyroBias(), AccelBias(), GyroDrift(), AccelDrift(), GyroScale(), AccelScale(),
+    GyroMisalignment(), AccelMisalignment(), GSensitivity(),
+)  # fmt: skip

@@ -1,0 +1,95 @@
+"""The block arithmetic of the fit against dense matrices."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from imubench.diagnosis.blocks import NotPositiveDefiniteError, solve_arrow
+from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
+from imubench.diagnosis.splines import Knots, Tracks
+from imubench.jets import CONSTANT, Jet
+
+TRACKS = Tracks(Knots.over(0.0, 1.0, 0.04), {"a": 2, "b": 1})
+PARAMETERS = Parameters({"p": 2, "q": 1})
+
+
+def random_rows(rng, n=90, m=3):
+    time = rng.uniform(0.0, 1.0, n)
+    blocks = {("a", 0): rng.normal(size=(n, m, 2)), ("b", 1): rng.normal(size=(n, m, 1)) * 0.05}
+    blocks |= {("p", CONSTANT): rng.normal(size=(n, m, 2)), ("q", CONSTANT): rng.normal(size=(1, m, 1))}
+    return Rows("rows", time, Jet(rng.normal(size=(n, m)), blocks), np.array([1.0, 2.0, 0.5]))
+
+
+def dense(rows):
+    """The same Jacobian, built coefficient by coefficient."""
+    n, m = rows.residual.value.shape
+    count, width = TRACKS.knots.count, TRACKS.width
+    out = np.zeros((n, m, count * width + PARAMETERS.count))
+    for (name, order), block in rows.residual.blocks.items():
+        block = np.broadcast_to(block, (n, *block.shape[1:]))
+        if order == CONSTANT:
+            out[:, :, count * width + np.arange(3)[PARAMETERS.columns(name)]] += block
+            continue
+        for knot in range(count):
+            first, weights = TRACKS.knots.weights(rows.time, order)
+            hit = (knot >= first) & (knot < first + 6)
+            value = np.where(hit, weights[np.arange(n), np.clip(knot - first, 0, 5)], 0.0)
+            columns = knot * width + np.arange(width)[TRACKS.columns(name)]
+            out[:, :, columns] += block * value[:, None, None]
+    return (out / rows.std[:, None]).reshape(n * m, -1)
+
+
+@pytest.fixture
+def system():
+    rng = np.random.default_rng(3)
+    normal = Normal.empty(TRACKS, PARAMETERS)
+    parts = [random_rows(rng), random_rows(rng)]
+    normal.add([linearise(rows, TRACKS, PARAMETERS) for rows in parts])
+    jacobian = np.concatenate([dense(rows) for rows in parts])
+    ridge = np.eye(normal.diagonal.shape[1])
+    normal.diagonal += ridge
+    size = TRACKS.knots.count * TRACKS.width
+    matrix = jacobian.T @ jacobian
+    matrix[:size, :size] += np.eye(size)
+    residual = np.concatenate([rows.whitened.reshape(-1) for rows in parts])
+    return normal, matrix, jacobian.T @ residual, size
+
+
+def test_the_solution_is_the_dense_one(system):
+    normal, matrix, gradient, size = system
+    solution = solve_arrow(normal.band, normal.border, normal.corner)
+    x, p = solution.solve(normal.gradient[:, :, None], normal.corner_gradient[:, None])
+    exact = np.linalg.solve(matrix, gradient)
+    assert_allclose(x.reshape(-1)[:size], exact[:size], rtol=1e-8, atol=1e-10)  # condition number 1e5
+    assert_allclose(p[:, 0], exact[size:], rtol=1e-8)
+    assert_allclose(np.linalg.inv(solution.schur), np.linalg.inv(matrix)[size:, size:], rtol=1e-8)
+
+
+def test_the_inverse_has_the_dense_ones_blocks(system):
+    normal, matrix, _, size = system
+    inverse = normal.band.factor().inverse()
+    exact = np.linalg.inv(matrix[:size, :size])
+    b = normal.diagonal.shape[1]
+    for i in range(size // b):
+        assert_allclose(inverse.diagonal[i], exact[i * b : (i + 1) * b, i * b : (i + 1) * b], rtol=1e-7, atol=1e-9)
+        if (i + 2) * b <= size:
+            got = exact[i * b : (i + 1) * b, (i + 1) * b : (i + 2) * b]
+            assert_allclose(inverse.right[i], got, rtol=1e-7, atol=1e-9)
+
+
+def test_further_columns_are_projected(system):
+    normal, matrix, _, size = system
+    rng = np.random.default_rng(5)
+    g = rng.normal(size=(*normal.gradient.shape, 2))
+    g.reshape(-1, 2)[size:] = 0.0
+    h, c = rng.normal(size=(3, 2)), np.eye(2) * 1e3
+    solution = solve_arrow(normal.band, normal.border, normal.corner)
+    column = np.concatenate([g.reshape(-1, 2)[:size], h])
+    exact = c - column.T @ np.linalg.solve(matrix, column)
+    assert_allclose(solution.complement(g, h, c), exact, rtol=1e-8)
+
+
+def test_a_direction_that_nothing_holds_is_named():
+    normal = Normal.empty(TRACKS, PARAMETERS)
+    with pytest.raises(NotPositiveDefiniteError, match="block 0"):
+        normal.band.factor()
