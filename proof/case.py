@@ -93,7 +93,11 @@ def settled(options: Options, effects: list[Effect], seed: int) -> list[Effect]:
             peak = max(float(np.abs(getattr(samples, channel)).max()) for channel in p["channels"])
             p = {"limit": p["share_of_peak"] * peak, "channels": p["channels"]}
         elif "from_rest" in p:
-            p["angle" if e.effect == "end_stop" else "q0"] = hangs + p.pop("from_rest")
+            off = p.pop("from_rest")
+            if e.effect == "end_stop":  # the sign of its angle is its side: it must not be on the way to hanging
+                p["angle"] = hangs + (off if off * (hangs + off) > 0 else -off)
+            else:
+                p["q0"] = hangs + off
         done.append(replace(e, parameters=p))
     return done
 

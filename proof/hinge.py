@@ -90,7 +90,8 @@ def _swings(
     phases = plan(rng, t, options.seconds)
     for phase in phases:
         i, j, k = phase.lift, phase.hold, phase.release
-        up = hangs + float(rng.choice([-1, 1]) * rng.uniform(0.7, 1.5))
+        lift = float(rng.choice([-1, 1]) * rng.uniform(0.7, 1.5))
+        up = hangs + (-lift if law.beyond(hangs + lift) else lift)
         q[i : j + 1], w[i : j + 1], a[i : j + 1] = joined(q[i], w[i], a[i], up, 0.0, j + 1 - i)
         q[j : k + 1], w[j : k + 1], a[j : k + 1] = up, 0.0, 0.0
         swing_hinge(q, w, a, k, phase.end, accel, law.wind)

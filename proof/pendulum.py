@@ -4,6 +4,8 @@ By hand: R = Ry(b) Rx(c) Rz(a), tilts b and c and the axial turn a random. Its s
 with R[:, 2] = z, z' = R (w x e3), z'' = R (w' x e3 + w x (w x e3)).
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from imubench.proof.body import limb
@@ -22,7 +24,7 @@ def pendulum(options: Options, effects: list[Effect], t: Array, gravity: float, 
         track, windows, declared = _swings(rng, t, options, effects, gravity, pivot, seed)
         return World(t, [track], swing_of(track), windows, {"motion": "free", "body": declared})
     tempo = random_tempo(stream(seed, "tempo"), t, options.rest)
-    track = in_world(np.zeros((len(t), 3)), pivot, gravity)
+    track = in_world(*pivot, gravity)
     for axis, largest in ((1, 1.1), (0, 0.7), (2, 1.8)):
         rate = rng.uniform(1.5, 3.5) * options.vigour
         track = track.rotated(axis, *angle_wave(rng, options.band, rate, largest).along(tempo))
@@ -41,17 +43,25 @@ def swing_of(track: Track) -> tuple[Array, Array, Array]:
     return np.arctan2(x, y), rate, (x2 * y - x * y2) / square - rate * 2 * (x * x1 + y * y1) / square
 
 
-def _pivot(effects: list[Effect], t: Array, seed: int) -> Array:
-    """Return the pivot's acceleration (n, 3) in the world, `std` m/s^2 on each axis within `band` Hz."""
+def _pivot(effects: list[Effect], t: Array, seed: int) -> tuple[Array, Array]:
+    """Return the pivot's place and acceleration (n, 3) in the world; on each axis `std` m/s^2 within `band` Hz."""
     moving, rng = find(effects, "moving_pivot"), stream(seed, "pivot")
     if moving is None:
-        return np.zeros((len(t), 3))
+        return np.zeros((len(t), 3)), np.zeros((len(t), 3))
     band = (float(moving["band"][0]), float(moving["band"][1]))
-    return np.stack([band_noise(rng, band, float(moving["std"])).along(steady(t))[0] for _ in range(3)], -1)
+    waves = [band_noise(rng, band, float(moving["std"])) for _ in range(3)]
+    place = [replace(w, amplitude=w.amplitude / (2 * np.pi * w.frequency) ** 2).along(steady(t)) for w in waves]
+    return np.stack([x for x, _, _ in place], -1), np.stack([x2 for _, _, x2 in place], -1)
 
 
 def _swings(
-    rng: np.random.Generator, t: Array, options: Options, effects: list[Effect], gravity: float, pivot: Array, seed: int
+    rng: np.random.Generator,
+    t: Array,
+    options: Options,
+    effects: list[Effect],
+    gravity: float,
+    pivot: tuple[Array, Array],
+    seed: int,
 ) -> tuple[Track, list[tuple[float, float]], dict[str, object]]:
     """Return the motion when a hand lifts, lets go (turning about the limb's axis) and catches again."""
     body = limb(stream(seed, "body"), axis=2)
@@ -64,15 +74,17 @@ def _swings(
     phases = plan(rng, t, options.seconds)
     for phase in phases:
         side, tilt = rng.choice([-1, 1], 2), (rng.uniform(0.5, 1.1), rng.uniform(0.1, 0.5))
+        if law.beyond(side[0] * tilt[0]):
+            side[0] = -side[0]
         up = about(1, side[0] * tilt[0]) @ about(0, side[1] * tilt[1]) @ about(2, rng.uniform(-3, 3))
         i, k = phase.lift, phase.release
         part = slice(i, k + 1)
         R[part], w[part], dw[part] = lifted(R[i], w[i], dw[i], up, rng.uniform(-3, 3), k + 1 - i)
         state = [*to_quaternion(R[k]).tolist(), *w[k].tolist()]
         part = slice(k, phase.end + 1)
-        states, dw[part] = swing_ball(ball, state, pivot[part], law.wind[part])
+        states, dw[part] = swing_ball(ball, state, pivot[1][part], law.wind[part])
         R[part], w[part] = from_quaternion(states[:, :4]), states[:, 4:]
-    track = Track(np.zeros((n, 3)), R, w, dw, apply_back(R, pivot + np.array([0.0, 0.0, gravity])))
+    track = Track(pivot[0], R, w, dw, apply_back(R, pivot[1] + np.array([0.0, 0.0, gravity])))
     return track, [phase.window for phase in phases], body.declared()
 
 

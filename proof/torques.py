@@ -44,6 +44,10 @@ class Torques:
         dry = self.t * tanh(speed / STICK) / speed if speed > 1e-9 else self.t / STICK
         return -(self.c + dry + self.d * speed)
 
+    def beyond(self, q: float) -> bool:
+        """Return whether a hand would have to press the joint into its stop to get to the angle q."""
+        return bool(self.stop_k) and (q - self.stop) * (1.0 if self.stop >= 0 else -1.0) > -0.05
+
     def about(self, q: float, w: float) -> float:
         """Return the torque that depends on the angle q and, in contact, on its rate w."""
         torque = -self.k * (q - self.q0)
