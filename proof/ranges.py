@@ -66,6 +66,8 @@ def places(options: Options) -> dict[str, tuple[str, ...]]:
     found: dict[str, tuple[str, ...]] = dict.fromkeys(IMU_EFFECTS, moving_imus(options)) | {"gravity": ("world",)}
     if options.rig == "free":
         del found["skin_sliding"]  # there is no joint
+    if options.rig == "pendulum":
+        del found["time_offset"], found["clock_skew"]  # there is no other clock
     joints = () if options.swing and options.rig == "hinge" else JOINT_EFFECTS[options.rig]
     found |= dict.fromkeys(joints, ("joint",))
     if options.swing:
