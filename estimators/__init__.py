@@ -9,6 +9,7 @@ from imubench.estimators import (
     accel_svd,
     arve,
     arve_d,
+    frick_rahmatalla,
     guarded,
     hinge_position,
     mrvs,
@@ -116,6 +117,15 @@ ESTIMATORS: dict[str, Estimator] = {
             1,
             mrvs.estimate_window,
             "Garcia de Villa, Jimenez Martin, Garcia Dominguez (ArVE_d), section III-B",
+        ),
+        Estimator(
+            frick_rahmatalla.NAME,
+            "joint centre, one r a sample: gradient descent from the whole record's least squares",
+            "joint_vector",
+            1,
+            frick_rahmatalla.estimate,
+            "Frick, Rahmatalla, Sensors 18 (2018) 1089 and 2563, as Garcia de Villa et al. (ArVE_d) describe it",
+            uncertainty=False,
         ),
         Estimator(
             "hinge-position",
