@@ -7,11 +7,10 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError, solve_arrow
 from imubench.diagnosis.equations import equation_rows
-from imubench.diagnosis.kinematics import POSITION
 from imubench.diagnosis.model import Model, State
 from imubench.diagnosis.priors import prior_rows
-from imubench.diagnosis.rows import Linear, Normal, Parameters, Rows, linearise
-from imubench.diagnosis.splines import Tracks
+from imubench.diagnosis.rows import Linear, Normal, Rows, linearise
+from imubench.diagnosis.threads import one_thread
 
 ENOUGH = 1e-4  # of the cost per measured number: a smaller gain ends the search
 STEPS = 40
@@ -80,25 +79,7 @@ def moved(model: Model, state: State, x: Array, values: Array) -> State:
     )
 
 
-def placed(model: Model, state: State, noise: dict[str, float], anchor: Array | None, loose: float) -> State:
-    """Return the state with the position that fits best to everything else.
-
-    The readings are linear in it, and a world position has to turn with every change of heading, to which a
-    Gauss-Newton step is blind: without this, a heading that drifts by 0.1 rad costs dozens of small steps.
-    """
-    if POSITION not in model.tracks.widths:
-        return state
-    only = Tracks(model.tracks.knots, {POSITION: 3})
-    normal = Normal.empty(only, Parameters({}))
-    rows = [r for r in all_rows(model, state, noise, anchor, loose) if any(n == POSITION for n, _ in r.residual.blocks)]
-    normal.add([linearise(r, only, Parameters({})) for r in rows])
-    normal.fill(only)
-    x = normal.band.factor().solve(-normal.gradient[:, :, None])
-    coefficients = state.coefficients.copy()
-    coefficients[:, model.tracks.columns(POSITION)] += x.reshape(-1, 3)[: only.knots.count]
-    return replace(state, coefficients=coefficients)
-
-
+@one_thread
 def solve(
     model: Model,
     state: State,
@@ -125,7 +106,6 @@ def solve(
                 continue
             for length in LENGTHS:
                 trial = moved(model, state, length * x, length * values)
-                trial = placed(model, trial, noise, anchor, loose)
                 trial_rows = all_rows(model, trial, noise, anchor, loose)
                 trial_cost = sum(r.cost for r in trial_rows)
                 if trial_cost < cost:

@@ -1,8 +1,10 @@
 """The rigs of the fit: which splines describe their motion, and the motion of each segment from them.
 
-A free segment has an attitude (a quaternion spline, its norm held at one by a prior) and a
-position, a limb on a ball joint an attitude, a hinge one angle more. A segment on a fixed
-base has no spline of its own.
+A segment that turns has an attitude (a quaternion spline, its norm held at one by a prior). Its
+origin has a position where one is measured, else the specific force it feels and a velocity, both
+in body axes, v' + w x v = f + R' g: a position that nobody measures would have to resolve
+micrometres over metres, and to turn with every change of heading. A limb on a ball joint has an
+attitude alone, a hinge one angle more, a segment on a fixed base nothing.
 """
 
 from dataclasses import dataclass
@@ -18,13 +20,15 @@ from imubench.recording import Recording
 
 HINGE_AXIS = 1  # +y of both segments
 ATTITUDE, POSITION, HINGE = "attitude", "position", "hinge"
+FORCE, VELOCITY = "force", "velocity"
 
 
 @dataclass(frozen=True)
 class Rig:
     """How segment 1 is held and whether a second one hangs on it."""
 
-    moves: bool  # segment 1 has a position
+    moves: bool  # segment 1's origin moves
+    placed: bool  # and its position is measured
     turns: bool  # segment 1 has an attitude
     hinge: bool  # segment 2 turns about +y on segment 1
     base: Array  # (3, 3) segment 1 -> world where it does not turn
@@ -37,6 +41,7 @@ class Rig:
         turns = not (hinge and fixed)
         return cls(
             moves=turns and recording.rig != "pendulum",
+            placed=any(p.position is not None for p in recording.poses),
             turns=turns,
             hinge=hinge,
             base=rotations.to_matrix(recording.base_quaternion),
@@ -46,7 +51,14 @@ class Rig:
     @property
     def widths(self) -> dict[str, int]:
         """The splines and their widths."""
-        every = {ATTITUDE: (4, self.turns), POSITION: (3, self.moves), HINGE: (1, self.hinge)}
+        unplaced = self.moves and not self.placed
+        every = {
+            ATTITUDE: (4, self.turns),
+            POSITION: (3, self.moves and self.placed),
+            FORCE: (3, unplaced),
+            VELOCITY: (3, unplaced),
+            HINGE: (1, self.hinge),
+        }
         return {name: width for name, (width, there) in every.items() if there}
 
     def first(self, moment: Moment) -> Motion:
@@ -58,6 +70,8 @@ class Rig:
         turn, rate, accel = attitude(*(moment.track(ATTITUDE, order) for order in range(3)))
         if not self.moves:
             return Motion(rate, accel, turn.back(-down), turn, ZERO)
+        if not self.placed:
+            return Motion(rate, accel, moment.track(FORCE), turn)
         return Motion(rate, accel, turn.back(moment.track(POSITION, 2) - down), turn, moment.track(POSITION))
 
     def joint(self, moment: Moment) -> Link:

@@ -15,11 +15,12 @@ from imubench.diagnosis.fit import Fit, assemble, solve
 from imubench.diagnosis.model import Model, State
 from imubench.diagnosis.rows import CHUNK, KNOTS_PER_BLOCK, Linear
 from imubench.diagnosis.splines import SUPPORT
+from imubench.diagnosis.threads import one_thread
 
 FLOOR = 0.85  # of the declared level: a declared noise is right within 15 %
 SMALLEST = 1e-7  # of a unit: no group is taken for exact
-ROUNDS = 6
-SAME = 0.03  # relative change of every level that ends the rounds
+ROUNDS = 5
+SAME = 0.05  # relative change of every level that ends the rounds
 
 
 def windows(band: Banded, width: int) -> Array:
@@ -63,6 +64,7 @@ def leverages(parts: list[Linear], solution: Solution, width: int) -> list[Array
     return out
 
 
+@one_thread
 def levels(fit: Fit) -> tuple[dict[str, float], dict[str, Array]]:
     """Return the noise level of every group that `fit.noise` names, and every row's leverage."""
     normal, parts = assemble(fit.model, fit.rows)
@@ -100,7 +102,7 @@ def fit_with_noise(
         new = {name: max(found.get(name, old), floor.get(name, 0.0)) for name, old in noise.items()}
         change = max(abs(np.log(new[name] / noise[name])) for name in noise)
         noise = new
-        fit = solve(model, fit.state, noise, anchor, steps=4)
+        fit = solve(model, fit.state, noise, anchor, steps=3)
         if change < SAME:
             break
     return replace(fit, noise=noise)

@@ -5,16 +5,18 @@ from collections.abc import Iterator
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.kinematics import ATTITUDE, HINGE, POSITION
+from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, POSITION, VELOCITY
 from imubench.diagnosis.model import Model, State
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Moment
-from imubench.jets import CONSTANT, Jet, dot, variable
+from imubench.jets import CONSTANT, Jet, cross, dot, variable
 
-SMOOTH = 4  # order of the derivative that is taken for white: acceleration falls with the square of the frequency
+SMOOTH = {FORCE: 2}  # order of the derivative that is taken for white:
+SMOOTH_ELSE = 4  # accelerations fall with the square of the frequency
 UNIT = 0.1  # how closely an attitude's quaternion keeps its norm; only holds a direction without meaning
-ROOM = 3.0  # m, how far a joint centre that nobody measured strays, as far as a second later is another draw
-HEADING = 1.0  # of the first quaternion: holds the heading, which nothing may see
+PACE = 1.0  # m/s, how fast a joint centre that nobody measured moves, a second later being another draw
+DRIFT = 0.05  # m/s^2, how closely its velocity follows its specific force; over a second 0.005
+HEADING = 0.03  # of the first quaternion: holds the heading, which nothing may see
 
 
 def middles(model: Model) -> Array:
@@ -24,7 +26,7 @@ def middles(model: Model) -> Array:
 
 
 def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Array | None) -> Iterator[Rows]:
-    """Yield the rows of every prior: parameters, smoothness, norm, room, heading.
+    """Yield the rows of every prior: parameters, smoothness, norm, heading, a pace that stays within bounds.
 
     `anchor` (4,) is the first attitude of the start. `noise` has each spline's roughness under "smooth.NAME".
     """
@@ -34,20 +36,27 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
     time, step = middles(model), model.tracks.knots.step
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     for name, width in model.tracks.widths.items():
-        density = noise[f"smooth.{name}"]
-        yield Rows(f"smooth.{name}", time, moment.track(name, SMOOTH), np.full(width, density / np.sqrt(step)), False)
+        if name != VELOCITY:
+            density = np.full(width, noise[f"smooth.{name}"] / np.sqrt(step))
+            yield Rows(f"smooth.{name}", time, moment.track(name, SMOOTH.get(name, SMOOTH_ELSE)), density, False)
     if ATTITUDE in model.tracks.widths:
         q = moment.track(ATTITUDE)
         yield Rows("norm", time, dot(q, q) - 1.0, np.full(1, UNIT), False)
         if anchor is not None:
             first = Moment(model.tracks, state.coefficients, Jet(time[:1, None])).track(ATTITUDE)
             yield Rows("heading", time[:1], first - anchor, np.full(4, HEADING), False)
-    if POSITION in model.tracks.widths and not any(p.position is not None for p in model.recording.poses):
-        yield Rows("room", time, moment.track(POSITION), np.full(3, ROOM / np.sqrt(step)), False)
+    if VELOCITY in model.tracks.widths:
+        first = model.rig.first(moment)
+        assert first.turn is not None
+        velocity = moment.track(VELOCITY)
+        gravity = first.turn.back(model.rig.gravity[None])
+        drift = moment.track(VELOCITY, 1) + cross(first.rate, velocity) - first.force - gravity
+        yield Rows("drift", time, drift, np.full(3, DRIFT), False)
+        yield Rows("pace", time, velocity, np.full(3, PACE / np.sqrt(step)), False)
     for h in model.hypotheses:
         for s in h.effect.states:
             name = h.key(s.name)
             yield Rows(f"size.{name}", time, moment.track(name), np.full(s.width, s.std / np.sqrt(step)), False)
 
 
-START_SMOOTH = {ATTITUDE: 3e4, POSITION: 3e4, HINGE: 3e4}  # rad or m / s^4 per root Hz: before it is estimated
+START_SMOOTH = {ATTITUDE: 300.0, POSITION: 300.0, FORCE: 300.0, HINGE: 300.0}  # per s^4 (s^2) and root Hz, a first guess

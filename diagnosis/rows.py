@@ -13,6 +13,7 @@ from imubench.jets import CONSTANT, Jet
 Whole = NDArray[np.int64]
 
 KNOTS_PER_BLOCK = 8  # more than SUPPORT, so that a row touches two blocks at most
+RIDGE = 1e-12  # relative: what rounding may take from a diagonal beyond the first and last sample
 CHUNK = 1024  # knots whose products are formed at once, to bound memory
 
 
@@ -190,7 +191,9 @@ class Normal:
         """Hold the coefficients beyond the last knot, which no row touches, at zero change."""
         extra = len(self.diagonal) * KNOTS_PER_BLOCK - tracks.knots.count
         at = np.arange(self.diagonal.shape[1] - extra * tracks.width, self.diagonal.shape[1])
+        every = np.arange(self.diagonal.shape[1])
         if len(self.diagonal):
+            self.diagonal[:, every, every] *= 1 + RIDGE
             self.diagonal[-1, at, at] += 1.0
 
     @property

@@ -1,20 +1,23 @@
 """A start from the recording alone: clocks aligned, attitude integrated and levelled, hinge angle matched."""
 
+from typing import Literal
+
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.fit import assemble, moved, step
-from imubench.diagnosis.kinematics import ATTITUDE, HINGE, HINGE_AXIS, Rig
+from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, Rig
 from imubench.diagnosis.model import Geometry, Model, State
 from imubench.diagnosis.priors import START_SMOOTH, prior_rows
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Knots, Moment, Tracks
+from imubench.diagnosis.threads import one_thread
 from imubench.jets import Jet
 from imubench.recording import Imu, Recording
 
-EDGE = 0.15  # s of spline beyond the first and the last sample, for clocks that are off
+EDGE = 0.06  # s of spline beyond the first and the last sample, for clocks that are off
 LEVELLING = 3.0  # s over which the mean specific force is taken for up
 LAG = 0.25  # s, the largest clock offset that is looked for
 
@@ -33,6 +36,7 @@ def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
     return Model(recording, rig, Tracks(knots, rig.widths), mounts, float(start), offsets=offsets)
 
 
+@one_thread
 def blind_start(model: Model) -> tuple[State, Array | None]:
     """Return a state to begin the fit from, and the first attitude (4,) if there is one."""
     recording, rig = model.recording, model.rig
@@ -46,10 +50,14 @@ def blind_start(model: Model) -> tuple[State, Array | None]:
     sampled = {n: _on_segment(model, i, grid, values.get(f"{n}.offset", np.zeros(1))[0]) for n, i in imus.items()}
     if rig.turns:
         if recording.poses and recording.poses[0].quaternion is not None:
-            targets[ATTITUDE] = _interpolated_pose(model, grid)
+            targets[ATTITUDE] = _interpolated(model, grid, "quaternion")
         else:
             gyro, accel = sampled.get("imu1") or sampled["imu2"]
             targets[ATTITUDE] = levelled(gyro, accel, knots.step, still=not rig.moves)
+    if FORCE in model.tracks.widths:
+        targets[FORCE] = (sampled.get("imu1") or sampled["imu2"])[1]
+    if POSITION in model.tracks.widths:
+        targets[POSITION] = _interpolated(model, grid, "position")
     if rig.hinge:
         targets[HINGE] = _hinge(model, grid, sampled)[:, None]
     coefficients = np.zeros((knots.count, model.tracks.width))
@@ -128,15 +136,16 @@ def _turning(axis: Array, cosine: Array) -> Array:
     return q / np.linalg.norm(q, axis=1, keepdims=True)
 
 
-def _interpolated_pose(model: Model, grid: Array) -> Array:
-    pose = model.recording.poses[0]
-    assert pose.quaternion is not None
-    seen = np.isfinite(pose.quaternion).all(axis=1)
-    q = pose.quaternion[seen].copy()
-    sign = np.cumprod(np.concatenate([[1.0], np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)]))
-    q *= sign[:, None]
-    out = np.stack([np.interp(grid, pose.time[seen] - model.start, x) for x in q.T], axis=1)
-    return out / np.linalg.norm(out, axis=1, keepdims=True)
+def _interpolated(model: Model, grid: Array, what: Literal["position", "quaternion"]) -> Array:
+    """Return the first measured position (n, 3) or quaternion (n, 4), continuous, on the grid."""
+    pose, measured = next((p, y) for p in model.recording.poses if (y := getattr(p, what)) is not None)
+    seen = np.isfinite(measured).all(axis=1)
+    y = measured[seen].copy()
+    if what == "quaternion":
+        flips = np.where(np.sum(y[1:] * y[:-1], axis=1) < 0, -1.0, 1.0)
+        y *= np.cumprod(np.concatenate([[1.0], flips]))[:, None]
+    out = np.stack([np.interp(grid, pose.time[seen] - model.start, x) for x in y.T], axis=1)
+    return out / np.linalg.norm(out, axis=1, keepdims=True) if what == "quaternion" else out
 
 
 def _hinge(model: Model, grid: Array, sampled: dict[str, tuple[Array, Array]]) -> Array:

@@ -1,0 +1,135 @@
+"""What the report draws and diagnosis.json does not hold: residuals over time, predictions, the recovered motion."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from imubench.arrays import Array, frozen, frozen_quaternion, frozen_time
+from imubench.errors import InputError
+from imubench.recording import Recording, positive
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One sensor triple's residuals, measured minus model, in `unit`."""
+
+    at: str  # imu1, imu2, encoder, pose1
+    part: str  # gyro, accel, angle, position, rotation
+    channels: tuple[str, ...]  # without the sensor: gyr_x, gyr_y, gyr_z
+    unit: str
+    time: Array  # (n,) s, the sensor's stamps
+    before: Array  # (n, k) of the nominal model
+    noise: float  # std of a residual where there is only noise
+    after: Array | None = None  # (n, k) with the findings in the model; None where there are none
+
+    def __post_init__(self) -> None:
+        put, name = object.__setattr__, self.name
+        put(self, "time", frozen_time(self.time, f"{name}.time"))
+        shape = (self.time.size, len(self.channels))
+        put(self, "before", frozen(self.before, shape, f"{name}.before"))
+        if self.after is not None:
+            put(self, "after", frozen(self.after, shape, f"{name}.after"))
+        positive(self.noise, f"{name}.noise")
+
+    @property
+    def name(self) -> str:
+        """As a group of the fit is written: imu1.gyro."""
+        return f"{self.at}.{self.part}"
+
+    @property
+    def whitened(self) -> Array:
+        """The nominal model's residuals (n, k) over the noise."""
+        return self.before / self.noise
+
+    @property
+    def whitened_after(self) -> Array | None:
+        """The explained model's residuals (n, k) over the noise."""
+        return None if self.after is None else self.after / self.noise
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One channel on data that the fit has not seen: measured, and predicted without and with a finding."""
+
+    channel: str  # imu2.acc_x
+    unit: str
+    time: Array  # (n,) s
+    measured: Array  # (n,)
+    before: Array  # (n,) predicted by the model without the finding
+    after: Array  # (n,) and with it
+    noise: float  # std of the channel's noise
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "time", frozen_time(self.time, f"{self.channel}.time"))
+        for key in ("measured", "before", "after"):
+            object.__setattr__(self, key, frozen(getattr(self, key), (self.time.size,), f"{self.channel}.{key}"))
+        positive(self.noise, f"{self.channel}.noise")
+
+
+@dataclass(frozen=True)
+class Played:
+    """A recovered motion. Its heading, and its place where no pose is measured, are arbitrary."""
+
+    time: Array  # (n,) s
+    quaternion1: Array  # (n, 4) segment 1 -> world
+    position: Array  # (n, 3) m, segment 1's origin, world
+    hinge_angle: Array | None = None  # (n,) rad
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "time", frozen_time(self.time, "motion.time"))
+        n = self.time.size
+        for key, shape in (("quaternion1", (n, 4)), ("position", (n, 3)), ("hinge_angle", (n,))):
+            if getattr(self, key) is not None:
+                object.__setattr__(self, key, frozen(getattr(self, key), shape, f"motion.{key}"))
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A fitted mount: the sensor in its segment."""
+
+    position: Array  # (3,) m
+    quaternion: Array  # (4,) sensor -> segment
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position", frozen(self.position, (3,), "mount.position"))
+        object.__setattr__(self, "quaternion", frozen_quaternion(self.quaternion, "mount.quaternion"))
+
+
+@dataclass(frozen=True)
+class Level:
+    """How large one group's noise is."""
+
+    group: str  # imu1.gyro
+    unit: str
+    declared: float | None
+    used: float  # what counts as noise in this diagnosis
+    left: float  # what the nominal model leaves, freed from what the fit absorbs
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Everything that is shown beside a diagnosis."""
+
+    recording: Recording
+    traces: tuple[Trace, ...]
+    motion: Played  # of the best model
+    mounts: Mapping[str, Pose]  # of the best model, by IMU
+    levels: tuple[Level, ...]
+    motion_before: Played | None = None  # of the nominal model, where it is another
+    heldout_s: tuple[tuple[float, float], ...] = ()  # windows that the fit has not seen
+    comparisons: tuple[tuple[Comparison, ...], ...] = ()  # for every finding, in their order
+    notes: tuple[str, ...] = field(default=())  # how it was done, a sentence each
+
+    def trace(self, at: str, channel: str) -> tuple[Trace, int]:
+        """Return the trace that holds a channel, and its column; `InputError` where there is none."""
+        for trace in self.traces:
+            if trace.at == at and channel in trace.channels:
+                return trace, trace.channels.index(channel)
+        raise InputError(f"unknown channel '{at}.{channel}'")
+
+
+def of_sensor(traces: Sequence[Trace]) -> dict[str, list[Trace]]:
+    """Return the traces by sensor, in their order."""
+    out: dict[str, list[Trace]] = {}
+    for trace in traces:
+        out.setdefault(trace.at, []).append(trace)
+    return out

@@ -1,0 +1,210 @@
+"""What a diagnosis says, as it stands in diagnosis.json: checked when it is made, and frozen from then on."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.errors import InputError, unknown
+
+Verdict = Literal["no mismatch", "explained", "partly explained", "unexplained", "unobservable"]
+VERDICTS: tuple[str, ...] = get_args(Verdict)
+UNKNOWN = "unknown"  # the effect that stands for what the library does not explain
+PLACES = re.compile(r"imu[12]|joint|body|world|encoder|pose[1-9]")
+SURE = 0.5  # confidence from which a finding counts in the verdict
+CHANNEL_UNIT = "RMS error over noise std"
+
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Where:
+    """Where residuals exceed the noise: one sensor, and its share of the recording's excess power."""
+
+    at: str  # imu1, imu2, encoder, pose1
+    channels: Mapping[str, float]  # acc_x -> share of the recording's excess, largest first
+    bands_hz: tuple[Pair, ...]  # that hold most of it
+    windows_s: tuple[Pair, ...]  # that hold most of it, on the sensor's clock
+    depends_on: str  # what its local power goes with, in words
+    share: float  # of the recording's excess
+
+    def __post_init__(self) -> None:
+        _place(self.at, "where.at")
+        for name, share in (*self.channels.items(), ("share", self.share)):
+            _within(share, 0.0, 1.0 + 1e-9, f"where.{name}")
+        for key in ("bands_hz", "windows_s"):
+            object.__setattr__(self, key, tuple(_span(p, f"where.{key}") for p in getattr(self, key)))
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number with its 95 % interval."""
+
+    value: float
+    ci: Pair
+    unit: str = "nat"
+
+    def __post_init__(self) -> None:
+        finite(self.value, "interval.value")
+        object.__setattr__(self, "ci", _span(self.ci, "interval.ci"))
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An effect's parameter: its value and one standard deviation, of the shape that the effect gives it."""
+
+    value: Array
+    std: Array
+    unit: str
+
+    def __post_init__(self) -> None:
+        for key in ("value", "std"):
+            array = np.array(getattr(self, key), dtype=float)
+            if not np.isfinite(array).all():
+                raise InputError(f"parameter.{key}: expected finite numbers, got {array.tolist()}")
+            array.flags.writeable = False
+            object.__setattr__(self, key, array)
+        if self.value.shape != self.std.shape:
+            raise InputError(f"parameter.std: expected shape {self.value.shape}, got {self.std.shape}")
+        if (self.std < 0).any():
+            raise InputError(f"parameter.std: expected numbers >= 0, got {self.std.tolist()}")
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """An effect at a place, and what it gains on held-out data in nat: one not taken, or one that fits as well."""
+
+    effect: str
+    at: str
+    heldout_gain: float
+
+    def __post_init__(self) -> None:
+        _place(self.at, "rejected.at")
+        finite(self.heldout_gain, "rejected.heldout_gain")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """An effect that the fit needs, or `unknown` with where it sits."""
+
+    effect: str
+    at: str
+    confidence: float  # probability that it, or one of `equivalent`, is really there
+    parameters: Mapping[str, Parameter]
+    heldout_gain: Interval
+    equivalent: tuple[Rejected, ...] = ()  # what the recording cannot tell from it
+    separate_by: str = ""  # the motion that could
+    where: Where | None = None  # of an unknown
+
+    def __post_init__(self) -> None:
+        _place(self.at, "finding.at")
+        _within(self.confidence, 0.0, 1.0, "finding.confidence")
+
+    @property
+    def named(self) -> bool:
+        """Whether it is an effect of the library."""
+        return self.effect != UNKNOWN
+
+
+@dataclass(frozen=True)
+class Change:
+    """Figures by name before and after the findings are in the model; both hold the same names."""
+
+    before: Mapping[str, float] = field(default_factory=dict)
+    after: Mapping[str, float] = field(default_factory=dict)
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        for key in ("before", "after"):
+            for name, value in getattr(self, key).items():
+                finite(value, f"fit.{key}.{name}")
+        if self.before.keys() != self.after.keys():
+            raise InputError(f"fit.after: expected the keys {sorted(self.before)}, got {sorted(self.after)}")
+
+
+@dataclass(frozen=True)
+class FitQuality:
+    """How well the model predicts what its fit has not seen, without and with the findings."""
+
+    heldout: Pair  # misfit on held-out data, before and after
+    left_out_channel: Change = Change(unit=CHANNEL_UNIT)
+    reference: Change = Change(unit="rad RMS")  # empty without one
+
+    def __post_init__(self) -> None:
+        for value in self.heldout:
+            _within(value, 0.0, np.inf, "fit.heldout")
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """What the recording could not have shown, and the motion that would show it."""
+
+    what: str
+    motion: str
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The whole answer; `InputError` where the verdict does not go with the findings."""
+
+    recording: str
+    rig: str
+    verdict: Verdict
+    misfit: Pair  # residual power over noise power of the nominal and of the explained model
+    where: tuple[Where, ...]
+    findings: tuple[Finding, ...]  # strongest first
+    rejected: tuple[Rejected, ...]
+    fit: FitQuality
+    model: str  # path of the MJCF file beside diagnosis.json, "" where none is written
+    seconds: float
+    unseen: tuple[Unseen, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.verdict not in VERDICTS:
+            raise unknown("verdict", self.verdict, VERDICTS)
+        for value in (*self.misfit, self.seconds):
+            _within(value, 0.0, np.inf, "diagnosis.misfit and seconds")
+        sure = [f for f in self.findings if f.confidence >= SURE]
+        named = [f for f in sure if f.named]
+        fits = {
+            "no mismatch": not sure,
+            "explained": bool(named) and len(named) == len(sure),
+            "partly explained": bool(named) and len(named) < len(sure),
+            "unexplained": bool(sure) and not named,
+            "unobservable": bool(self.unseen),
+        }
+        if not fits[self.verdict]:
+            raise InputError(
+                f"verdict '{self.verdict}': expected findings that go with it, got "
+                f"{[f'{f.effect} at {f.at}, {f.confidence:.2f}' for f in self.findings]}"
+            )
+
+
+def finite(value: object, name: str) -> float:
+    """Return a number; `InputError` where it is none or not finite."""
+    number = isinstance(value, int | float | np.floating | np.integer) and not isinstance(value, bool)
+    if not number or not np.isfinite(value):  # type: ignore[call-overload]
+        raise InputError(f"{name}: expected a finite number, got {value!r}")
+    return float(value)  # type: ignore[arg-type]
+
+
+def _within(value: float, low: float, high: float, name: str) -> None:
+    if not low <= finite(value, name) <= high:
+        raise InputError(f"{name}: expected a number from {low:g} to {high:g}, got {value:g}")
+
+
+def _span(pair: object, name: str) -> Pair:
+    if not isinstance(pair, tuple | list) or len(pair) != 2:
+        raise InputError(f"{name}: expected two numbers, got {pair!r}")
+    low, high = (finite(x, name) for x in pair)
+    if high < low:
+        raise InputError(f"{name}: expected the lower end first, got {low:g} and {high:g}")
+    return low, high
+
+
+def _place(at: str, name: str) -> None:
+    if not isinstance(at, str) or not PLACES.fullmatch(at):
+        raise unknown(name, at, ("imu1", "imu2", "joint", "body", "world", "encoder", "pose1"))
