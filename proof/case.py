@@ -20,6 +20,7 @@ from imubench.proof.sensors import Samples, noise_std, read_imu
 from imubench.proof.unknown import NAMES as OUTSIDE
 from imubench.proof.write import write_folder
 
+DETAIL = ("kind", "peak")
 Asked = Sequence[tuple[Any, ...]]
 """Effects as (name, at) or (name, at, parameters); parameters None: drawn."""
 
@@ -164,13 +165,20 @@ def truth(case: Case) -> dict[str, Any]:
         "format": 1,
         "seed": case.seed,
         "rig": case.options.rig,
-        "effects": [plain(asdict(e)) for e in case.effects],
-        "equivalent": [plain(asdict(e)) for e in twins(case.effects, case.options)],
+        "effects": [told(e) for e in case.effects],
+        "equivalent": [told(e) for e in twins(case.effects, case.options)],
         "mounts": [
             {"position": plain(m.position), "quaternion": plain(to_quaternion(m.rotation))} for m in case.mounts
         ],
         "options": plain(asdict(case.options)),
     }
+
+
+def told(effect: Effect) -> dict[str, Any]:
+    """Return an effect as JSON can hold it; `detail` has what the table of effects does not name as a parameter."""
+    parameters = dict(effect.parameters)
+    detail = {key: parameters.pop(key) for key in DETAIL if key in parameters}
+    return plain(asdict(replace(effect, parameters=parameters)) | {"detail": detail})
 
 
 def plain(value: Any) -> Any:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from imubench.proof.body import Body, limb
+from imubench.proof.mounts import Mount, random_mount
 from imubench.proof.options import Effect, Options, stream
 from imubench.proof.rotation import Array, Parameters
 from imubench.proof.unknown_ranges import UNKNOWN, draw_unknown, moving_imus
@@ -88,8 +89,25 @@ def drawn(name: str, at: str, options: Options, seed: int, strength: str) -> Par
         raise ValueError(f"unknown effect '{name}'; known: {', '.join([*SIZES, *UNKNOWN])}")
     size = SIZES[name][level] * float(rng.uniform(0.75, 1.3))
     if name in IMU_EFFECTS:
-        return _SENSOR.get(name, _MOUNT.get(name, _plain))(name, size, rng, options)
+        parameters = _SENSOR.get(name, _MOUNT.get(name, _plain))(name, size, rng, options)
+        return seen(parameters, random_mount(options, at, [], seed), options)
     return _joint(name, size, rng, options, _body(options, seed))
+
+
+def seen(parameters: Parameters, mount: Mount, options: Options) -> Parameters:
+    """Return the parameters of a mount without the turn that no recording of the rig could show.
+
+    With neither encoder nor measured pose, a turn of the sensor about the hinge axis is another zero of the hinge
+    angle and another place; on a pendulum that goes for every turn, and in a free swing for that about the limb.
+    """
+    key = next((key for key in ("rotation", "twist") if key in parameters), None)
+    if key is None or options.rig == "free" or options.encoder or options.pose:
+        return parameters
+    if options.rig == "pendulum" and not options.swing:
+        return parameters | {key: np.zeros(3)}
+    axis = mount.declared_rotation[1 if options.rig == "hinge" else 2]  # a row: the segment's axis in sensor axes
+    turn = np.asarray(parameters[key])
+    return parameters | {key: turn - axis * (axis @ turn)}
 
 
 def _body(options: Options, seed: int) -> Body:

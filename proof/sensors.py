@@ -21,7 +21,7 @@ from imubench.proof.unknown import on_the_samples, on_the_signal
 CHANNELS = ("gyro", "accel")
 OFF_DIAGONAL = ((0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1))
 KNOCK_DECAY, KNOCK_FREQUENCY, KNOCK_GYRO = 0.015, 30.0, 0.03  # s, Hz, rad/s per m/s^2
-HUM_WANDER = 0.2  # rad per root second, of the hum's phase
+HUM_WANDER = 0.05  # rad per root second, of the hum's phase
 
 
 @dataclass(frozen=True)
