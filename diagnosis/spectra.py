@@ -17,7 +17,10 @@ def runs(time: Array) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(edges)]
 
 
-def spectrum(time: Array, values: Array, seconds: float = 4.0) -> tuple[Array, Array]:
+SECONDS = 4.0  # of a window of the mean, so a resolution of a quarter of a hertz
+
+
+def spectrum(time: Array, values: Array, seconds: float = SECONDS) -> tuple[Array, Array]:
     """Return frequencies (f,) Hz and one-sided power densities (f, k) of values (n, k), unit^2 / Hz.
 
     Welch's mean over Hann windows of about `seconds` that overlap by half, gaps left out: white noise of
@@ -40,4 +43,4 @@ def spectrum(time: Array, values: Array, seconds: float = 4.0) -> tuple[Array, A
     total[0] /= 2
     if width % 2 == 0:
         total[-1] /= 2
-    return np.fft.rfftfreq(width, step), total
+    return np.asarray(np.fft.rfftfreq(width, step)), total

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.evidence import Trace, of_sensor
 from imubench.diagnosis.result import Pair, Where
-from imubench.diagnosis.spectra import spectrum
+from imubench.diagnosis.spectra import SECONDS, spectrum
 
 MOST = 0.8  # of the excess is what bands and windows hold
 SMALL = 0.05  # of the excess: smaller parts are not named
+WEAK = 0.25  # of the mean of the bins that hold most: weaker ones do not belong to them
 SIGMAS = 3.0  # an excess has to stand out of the noise's own scatter
 BIN = 0.5  # s, windows are made of these
 SHORT = 0.2  # s, over which local power is compared with the motion
@@ -97,7 +98,10 @@ def bands(loud: Loud) -> tuple[Pair, ...]:
     for time, z in loud:
         f, density = spectrum(time, z)
         noise = 2 * float(np.median(np.diff(time)))
-        spectra.append((f, np.maximum(density - noise, 0.0).sum(axis=1)))
+        averages = max(1.0, 2 * (time[-1] - time[0]) / SECONDS - 1)
+        surplus = np.sum(density - noise, axis=1)
+        seen = surplus > SIGMAS * noise * np.sqrt(z.shape[1] / averages)
+        spectra.append((f, np.where(seen | (not seen.any()), surplus, 0.0)))
     frequency = max((f for f, _ in spectra), key=len)
     over = np.sum([np.interp(frequency, f, s, right=0.0) for f, s in spectra], axis=0)
     step = frequency[1] - frequency[0]
@@ -106,13 +110,15 @@ def bands(loud: Loud) -> tuple[Pair, ...]:
 
 
 def smallest_set(over: Array) -> Mask:
-    """Return the fewest bins (m,) that hold most of the excess."""
+    """Return the fewest bins (m,) that hold most of the excess, and with them those that are not much weaker."""
     over = np.maximum(over, 0.0)
     order = np.argsort(-over)
     held = np.cumsum(over[order])
     chosen = np.zeros(len(over), dtype=bool)
     if held[-1] > 0:
-        chosen[order[: int(np.searchsorted(held, MOST * held[-1])) + 1]] = True
+        most = order[: int(np.searchsorted(held, MOST * held[-1])) + 1]
+        chosen = over >= WEAK * over[most].mean()
+        chosen[most] = True
     return chosen
 
 

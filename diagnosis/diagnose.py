@@ -1,0 +1,81 @@
+"""From a recording to a diagnosis: fit the motion, weigh what is left, locate it, say what it is."""
+
+from time import perf_counter
+
+import numpy as np
+
+from imubench.diagnosis import gather
+from imubench.diagnosis.evidence import Evidence
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.priors import START_SMOOTH
+from imubench.diagnosis.regressors import regressors
+from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval, Unseen, Verdict, Where
+from imubench.diagnosis.start import blind_start, model_of
+from imubench.diagnosis.where import locate
+from imubench.progress import Step, silent
+from imubench.recording import Recording
+
+START_NOISE = {"gyro": 0.3, "accel": 1.0, "angle": 0.01, "position": 0.01, "rotation": 0.02}  # loose: rad/s, m/s^2, ...
+ALLOWED = 1.15**2 * 1.2  # of the declared noise power: a level right within 15 %, 20 % of coloured noise on top
+STILL = 0.05  # rad/s RMS, under which a sensor does not turn
+SHORT = 5.0  # s
+
+
+def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evidence]:
+    """Return what a recording says about the model it was declared with, and what shows it."""
+    begin = perf_counter()
+    with step("fit the motion"):
+        fit = nominal_fit(recording)
+    with step("weigh and locate what is left"):
+        weighed = gather.weighed(fit)
+        traces = gather.traces(weighed)
+        where = locate(traces, regressors(fit))
+    evidence = Evidence(
+        recording,
+        traces,
+        gather.played(fit),
+        gather.mounts(fit),
+        weighed.levels,
+        notes=(
+            f"A spline motion with {fit.model.tracks.knots.count} knots and the mounts were fitted to every sample.",
+            "Held-out figures predict every sample from all the others.",
+        ),
+    )
+    findings = unnamed(weighed, where)
+    unseen = missing(recording)
+    verdict: Verdict = "unobservable" if unseen else "unexplained" if findings else "no mismatch"
+    quality = FitQuality((weighed.left_out, weighed.left_out))
+    misfit = (weighed.misfit, weighed.misfit)
+    seconds = perf_counter() - begin
+    diagnosis = Diagnosis(
+        recording.name, recording.rig, verdict, misfit, where, findings, (), quality, "", seconds, unseen
+    )
+    return diagnosis, evidence
+
+
+def nominal_fit(recording: Recording) -> Fit:
+    """Return the fit of the model as it was declared, noise levels estimated."""
+    model = model_of(recording)
+    state, anchor = blind_start(model)
+    noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
+    noise |= {f"smooth.{name}": START_SMOOTH[name] for name in model.tracks.widths if name in START_SMOOTH}
+    return fit_with_noise(model, state, noise, anchor)
+
+
+def unnamed(weighed: gather.Weighed, where: tuple[Where, ...]) -> tuple[Finding, ...]:
+    """Return what no effect explains, where it is largest, if it is more than a declared noise may be off."""
+    loud = {level.group.split(".")[0] for level in weighed.levels if (level.left / level.used) ** 2 > ALLOWED}
+    return tuple(Finding(UNKNOWN, w.at, 0.9, {}, Interval(0.0, (0.0, 0.0)), where=w) for w in where[:1] if w.at in loud)
+
+
+def missing(recording: Recording) -> tuple[Unseen, ...]:
+    """Return what the recording is too still or too short to show."""
+    out = []
+    stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
+    seconds = max(t[-1] for t in stamps) - min(t[0] for t in stamps)
+    if seconds < SHORT:
+        out.append(Unseen(f"anything that takes longer than {seconds:.1f} s to show", "20 s or more of motion"))
+    if recording.imus and all(np.sqrt(np.mean(np.sum(i.gyro**2, axis=1))) < STILL for i in recording.imus):
+        out.append(Unseen("mounts, scales and everything that shows with motion", "turns about every axis, 2 rad/s"))
+    return tuple(out)

@@ -1,0 +1,125 @@
+"""A fit's residuals, motion, mounts and noise levels, as the report shows them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.diagnosis.evidence import Level, Played, Pose, Trace
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.kinematics import HINGE
+from imubench.diagnosis.noise import declared, levels
+from imubench.diagnosis.quiet import quiet_level
+from imubench.diagnosis.rows import Rows
+
+CHANNELS = {
+    "gyro": (("gyr_x", "gyr_y", "gyr_z"), "rad/s"),
+    "accel": (("acc_x", "acc_y", "acc_z"), "m/s^2"),
+    "angle": (("angle",), "rad"),
+    "position": (("x", "y", "z"), "m"),
+    "rotation": (("rx", "ry", "rz"), "rad"),
+}
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A fit's measurements beside their noise."""
+
+    fit: Fit
+    leverage: Mapping[str, Array]  # by group (n, k): how far a sample pulls the fit to itself
+    levels: tuple[Level, ...]
+
+    @property
+    def misfit(self) -> float:
+        """Residual power over noise power, freed from what the fit absorbs: 1 is only noise."""
+        counts = {r.name: r.residual.value.size for r in self.fit.measured}
+        power = sum(counts[level.group] * (level.left / level.used) ** 2 for level in self.levels)
+        return power / sum(counts.values())
+
+    @property
+    def left_out(self) -> float:
+        """The same with every sample predicted from all the others, r / (1 - h)."""
+        used = {level.group: level.used for level in self.levels}
+        power = sum(
+            float(np.sum(r.residual.value**2 / np.maximum(1 - self.leverage[r.name], 1e-3))) / used[r.name] ** 2
+            for r in self.fit.measured
+        )
+        return power / sum(r.residual.value.size for r in self.fit.measured)
+
+
+def weighed(fit: Fit) -> Weighed:
+    """Return a fit beside the noise: the declared level, or where there is none the quietest moments' one."""
+    left, leverage = levels(fit)
+    known = declared(fit.model)
+    quiet = {f"{i.name}.gyro": quiet_level(i.time, i.gyro) for i in fit.model.recording.imus}
+    quiet |= {f"{i.name}.accel": quiet_level(i.time, i.accel) for i in fit.model.recording.imus}
+    table = []
+    for rows in fit.measured:
+        least = min(quiet.get(rows.name, np.inf), float(left[rows.name]))
+        used = known.get(rows.name, least)
+        unit = CHANNELS[rows.name.split(".")[1]][1]
+        table.append(Level(rows.name, unit, known.get(rows.name), used, float(left[rows.name])))
+    return Weighed(fit, leverage, tuple(table))
+
+
+def traces(before: Weighed, after: Weighed | None = None) -> tuple[Trace, ...]:
+    """Return the residuals of the nominal fit, and those of the explained one beside them, on the first clock."""
+    later = {} if after is None else {r.name: r for r in after.fit.measured}
+    used = {level.group: level.used for level in before.levels}
+    out = []
+    for rows in before.fit.measured:
+        at, part = rows.name.split(".")
+        channels, unit = CHANNELS[part]
+        absorbed = float(np.mean(before.leverage[rows.name]))
+        noise = used[rows.name] * float(np.sqrt(max(1 - absorbed, 1e-3)))
+        other = later.get(rows.name)
+        out.append(
+            Trace(
+                at,
+                part,
+                channels,
+                unit,
+                rows.time + before.fit.model.start,
+                -rows.residual.value,
+                noise,
+                None if other is None else -_at_same_samples(rows, other),
+            )
+        )
+    return tuple(out)
+
+
+def _at_same_samples(rows: Rows, other: Rows) -> Array:
+    """Return the other fit's residuals where these are; a changed mask or clock moves them by less than a sample."""
+    if len(rows.time) == len(other.time):
+        return other.residual.value
+    return np.stack([np.interp(rows.time, other.time, x) for x in other.residual.value.T], axis=1)
+
+
+def played(fit: Fit, rate: float | None = None) -> Played:
+    """Return the recovered motion, one row a knot or at `rate` Hz; where no place is measured the joint stays put."""
+    model = fit.model
+    stamps = [i.time for i in model.recording.imus] + [p.time for p in model.recording.poses]
+    stamps += [e.time for e in model.recording.encoders]
+    step = model.tracks.knots.step if rate is None else 1 / rate
+    time = np.arange(min(t[0] for t in stamps), max(t[-1] for t in stamps), step)
+    moment = model.moment(fit.state, time, "")
+    first = model.segments(fit.state, moment)["segment1"]
+    assert first.turn is not None  # every rig of the fit has an attitude
+    q = np.broadcast_to(rotations.from_matrix(first.turn.matrix), (time.size, 4))
+    flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
+    q = q * np.cumprod(np.concatenate([[1.0], flips]))[:, None]
+    place = np.zeros((1, 3)) if first.position is None else first.position.value
+    angle = moment.track(HINGE).value[:, 0] if model.rig.hinge else None
+    return Played(time, q, np.broadcast_to(place, (time.size, 3)), angle)
+
+
+def mounts(fit: Fit) -> dict[str, Pose]:
+    """Return the fitted mounts, before what an effect moves."""
+    out = {}
+    for imu in fit.model.recording.imus:
+        base = fit.model.mounts[imu.name]
+        turn = base.turn @ rotations.to_matrix(rotations.exp(fit.state.values[f"{imu.name}.rotation"]))
+        out[imu.name] = Pose(base.position + fit.state.values[f"{imu.name}.translation"], rotations.from_matrix(turn))
+    return out
