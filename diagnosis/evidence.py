@@ -119,6 +119,11 @@ class Evidence:
     comparisons: tuple[tuple[Comparison, ...], ...] = ()  # for every finding, in their order
     notes: tuple[str, ...] = field(default=())  # how it was done, a sentence each
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """The first and the last time in s."""
+        return min(float(t.time[0]) for t in self.traces), max(float(t.time[-1]) for t in self.traces)
+
     def trace(self, at: str, channel: str) -> tuple[Trace, int]:
         """Return the trace that holds a channel, and its column; `InputError` where there is none."""
         for trace in self.traces:

@@ -136,10 +136,14 @@ def spans(edges: Array, chosen: Mask, over: Array, most: int, near: int) -> tupl
     kept = apart > max(near, widest)
     first, last = first[np.append(True, kept)], last[np.append(kept, True)]
     if np.sum(last - first) >= WHOLE * len(over):
-        return ((float(edges[0]), float(edges[-1])),)
+        return (_rounded(edges[0], edges[-1]),)
     held = np.array([np.maximum(over[a:b], 0.0).sum() for a, b in zip(first, last, strict=True)])
     large = held >= SMALL * held.sum() if (held >= SMALL * held.sum()).any() else held == held.max()
-    return tuple((float(edges[a]), float(edges[b])) for a, b in zip(first[large], last[large], strict=True))
+    return tuple(_rounded(edges[a], edges[b]) for a, b in zip(first[large], last[large], strict=True))
+
+
+def _rounded(low: float, high: float) -> Pair:
+    return round(float(low), 4) + 0.0, round(float(high), 4) + 0.0  # no -0.0
 
 
 def depends_on(loud: Loud, motion: Regressors) -> str:

@@ -1,0 +1,130 @@
+"""Plain sentences about a diagnosis."""
+
+from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, Pair, Rejected, Where
+
+EFFECTS = {
+    "gyro_bias": "a constant offset of {imu}'s gyroscope",
+    "accel_bias": "a constant offset of {imu}'s accelerometer",
+    "gyro_drift": "an offset of {imu}'s gyroscope that grows with time",
+    "accel_drift": "an offset of {imu}'s accelerometer that grows with time",
+    "gyro_scale": "a scale error of {imu}'s gyroscope",
+    "accel_scale": "a scale error of {imu}'s accelerometer",
+    "gyro_misalignment": "gyroscope axes of {imu} that are not square",
+    "accel_misalignment": "accelerometer axes of {imu} that are not square",
+    "g_sensitivity": "a gyroscope in {imu} that feels acceleration",
+    "gyro_noise": "more noise of {imu}'s gyroscope than declared",
+    "accel_noise": "more noise of {imu}'s accelerometer than declared",
+    "low_pass": "a low-pass filter in {imu}",
+    "time_offset": "a clock of {imu} that is set wrong",
+    "clock_skew": "a clock of {imu} that runs too fast or too slow",
+    "saturation": "readings of {imu} that are clipped",
+    "quantisation": "readings of {imu} that are rounded to steps",
+    "dropouts": "samples of {imu} that are lost",
+    "vibration": "a hum at {imu}",
+    "impacts": "knocks on {imu}",
+    "mount_pose": "{imu} sitting elsewhere than the model has it",
+    "mount_shift": "{imu} moving to another place during the recording",
+    "soft_mount": "a soft mount that {imu} moves on as on springs",
+    "rocking_mount": "a mount that {imu} rocks on",
+    "skin_sliding": "{imu} sliding along as the joint moves",
+    "joint_play": "play across the hinge axis",
+    "axis_coupling": "a rotation off the hinge axis that follows the hinge angle",
+    "moving_centre": "a joint centre that moves with the hinge angle",
+    "moving_pivot": "a pivot that does not stay in its place",
+    "viscous_friction": "viscous friction in the joint",
+    "dry_friction": "dry friction in the joint",
+    "air_drag": "air drag",
+    "joint_spring": "a spring, such as a cable, across the joint",
+    "end_stop": "a stop at the end of the joint's range",
+    "backlash": "backlash between joint and encoder",
+    "inertia": "an inertia that is not the declared one",
+    "gravity": "a gravity that is not the declared one",
+    UNKNOWN: "something at {imu} that no effect of the library explains",
+}
+
+VERDICTS = {  # verdict -> how it looks
+    "no mismatch": "good",
+    "explained": "good",
+    "partly explained": "part",
+    "unexplained": "bad",
+    "unobservable": "part",
+}
+
+
+def called(effect: str, at: str) -> str:
+    """Return what an effect at a place is, in words."""
+    text = EFFECTS.get(effect, effect.replace("_", " ") + " at {imu}")
+    return text.format(imu=at if at.startswith(("imu", "pose")) else f"the {at}")
+
+
+def title(finding: Finding) -> str:
+    """Return a finding as a headline."""
+    text = called(finding.effect, finding.at)
+    return text[0].upper() + text[1:]
+
+
+def headline(d: Diagnosis) -> str:
+    """Return the verdict in one sentence for somebody who has seen nothing else."""
+    named = listed([called(f.effect, f.at) for f in d.findings if f.named and f.confidence >= 0.5])
+    if d.verdict == "no mismatch":
+        return "The simulation and this recording agree: what differs is sensor noise."
+    if d.verdict == "explained":
+        return f"The simulation leaves out {named}. With that in it, only sensor noise is left."
+    if d.verdict == "partly explained":
+        return f"The simulation leaves out {named}. With that in it, part of the difference is still unexplained."
+    if d.verdict == "unobservable":
+        return f"This recording cannot show {listed([u.what for u in d.unseen])}."
+    where = d.where[0] if d.where else None
+    place = "" if where is None else f", most of all at {where.at} ({channels(where)})"
+    return f"The simulation and this recording differ{place}, and no effect of the library explains it."
+
+
+def location(w: Where, span: Pair) -> str:
+    """Return where an excess is, in a sentence or two; `span` is the recording's first and last time in s."""
+    parts = [f"{percent(w.share)} of what noise does not explain is at {w.at}: {shares(w)}"]
+    if w.bands_hz:
+        parts.append(f"at {listed([f'{a:.3g} to {b:.3g} Hz' for a, b in w.bands_hz])}")
+    if any(covers(window, span) for window in w.windows_s):
+        parts.append("all the time")
+    elif w.windows_s:
+        parts.append(f"from {listed([f'{a:.1f} to {b:.1f} s' for a, b in w.windows_s])}")
+    goes = "" if w.depends_on.startswith("nothing") else f" It comes and goes with {w.depends_on}."
+    return ", ".join(parts) + "." + goes
+
+
+def covers(window: Pair, span: Pair) -> bool:
+    """Return whether a window is nearly all of a span."""
+    return window[1] - window[0] > 0.9 * (span[1] - span[0])
+
+
+def channels(w: Where) -> str:
+    """Return the channels that hold most of the excess at a sensor."""
+    return listed([name for name, share in w.channels.items() if share >= 0.3 * max(w.channels.values())])
+
+
+def shares(w: Where) -> str:
+    """Return the channels with their shares."""
+    return listed([f"{name} ({percent(share)})" for name, share in w.channels.items()])
+
+
+def rejection(r: Rejected) -> str:
+    """Return why an effect was not taken."""
+    if r.heldout_gain < 0:
+        return "with it, data that the fit has not seen are predicted worse"
+    return "it predicts unseen data hardly better, and explains too little for its freedom"
+
+
+def certainty(confidence: float) -> str:
+    """Return a probability in words."""
+    steps = ((0.99, "certain"), (0.95, "very likely"), (0.8, "likely"), (0.5, "more likely than not"))
+    return next((word for least, word in steps if confidence >= least), "doubtful")
+
+
+def listed(parts: list[str]) -> str:
+    """Return `a, b and c`."""
+    return parts[0] if len(parts) == 1 else ", ".join(parts[:-1]) + " and " + parts[-1] if parts else "nothing"
+
+
+def percent(share: float) -> str:
+    """Return a share as a whole percentage."""
+    return f"{100 * share:.0f} %"

@@ -1,0 +1,269 @@
+"""A diagnosis made by hand: as JSON and back, as a page, as a Rerun file."""
+
+import copy
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from imubench.diagnosis.evidence import Comparison, Evidence, Level, Played, Pose, Trace
+from imubench.diagnosis.report import page
+from imubench.diagnosis.result import (
+    CHANNEL_UNIT,
+    Change,
+    Diagnosis,
+    Finding,
+    FitQuality,
+    Interval,
+    Parameter,
+    Rejected,
+    Unseen,
+    Where,
+)
+from imubench.diagnosis.result_file import as_dict, read_diagnosis
+from imubench.errors import InputError
+from imubench.recording import Imu, Recording
+from imubench.rotations import exp
+
+CONTRACT = """
+{"format": 1, "recording": "name", "rig": "hinge",
+ "verdict": "explained",
+ "misfit": {"nominal": 4.71, "explained": 1.01, "unit": "residual power over noise power, 1 = only noise"},
+ "where": [{"at": "imu2", "channels": {"acc_x": 0.61, "acc_z": 0.33}, "bands_hz": [[9.0, 16.0]],
+            "windows_s": [[12.4, 18.9]], "depends_on": "hinge reversals", "share": 0.97}],
+ "findings": [{"effect": "soft_mount", "at": "imu2", "confidence": 0.98,
+               "parameters": {"frequency": {"value": [11.2], "std": [0.1], "unit": "Hz"}},
+               "heldout_gain": {"value": 10432.0, "ci": [9800.0, 11000.0], "unit": "nat"},
+               "equivalent": [{"effect": "rocking_mount", "at": "imu2", "heldout_gain": 10410.0}],
+               "separate_by": "20 s of on-axis spin at 2 rad/s: expected log Bayes factor 40"}],
+ "rejected": [{"effect": "low_pass", "at": "imu2", "heldout_gain": -900.0}],
+ "fit": {"heldout": {"before": 4.9, "after": 1.02},
+         "left_out_channel": {"before": {"imu2.acc_x": 3.1}, "after": {"imu2.acc_x": 1.1},
+                              "unit": "RMS error over noise std"},
+         "reference": {"before": {"hinge_angle": 0.051}, "after": {"hinge_angle": 0.008}, "unit": "rad RMS"}},
+ "model": "model/hinge.xml", "seconds": 21.4}
+"""
+TIME = np.arange(6000) / 100
+WHERE = Where("imu2", {"acc_x": 0.61, "acc_z": 0.33}, ((9.0, 16.0),), ((12.4, 18.9),), "hinge reversals", 0.97)
+
+
+def diagnosis(**changes):
+    """The one of the contract's example."""
+    parts = {
+        "recording": "name",
+        "rig": "hinge",
+        "verdict": "explained",
+        "misfit": (4.71, 1.01),
+        "where": (WHERE,),
+        "findings": (
+            Finding(
+                "soft_mount",
+                "imu2",
+                0.98,
+                {"frequency": Parameter([11.2], [0.1], "Hz")},
+                Interval(10432, (9800, 11000)),
+                (Rejected("rocking_mount", "imu2", 10410),),
+                "20 s of on-axis spin at 2 rad/s: expected log Bayes factor 40",
+            ),
+        ),
+        "rejected": (Rejected("low_pass", "imu2", -900),),
+        "fit": FitQuality(
+            (4.9, 1.02),
+            Change({"imu2.acc_x": 3.1}, {"imu2.acc_x": 1.1}, CHANNEL_UNIT),
+            Change({"hinge_angle": 0.051}, {"hinge_angle": 0.008}, "rad RMS"),
+        ),
+        "model": "model/hinge.xml",
+        "seconds": 21.4,
+    }
+    return Diagnosis(**(parts | changes))
+
+
+def ringing(drive, frequency=11.2, damping=0.06, rate=100.0):
+    """A resonance's answer to a drive (n,), of its own size."""
+    w = 2 * np.pi * frequency / rate
+    r = np.exp(-damping * w)
+    x = lfilter([0, w**2], [1, -2 * r * np.cos(w), r**2], drive)
+    return x - drive
+
+
+def evidence(name="name", spoiled=(12.4, 18.9)):
+    """A hinge whose second IMU rings on its mount while the hinge is moved quickly."""
+    rng = np.random.default_rng(3)
+    quick = np.clip(np.minimum(TIME - spoiled[0], spoiled[1] - TIME) / 0.4, 0, 1)
+    angle = 0.5 * np.sin(2 * np.pi * 0.4 * TIME) + 0.25 * quick * np.sin(2 * np.pi * 2.6 * TIME) ** 3
+    turn = np.stack([0.4 * np.sin(1.1 * TIME), 0.5 * np.sin(0.7 * TIME), 0.3 * np.sin(0.5 * TIME)], axis=1)
+    q1 = exp(turn)
+    force = np.gradient(np.gradient(angle, TIME), TIME) * 0.1
+    imus, traces, wrong = [], [], {}
+    for at in ("imu1", "imu2"):
+        noise = {"gyro": 0.005, "accel": 0.03}
+        clean = {"gyro": np.gradient(turn, TIME, axis=0), "accel": np.array([0, 0, 9.81]) + 0.3 * turn}
+        left = {part: sigma * rng.normal(size=(TIME.size, 3)) for part, sigma in noise.items()}
+        spoil = {part: np.zeros((TIME.size, 3)) for part in noise}
+        if at == "imu2":
+            clean["accel"] = clean["accel"] + force[:, None] * [0.9, 0.05, 0.6]
+            spoil["accel"] = ringing(force)[:, None] * [0.35, 0.01, 0.25]
+            spoil["gyro"] = ringing(force)[:, None] * [0.002, 0.012, 0.001]
+        measured = {part: clean[part] + spoil[part] + left[part] for part in noise}
+        imus.append(
+            Imu(at, TIME, measured["gyro"], measured["accel"], 100.0, 0.005, 0.03,
+                mount_position=[-0.1 if at == "imu1" else 0.1, 0, 0.03])
+        )  # fmt: skip
+        for part, channels, unit in (("gyro", "gyr", "rad/s"), ("accel", "acc", "m/s^2")):
+            names = tuple(f"{channels}_{a}" for a in "xyz")
+            traces.append(Trace(at, part, names, unit, TIME, left[part] + spoil[part], noise[part], left[part]))
+        wrong[at] = (clean["accel"], spoil["accel"], measured["accel"])
+    recording = Recording(name, "hinge", tuple(imus))
+    clean, spoil, measured = wrong["imu2"]
+    some = (TIME >= 12) & (TIME < 20)
+    compared = Comparison(
+        "imu2.acc_x", "m/s^2", TIME[some], measured[some, 0], clean[some, 0], (clean + spoil)[some, 0], 0.03
+    )
+    motion = Played(TIME, q1, np.zeros((TIME.size, 3)), angle)
+    return Evidence(
+        recording,
+        tuple(traces),
+        motion,
+        {i.name: Pose(i.mount_position, i.mount_quaternion) for i in imus},
+        tuple(
+            Level(f"{at}.{part}", unit, sigma, sigma, 1.1 * sigma)
+            for at in ("imu1", "imu2")
+            for part, unit, sigma in (("gyro", "rad/s", 0.005), ("accel", "m/s^2", 0.03))
+        ),
+        motion_before=motion,
+        heldout_s=((12.0, 20.0), (40.0, 48.0)),
+        comparisons=((compared,),),
+        notes=("A spline motion and the mounts were fitted to every sample.",),
+    )
+
+
+def kinds(value):
+    """The structure of JSON: keys and types, whole numbers counted as numbers."""
+    if isinstance(value, dict):
+        return {key: kinds(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [kinds(item) for item in value]
+    return "number" if isinstance(value, int | float) else type(value).__name__
+
+
+def test_json_is_the_contracts_example_key_by_key():
+    written = json.loads(json.dumps(as_dict(diagnosis()), allow_nan=False))
+    assert list(written) == list(json.loads(CONTRACT))
+    assert kinds(written) == kinds(json.loads(CONTRACT))
+    assert written == json.loads(CONTRACT)
+
+
+def test_scalars_and_matrices_keep_their_shape():
+    parameters = {
+        "limit": Parameter(4.0, 0.1, "m/s^2"),
+        "matrix": Parameter(np.eye(3), np.full((3, 3), 0.1), "1"),
+    }
+    finding = Finding("saturation", "imu1", 0.9, parameters, Interval(1.0, (0.0, 2.0)))
+    written = as_dict(diagnosis(findings=(finding,)))["findings"][0]["parameters"]
+    assert written["limit"]["value"] == 4.0
+    assert written["matrix"]["value"] == np.eye(3).tolist()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"verdict": "no mismatch", "findings": (), "where": ()},
+        {
+            "verdict": "unexplained",
+            "findings": (Finding("unknown", "imu2", 0.8, {}, Interval(3.0, (1.0, 5.0)), where=WHERE),),
+        },
+        {"verdict": "unobservable", "findings": (), "unseen": (Unseen("friction", "a free swing"),)},
+    ],
+    ids=["explained", "none", "unknown", "unobservable"],
+)
+def test_what_is_read_is_what_was_written(changes, tmp_path):
+    one = diagnosis(**changes)
+    (tmp_path / "diagnosis.json").write_text(json.dumps(as_dict(one)))
+    for place in (tmp_path, tmp_path / "diagnosis.json"):
+        assert as_dict(read_diagnosis(place)) == as_dict(one)
+
+
+BROKEN = [
+    ("format", 2, "key 'format': expected 1, got 2"),
+    ("verdict", "fine", "unknown verdict 'fine'; known: no mismatch, explained"),
+    ("verdict", "no mismatch", "verdict 'no mismatch': expected findings that go with it"),
+    ("misfit.nominal", "4", "key 'misfit.nominal': expected a finite number, got '4'"),
+    ("where[0].windows_s[0]", [3.0, 1.0], "where.windows_s: expected the lower end first, got 3 and 1"),
+    ("where[0].at", "imu9", "unknown where.at 'imu9'; known: imu1, imu2"),
+    ("where[0].share", 2.0, "where.share: expected a number from 0 to 1"),
+    ("findings[0].parameters.frequency.std", [0.1, 0.1], "expected shape (1,), got (2,)"),
+    ("findings[0].parameters.frequency.value", [[1.0], [1.0, 2.0]], "expected rows of equal length"),
+    ("findings[0].heldout_gain.ci", [1.0], "key 'findings[0].heldout_gain.ci': expected two numbers, got 1"),
+    ("findings", {}, "key 'findings': expected a list, got {}"),
+    ("fit.reference.after", {}, "fit.after: expected the keys ['hinge_angle'], got []"),
+    ("recording", None, "key 'recording': expected, got none"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("key", "value", "message"), BROKEN, ids=[b[0] for b in BROKEN])
+def test_a_broken_file_is_one_line_that_says_what_is_wrong(key, value, message, tmp_path):
+    content = json.loads(CONTRACT)
+    *path, last = [int(k) if k.isdigit() else k for k in re.findall(r"\w+", key)]
+    place = content
+    for step in path:
+        place = place[step]
+    if value is None:
+        del place[last]
+    else:
+        place[last] = copy.deepcopy(value)
+    path = tmp_path / "diagnosis.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(InputError) as error:
+        read_diagnosis(path)
+    assert message in str(error.value)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("{", "expected JSON"), ('{"format": NaN}', "not finite"), ("[]", "expected an object"), (None, "No such file")],
+)
+def test_no_diagnosis_at_all_is_one_line(text, message, tmp_path):
+    path = tmp_path / "diagnosis.json"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(InputError, match=message) as error:
+        read_diagnosis(path)
+    assert "\n" not in str(error.value)
+
+
+def test_numbers_that_are_not_finite_are_refused_when_made():
+    with pytest.raises(InputError, match="finite"):
+        Parameter([np.nan], [1.0], "1")
+    with pytest.raises(InputError, match="finite"):
+        diagnosis(misfit=(np.inf, 1.0))
+    with pytest.raises(InputError, match="expected shape"):
+        Trace("imu1", "gyro", ("gyr_x",), "rad/s", TIME, np.zeros((5, 1)), 1.0)
+
+
+def test_the_page_says_the_verdict_and_draws_each_finding():
+    html = page(diagnosis(), evidence())
+    assert html.count("<img ") == 2
+    assert "The simulation leaves out a soft mount that imu2 moves on as on springs." in html
+    assert "acc_x (61 %)" in html
+    assert "11.20" in html  # value with the digits that its std of 0.1 leaves
+    assert "11.00 to 11.40" in html
+    assert "a mount that imu2 rocks on" in html
+    assert "2.92" in html  # 0.051 rad
+    assert not re.search(r"(src|href)='?http", html)
+
+
+def test_the_page_of_something_unknown_and_of_nothing():
+    unknown = Finding("unknown", "imu2", 0.8, {}, Interval(0.0, (0.0, 0.0)), where=WHERE)
+    bare = replace(evidence(), comparisons=())
+    html = page(diagnosis(verdict="unexplained", findings=(unknown,)), bare)
+    assert html.count("<img ") == 2
+    assert "no effect of the library explains it" in html
+    html = page(diagnosis(verdict="no mismatch", findings=(), where=()), bare)
+    assert html.count("<img ") == 1
+    assert "Nowhere by more than the sensors' noise" in html
