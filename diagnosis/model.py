@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.kinematics import ATTITUDE, HINGE, Rig, swing
+from imubench.diagnosis.kinematics import ATTITUDE, HINGE, HINGE_AXIS, SWING_AXIS, Rig, swing
 from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.splines import Moment, Tracks
 from imubench.effects.effect import Effect, Reading, Scene, Values
@@ -17,6 +17,7 @@ from imubench.jets import CONSTANT, Jet, Turn, rotation, variable
 from imubench.links import ZERO, Link, Motion
 from imubench.recording import Imu, Recording
 
+HELD = 1e-6  # of its prior: how far a parameter moves that is fixed
 UNKNOWN_POSITION, UNKNOWN_ROTATION = 0.3, 1.0  # m, rad: priors of a mount that nobody declared
 
 
@@ -29,8 +30,9 @@ class Hypothesis:
 
     @property
     def name(self) -> str:
-        """As it is written: soft_mount@imu2."""
-        return f"{self.effect.name}@{self.at}"
+        """As it is written: soft_mount@imu2, or low_pass[gyro]@imu1 where a setting is not the usual one."""
+        variant = f"[{self.effect.variant}]" if self.effect.variant else ""
+        return f"{self.effect.name}{variant}@{self.at}"
 
     def key(self, part: str) -> str:
         """Return the name of one of its parameters or states in the fit."""
@@ -73,6 +75,7 @@ class Model:
     hypotheses: tuple[Hypothesis, ...] = ()
     offsets: tuple[str, ...] = ()  # sensors whose clock may be off against the first's
     masks: dict[str, NDArray[np.bool_]] | None = None  # per "imu1.gyro" and so on: samples (n,) that count
+    fixed: dict[str, Array] | None = None  # parameters that are known and not to be moved
 
     def with_effects(self, hypotheses: tuple[Hypothesis, ...]) -> "Model":
         """Return the same model with other effects in it, and their states among the splines."""
@@ -96,7 +99,19 @@ class Model:
             out[f"{name}.offset"] = Prior(np.zeros(1), np.full(1, 0.05))
         for h in self.hypotheses:
             for p in h.effect.parameters:
-                out[h.key(p.name)] = Prior(np.full(p.width, p.start), np.full(p.width, p.std))
+                out[h.key(p.name)] = Prior(p.centre, np.full(p.width, p.std))
+        for name, value in (self.fixed or {}).items():
+            out[name] = Prior(value, HELD * out[name].std)
+        return out
+
+    @cached_property
+    def stamps(self) -> dict[str, Array]:
+        """The stamps (n,) s of every group of measurements."""
+        recording = self.recording
+        out = {f"{i.name}.{part}": i.time for i in recording.imus for part in ("gyro", "accel")}
+        out |= {"encoder.angle": e.time for e in recording.encoders}
+        for i, pose in enumerate(recording.poses):
+            out |= {f"pose{i + 1}.position": pose.time, f"pose{i + 1}.rotation": pose.time}
         return out
 
     @property
@@ -125,30 +140,39 @@ class Model:
             time = h.effect.clock(time, self.values(h, state))
         return Moment(self.tracks, state.coefficients, time)
 
-    def scene(self, h: Hypothesis, moment: Moment, segment: Motion, mount: Link | None = None) -> Scene:
-        """Return what an effect may ask of the rig."""
+    def gravity(self, state: State) -> Jet:
+        """Return the world's gravity (1, 3) m/s^2."""
+        gravity = Jet(self.rig.gravity[None])
+        for h in self.at("world"):
+            gravity = h.effect.gravity(gravity, self.values(h, state))
+        return gravity
 
-        def track(name: str, order: int) -> Jet:
-            return moment.track(h.key(name), order)
-
-        angle = angle_rate = angle_accel = None
+    def scene(self, moment: Moment, segment: Motion) -> Scene:
+        """Return what an effect may ask of the rig, but for what is its own."""
+        time = moment.time
         if self.rig.hinge:
-            angle, angle_rate, angle_accel = (moment.track(HINGE, order) for order in range(3))
-        elif self.recording.rig == "pendulum" and segment.turn is not None:
-            angle = swing(segment.turn)
-        return Scene(moment.time.value[:, 0], segment, angle, angle_rate, angle_accel, track, mount)
+            angle = [moment.track(HINGE, order) for order in range(3)]
+            axis = Jet(np.eye(3)[[HINGE_AXIS]])
+            return Scene(time, segment, *angle, joint_rate=angle[1].at(np.eye(3)[:, [HINGE_AXIS]]), joint_axis=axis)
+        if self.recording.rig == "pendulum" and segment.turn is not None:
+            axis = segment.turn.back(Jet(np.eye(3)[[SWING_AXIS]]))
+            return Scene(time, segment, *swing(segment), joint_rate=segment.rate, joint_axis=axis)
+        return Scene(time, segment)
+
+    @staticmethod
+    def own(scene: Scene, h: Hypothesis, moment: Moment, mount: Link | None = None) -> Scene:
+        """Return the scene with an effect's own states in it, and the sensor on its segment."""
+        return replace(scene, mount=mount, state=lambda name, order: moment.track(h.key(name), order))
 
     def segments(self, state: State, moment: Moment) -> dict[str, Motion]:
         """Return the motion of every segment."""
-        first = self.rig.first(moment)
-        if not self.rig.hinge:
-            for h in self.at("joint"):
-                first = first.child(h.effect.joint(Link(), self.scene(h, moment, first), self.values(h, state)))
-            return {"segment1": first}
+        first = self.rig.first(moment, self.gravity(state))
         link = self.rig.joint(moment)
+        scene = self.scene(moment, first)
         for h in self.at("joint"):
-            link = h.effect.joint(link, self.scene(h, moment, first), self.values(h, state))
-        return {"segment1": first, "segment2": first.child(link)}
+            link = h.effect.joint(link, self.own(scene, h, moment), self.values(h, state))
+        second = first.child(link)
+        return {"segment1": first, "segment2": second} if self.rig.hinge else {"segment1": second}
 
     def mount(self, imu: Imu, state: State, moment: Moment, segment: Motion) -> Link:
         """Return an IMU on its segment."""
@@ -158,22 +182,32 @@ class Model:
         )
         moved = variable((f"{imu.name}.translation", CONSTANT), state.values[f"{imu.name}.translation"])
         link = Link(turn, offset=moved + base.position)
+        scene = self.scene(moment, segment)
         for h in self.at(imu.name):
-            link = h.effect.mount(link, self.scene(h, moment, segment, link), self.values(h, state))
+            link = h.effect.mount(link, self.own(scene, h, moment, link), self.values(h, state))
         return link
 
     def reading(self, imu: Imu, state: State, moment: Moment, segment: Motion) -> Reading:
         """Return what an IMU would report."""
         link = self.mount(imu, state, moment, segment)
         sensor = segment.child(link)
-        reading = Reading(sensor.rate, sensor.force, moment.time.value[:, 0])
+        reading = Reading(sensor.rate, sensor.force, moment.time)
+        scene = self.scene(moment, segment)
         for h in self.at(imu.name):
-            scene = self.scene(h, moment, segment, link)
-            reading = h.effect.filtered(reading, scene, self.values(h, state))
+            reading = h.effect.filtered(reading, self.own(scene, h, moment, link), self.values(h, state))
         errors = [h.effect.error(reading, self.values(h, state)) for h in self.at(imu.name)]
         gyro = sum((e.gyro for e in errors if e.gyro is not None), reading.gyro)
         accel = sum((e.accel for e in errors if e.accel is not None), reading.accel)
         return Reading(gyro, accel, reading.time)
+
+    def joint_angle(self, state: State, moment: Moment) -> Jet:
+        """Return what an encoder of the hinge would report (n, 1) rad."""
+        angle = moment.track(HINGE)
+        if any(True for _ in self.at("joint")):
+            scene = self.scene(moment, self.rig.first(moment, self.gravity(state)))
+            for h in self.at("joint"):
+                angle = h.effect.encoder(angle, self.own(scene, h, moment), self.values(h, state))
+        return angle
 
     def measured(self, state: State) -> Iterator[Rows]:
         """Yield the rows of every sensor, in their own unit (std 1)."""
@@ -186,25 +220,28 @@ class Model:
                 yield self._masked(f"{imu.name}.{part}", place, model - got)
         for encoder in self.recording.encoders:
             moment = self.moment(state, encoder.time, "encoder")
-            yield self._masked(
-                "encoder.angle", moment.time.value[:, 0], moment.track(HINGE) - (encoder.angle + encoder.zero)[:, None]
-            )
+            residual = self.joint_angle(state, moment) - (encoder.angle + encoder.zero)[:, None]
+            yield self._masked("encoder.angle", moment.time.value[:, 0], residual)
         for i, pose in enumerate(self.recording.poses):
             moment = self.moment(state, pose.time, f"pose{i + 1}")
             segment = self.segments(state, moment)[pose.segment]
             place = moment.time.value[:, 0]
             if pose.position is not None and segment.position is not None:
-                yield _seen(
+                yield self._masked(
                     f"pose{i + 1}.position", place, segment.position - np.nan_to_num(pose.position), pose.position
                 )
             if pose.quaternion is not None and segment.turn is not None:
                 seen = np.nan_to_num(pose.quaternion, nan=0.5)
                 error = Turn(np.swapaxes(rotations.to_matrix(seen), -1, -2)) @ segment.turn
-                yield _seen(f"pose{i + 1}.rotation", place, _vector(error), pose.quaternion)
+                yield self._masked(f"pose{i + 1}.rotation", place, _vector(error), pose.quaternion)
 
-    def _masked(self, name: str, time: Array, residual: Jet) -> Rows:
-        mask = None if self.masks is None else self.masks.get(name)
-        if mask is not None and not mask.all():
+    def _masked(self, name: str, time: Array, residual: Jet, measured: Array | None = None) -> Rows:
+        mask = np.ones(len(time), dtype=bool)
+        if self.masks is not None and name in self.masks:
+            mask = self.masks[name]
+        if measured is not None:
+            mask = mask & np.isfinite(measured).all(axis=1)
+        if not mask.all():
             time, residual = time[mask], _pick(residual, mask)
         return Rows(name, time, residual, np.ones(residual.value.shape[1]))
 
@@ -212,12 +249,6 @@ class Model:
 def _vector(turn: Turn) -> Jet:
     """Return the rotation vector (n, 3) of small turns; its derivative taken as that of the turn itself."""
     return Jet(rotations.log(rotations.from_matrix(turn.matrix)), dict(turn.blocks))
-
-
-def _seen(name: str, time: Array, residual: Jet, measured: Array) -> Rows:
-    seen = np.atleast_1d(np.isfinite(measured).all(axis=1))
-    residual = _pick(residual, seen)
-    return Rows(name, time[seen], residual, np.ones(residual.value.shape[1]))
 
 
 def _pick(jet: Jet, mask: NDArray[np.bool_]) -> Jet:
