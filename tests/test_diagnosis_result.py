@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rerun.chunk import RrdReader
 from scipy.signal import lfilter
 
 from imubench.diagnosis.evidence import Comparison, Evidence, Level, Played, Pose, Trace
 from imubench.diagnosis.report import page
+from imubench.diagnosis.rerun_log import log_diagnosis
 from imubench.diagnosis.result import (
     CHANNEL_UNIT,
     Change,
@@ -26,6 +28,7 @@ from imubench.diagnosis.result import (
 from imubench.diagnosis.result_file import as_dict, read_diagnosis
 from imubench.errors import InputError
 from imubench.recording import Imu, Recording
+from imubench.reference import Reference
 from imubench.rotations import exp
 
 CONTRACT = """
@@ -267,3 +270,29 @@ def test_the_page_of_something_unknown_and_of_nothing():
     html = page(diagnosis(verdict="no mismatch", findings=(), where=()), bare)
     assert html.count("<img ") == 1
     assert "Nowhere by more than the sensors' noise" in html
+
+
+def test_the_rerun_file_holds_motion_residuals_and_windows(tmp_path):
+    one, shown = diagnosis(), evidence()
+    seen = Reference(TIME[::4], hinge_angle=shown.motion.hinge_angle[::4] + 0.01)
+    log_diagnosis(tmp_path / "diagnosis.rrd", one, shown, seen)
+    chunks = RrdReader(str(tmp_path / "diagnosis.rrd")).stream().collect()
+
+    def read(path, component):
+        table = chunks.reader(index="sim_time", contents=path).to_pandas()
+        name = next(c for c in table.columns if c.endswith(component))
+        rows = table[table[name].notna()]
+        return rows["sim_time"].astype("int64").to_numpy() / 1e9, np.array([list(v) for v in rows[name]])
+
+    for trace in shown.traces:
+        for side, z in (("before", trace.whitened), ("after", trace.whitened_after)):
+            time, values = read(f"/residual/{trace.at}/{trace.part}/{side}", "Scalars:scalars")
+            np.testing.assert_array_equal(time, np.round(TIME, 9))
+            np.testing.assert_array_equal(values, z)
+    np.testing.assert_array_equal(read("/hinge_angle/after", "scalars")[1][:, 0], shown.motion.hinge_angle)
+    np.testing.assert_array_equal(read("/hinge_angle/reference", "scalars")[1][:, 0], seen.hinge_angle)
+    time, turns = read("/world/segment2", "Transform3D:quaternion")
+    assert time[-1] == TIME[-1]
+    assert np.ptp(turns.reshape(time.size, 4), axis=0).max() > 0.1  # it moves
+    np.testing.assert_allclose(read("/windows/held_out", "state")[0], [12, 20, 40, 48])
+    np.testing.assert_allclose(read("/windows/imu2", "state")[0], [12.4, 18.9])

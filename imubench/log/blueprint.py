@@ -29,11 +29,11 @@ def run_blueprint(
     `judge` is the word for what is true, `span` the first and last time in s.
     """
     rows = [
-        rrb.Horizontal(*[_series(f"{i}: {title} ({unit})", [f"/{i}/{what}"], span) for i in imus])
+        rrb.Horizontal(*[series_view(f"{i}: {title} ({unit})", [f"/{i}/{what}"], span) for i in imus])
         for what, title, unit in (("gyro", "angular rate", "rad/s"), ("accel", "specific force", "m/s²"))
         if imus
     ]
-    plots = [_series(title, contents, span) for key, (title, contents) in PLOTS.items() if key in shown]
+    plots = [series_view(title, contents, span) for key, (title, contents) in PLOTS.items() if key in shown]
     rows += [rrb.Horizontal(*plots[k : k + 2]) for k in range(0, len(plots), 2)]
     shares = [1.0] * len(rows)
     if "sections" in shown:
@@ -45,7 +45,7 @@ def run_blueprint(
             origin=scene.frame,
             contents="/world/**",
             name=f"rig ({scene.source}){': ' if legend else ''}{legend}",
-            eye_controls=_eye(scene),
+            eye_controls=eye(scene),
             line_grid=rrb.LineGrid3D(visible=True, spacing=0.1),
         ),
         rrb.TextDocumentView(origin="/summary", name="summary"),
@@ -59,7 +59,8 @@ def run_blueprint(
     )
 
 
-def _series(name: str, contents: Sequence[str], span: tuple[float, float]) -> rrb.TimeSeriesView:
+def series_view(name: str, contents: Sequence[str], span: tuple[float, float]) -> rrb.TimeSeriesView:
+    """Return a plot of these paths over all of `span`, in s."""
     start, end = (rrb.TimeRangeBoundary.absolute(seconds=edge) for edge in span)
     return rrb.TimeSeriesView(
         origin="/",
@@ -70,7 +71,8 @@ def _series(name: str, contents: Sequence[str], span: tuple[float, float]) -> rr
     )
 
 
-def _eye(scene: Scene) -> rrb.EyeControls3D:
+def eye(scene: Scene) -> rrb.EyeControls3D:
+    """Return a camera that sees the whole rig from the side it faces."""
     flat, up = np.array([*scene.facing[:2], 0.0]), np.array([0.0, 0.0, 1.0])
     ahead = flat / np.linalg.norm(flat) if np.linalg.norm(flat) > 0.1 else np.array([0.0, 1.0, 0.0])
     direction = VIEW_FROM[0] * ahead + VIEW_FROM[1] * np.cross(ahead, up) + VIEW_FROM[2] * up
