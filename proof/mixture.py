@@ -1,7 +1,7 @@
 """Many cases as a diagnosis would meet them: nothing wrong, one thing, several, something no table has.
 
 Of every 100 cases 25 have no effect, 40 one, 20 two or three, 15 physics outside the table; 4 of the first two kinds
-are such that the recording could not show anything (the rig stands still, or for two seconds only). All of them have
+are such that the recording could not show it (the rig stands still, or hardly moves for a second). All of them have
 the nuisances that a recording may have and that are no mismatch: geometry wrong by what is declared, noise declared
 wrong by up to 15 % or not at all, up to 20 % of coloured noise, clocks and rates of their own, a gap, a repeated
 sample, motion from slow to 10 Hz with rests.
@@ -13,13 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from imubench.proof.case import make_case, plain
+from imubench.proof.aimed import make_aimed
+from imubench.proof.case import plain
 from imubench.proof.options import Options, stream
 from imubench.proof.ranges import STRENGTHS, places
 from imubench.proof.unknown_ranges import unknown_places
 
 SHARES = {"none": 0.25, "one": 0.40, "several": 0.20, "outside": 0.15}
 UNOBSERVABLE = 0.04
+AIMED = {"one": (0.6, 1.0, 100.0), "several": (0.5, 10.0, 200.0), "outside": (0.5, 10.0, 200.0)}
+"""The share of cases whose effects are so many times as large as their Cramer-Rao bound, log-uniform from, to."""
 RIGS: dict[str, tuple[float, dict[str, Any]]] = {
     "hinge": (0.5, {"rig": "hinge"}),
     "fixed hinge": (0.07, {"rig": "hinge", "base": "fixed", "encoder": True}),
@@ -28,6 +31,10 @@ RIGS: dict[str, tuple[float, dict[str, Any]]] = {
     "swinging pendulum": (0.07, {"rig": "pendulum", "swing": True}),
     "free": (0.12, {"rig": "free"}),
 }
+NEEDS_MOTION = (
+    "gyro_scale", "gyro_misalignment", "time_offset", "clock_skew", "low_pass", "skin_sliding", "moving_centre",
+    "axis_coupling", "soft_mount",
+)  # fmt: skip
 RIVALS = (  # of these at most one in a case: together they cannot be told apart, or one hides the other
     {"gravity", "accel_scale", "accel_bias"},
     {"soft_mount", "rocking_mount", "low_pass"},
@@ -48,7 +55,8 @@ class Question:
     rig: str
     effects: list[tuple[str, str]]
     seed: int
-    strength: str
+    strength: str  # weak, medium, strong, for every effect without a wanted visibility
+    wanted: list[float | None]  # one for each effect, times its Cramer-Rao bound
     options: dict[str, Any]
 
 
@@ -64,9 +72,8 @@ def mixture(seed: int, n: int) -> list[Question]:
 
 def make(question: Question, out: Path) -> dict[str, Any]:
     """Write the recording of a question and return its truth."""
-    truth = make_case(
-        out, question.rig, question.effects, question.seed, question.strength, **question.options
-    )  # fmt: skip
+    q = question
+    truth = make_aimed(out, q.rig, q.effects, q.seed, q.wanted, q.strength, **q.options)
     return truth | {"kind": question.kind, "observable": question.observable, "strength": question.strength}
 
 
@@ -98,7 +105,8 @@ def _question(kind: str, observable: bool, seed: int, rng: np.random.Generator) 
     rig = str(rng.choice(list(RIGS), p=[share for share, _ in RIGS.values()]))
     if not observable:
         rig = "hinge" if rng.random() < 0.7 else "pendulum"
-        options |= {"rest": 1.0} if rng.random() < 0.5 else {"seconds": float(rng.uniform(1.0, 2.5)), "gaps": 0}
+        short = {"seconds": float(rng.uniform(0.5, 1.5)), "vigour": 0.3, "gaps": 0, "repeats": 0}
+        options |= {"rest": 1.0} if rng.random() < 0.5 else short
     options |= RIGS[rig][1]
     if options["rig"] == "hinge":
         options["encoder"] = options.get("encoder", False) or bool(rng.random() < 0.3)
@@ -107,12 +115,19 @@ def _question(kind: str, observable: bool, seed: int, rng: np.random.Generator) 
     family = options.pop("rig")
     inside, outside = places(chosen), unknown_places(chosen)
     count = {"none": 0, "one": 1, "several": int(rng.integers(2, 4)), "outside": 0}[kind]
+    if not observable:
+        inside = {name: at for name, at in inside.items() if name in NEEDS_MOTION}
     effects = _picked(rng, inside, count)
     if kind == "outside":
         name = str(rng.choice(list(outside)))
         effects = [(name, str(rng.choice(list(outside[name]))))]
-    strength = str(rng.choice(STRENGTHS, p=[0.25, 0.45, 0.3]))
-    return Question(kind, observable, family, effects, seed, strength, options)
+    strength = str(rng.choice(STRENGTHS, p=[0.25, 0.45, 0.3])) if observable else "weak"
+    share, low, high = AIMED.get(kind, (0.0, 1.0, 1.0))
+    aim = observable and rng.random() < share
+    wanted = [float(np.exp(rng.uniform(np.log(low), np.log(high)))) if aim else None for _ in effects]
+    if not observable and options["rest"] < 1:
+        wanted = [1.0 for _ in effects]
+    return Question(kind, observable, family, effects, seed, strength, wanted, options)
 
 
 def _picked(rng: np.random.Generator, where: dict[str, tuple[str, ...]], count: int) -> list[tuple[str, str]]:

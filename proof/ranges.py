@@ -64,7 +64,9 @@ TORQUES = ("viscous_friction", "dry_friction", "air_drag", "joint_spring", "end_
 
 def places(options: Options) -> dict[str, tuple[str, ...]]:
     """Return where every effect may sit on a rig with these options, for those that can be there at all."""
-    found: dict[str, tuple[str, ...]] = dict.fromkeys(IMU_EFFECTS, moving_imus(options)) | {"gravity": ("world",)}
+    found: dict[str, tuple[str, ...]] = dict.fromkeys(IMU_EFFECTS, moving_imus(options))
+    if options.rig != "hinge" or options.base == "fixed" or options.pose:
+        found["gravity"] = ("world",)  # otherwise an acceleration of the hand explains it
     if options.rig == "free":
         del found["skin_sliding"]  # there is no joint
     if options.rig == "pendulum":

@@ -30,8 +30,8 @@ def test_a_seed_is_a_mixture_and_another_is_another():
 
 
 def test_every_case_is_written_and_read(tmp_path):
-    short = {"seconds": 6.0}
-    for i, question in enumerate(mixture(3, 60)):
+    short, aims = {"seconds": 6.0}, []
+    for i, question in enumerate(mixture(3, 32)):
         if question.options["seconds"] > 6:
             question.options.update(short)
         truth = make(question, tmp_path / str(i))
@@ -39,5 +39,11 @@ def test_every_case_is_written_and_read(tmp_path):
         assert recording.name == "recording" and recording.rig == question.rig
         assert [(e["effect"], e["at"]) for e in truth["effects"]] == question.effects
         assert truth["kind"] == question.kind
+        if not question.observable:
+            assert all(has < 3 for has in truth["visibility"])
+        for want, has in zip(question.wanted, truth["visibility"], strict=True):
+            aims += [(want, has)] if want else []
         assert all(np.isfinite(imu.accel).all() for imu in recording.imus)
         json.dumps(truth)
+    met = [abs(has / want - 1) < 0.06 for want, has in aims if has is not None]
+    assert len(met) > 4 and np.mean(met) > 0.8  # the rest: limits that hide a fault, turns that hardly show
