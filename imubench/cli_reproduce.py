@@ -1,4 +1,4 @@
-"""`imubench reproduce`: a bar of what is done, the verdicts, and exit code 1 where a promise fails."""
+"""`imubench reproduce`: a bar of what is done, the verdicts, and exit code 1 where a promise fails or a guard is passed."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -28,7 +28,10 @@ def run(paper: str, out: Path, quick: bool, seed: int, console: Console, errors:
     if judged:
         print_verdicts(judged, console)
     console.print(f"written: {out}; open {out / 'report.html'}", soft_wrap=True)
-    return int(any(j.verdict == "fails" for j in judged))
+    for j in judged:
+        if j.news:
+            errors.print(f"new: {escape(j.claim.claim)}: {escape(j.news)}", soft_wrap=True)
+    return int(any(j.verdict == "fails" or j.worse for j in judged))
 
 
 def watching(console: Console) -> Watch:

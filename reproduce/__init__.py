@@ -3,9 +3,10 @@
 A paper is a folder with a `PAPER` (see `paper`) and a claims.toml, and a line in `PAPERS`.
 """
 
+from imubench.reproduce.arve import PAPER as ARVE
 from imubench.reproduce.olsson2020 import PAPER as OLSSON2020
 from imubench.reproduce.olsson2020.beyond import PAPER as OLSSON2020_BEYOND
 from imubench.reproduce.paper import Paper
 
-PAPERS: dict[str, Paper] = {p.name: p for p in (OLSSON2020, OLSSON2020_BEYOND)}
+PAPERS: dict[str, Paper] = {p.name: p for p in (OLSSON2020, OLSSON2020_BEYOND, ARVE)}
 """All papers by name."""

@@ -24,6 +24,7 @@ KEYS = {
     "measure": str,
     "promise": bool,
 }
+OPTIONAL: Mapping[str, type] = {"guard": float, "known": str}
 KINDS = ("at most", "at least", "about")
 SIGNS = {"at most": "<=", "at least": ">="}
 
@@ -46,6 +47,8 @@ class Claim:
     basis: str  # where the limit comes from
     measure: str  # name of the function that measures it
     promise: bool
+    guard: float | None = None  # in `unit`: beyond it the code has become worse than it was, whatever the paper says
+    known: str = ""  # why the claim is known to fail; without it a failure is news
 
     @property
     def bound(self) -> str:
@@ -60,6 +63,12 @@ class Claim:
         if self.kind == "about":
             return abs(value - self.published) <= self.limit + slack
         return value <= self.limit + slack if self.kind == "at most" else value >= self.limit - slack
+
+    def keeps(self, value: float) -> bool:
+        """Tell whether a value in `unit` is on the right side of the guard, where there is one; NaN is not."""
+        if self.guard is None:
+            return True
+        return value >= self.guard if self.kind == "at least" else value <= self.guard
 
 
 @dataclass(frozen=True)
@@ -78,6 +87,20 @@ class Judged:
     measured: Measured
     verdict: Verdict
 
+    @property
+    def worse(self) -> bool:
+        """Whether the code has become worse than its guard."""
+        return not self.claim.keeps(self.measured.value)
+
+    @property
+    def news(self) -> str:
+        """What a run should stop for: a failure that is not known, or a guard passed; empty where there is none."""
+        if self.worse:
+            return f"{self.measured.value:.3g} {self.claim.unit} is beyond the guard of {self.claim.guard:g}"
+        if self.verdict == "fails" and not self.claim.known:
+            return f"{self.measured.value:.3g} {self.claim.unit} instead of {self.claim.bound}"
+        return ""
+
     def as_dict(self) -> dict[str, Any]:
         """Return the entry of claims.json."""
         value = self.measured.value
@@ -93,6 +116,9 @@ class Judged:
             "test": self.claim.measure,
             "verdict": self.verdict,
             "why": self.measured.why,
+            "guard": self.claim.guard,
+            "known": self.claim.known or None,
+            "news": self.news or None,
         }
 
 
@@ -116,17 +142,21 @@ def _claim(name: str, table: object, where: str, measures: Mapping[str, object])
     if not isinstance(table, dict):
         raise InputError(f"{where}: expected a table, got {table!r}")
     for key in table:
-        if key not in KEYS:
-            raise unknown(f"key in {where}", key, KEYS)
+        if key not in KEYS and key not in OPTIONAL:
+            raise unknown(f"key in {where}", key, [*KEYS, *OPTIONAL])
     fields: dict[str, Any] = {"promise": False} | table
     for key, kind in KEYS.items():
         if key not in fields:
             raise InputError(f"{where}: expected the key '{key}', got {', '.join(table) or 'none'}")
         fields[key] = _typed(fields[key], kind, f"{where}.{key}")
+    for key in OPTIONAL.keys() & fields.keys():
+        fields[key] = _typed(fields[key], OPTIONAL[key], f"{where}.{key}")
     if fields["kind"] not in KINDS:
         raise unknown(f"kind in {where}", fields["kind"], KINDS)
     if fields["kind"] == "about" and fields["promise"]:
         raise InputError(f"{where}: expected a promise with a bound on one side, got one of kind 'about'")
+    if "known" in fields and not fields["promise"]:
+        raise InputError(f"{where}.known: expected a promise, which can fail, got a figure, which can only differ")
     if fields["measure"] not in measures:
         raise unknown(f"measure in {where}", fields["measure"], measures)
     return Claim(name=name, **fields)

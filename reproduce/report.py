@@ -62,12 +62,12 @@ def headline(judged: Sequence[Judged]) -> str:
 
 
 def _verdict(judged: Sequence[Judged]) -> str:
-    failed = [j for j in judged if j.verdict == "fails"]
+    failed = [j for j in judged if j.verdict == "fails" or j.worse]
     if not failed:
         return "<div class='verdict good'><p>No promise of the paper failed.</p></div>"
     items = "".join(
-        f"<p><b class='fails'>fails</b> {escape(j.claim.claim)}: {_number(j.measured.value)} {escape(j.claim.unit)} "
-        f"instead of {escape(j.claim.bound)}."
+        f"<p><b class='fails'>{'fails' if j.verdict == 'fails' else 'worse than before'}</b> {escape(j.claim.claim)}: "
+        f"{escape(j.news) or f'{_number(j.measured.value)} {escape(j.claim.unit)} instead of {escape(j.claim.bound)}'}."
         f"</p><details class='soft'><summary>why</summary>{escape(j.measured.why)}.</details>"
         for j in failed
     )

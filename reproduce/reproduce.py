@@ -39,7 +39,7 @@ def reproduce(name: str, out: Path, quick: bool, seed: int, watch: Watch, worker
         results = paper.gather(settings, done)
         judged = [judge(claim, paper.measures[claim.measure](results)) for claim in paper.claims]
         write_json(folder / "claims.json", [j.as_dict() for j in judged])
-        length = "Quick run: fewer runs, starts and weights than the paper's." if quick else "Full run."
+        length = "Quick run: less of everything than the paper's." if quick else "Full run."
         how = f"{length} Seed {seed}."
         footer = (
             f"imubench {imubench.__version__}: imubench reproduce {name}{' --quick' if quick else ''} --seed {seed}; "

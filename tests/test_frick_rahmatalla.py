@@ -82,7 +82,7 @@ def test_without_noise_a_constant_r_stays_where_least_squares_puts_it():
 def test_a_varying_r_is_followed_as_closely_as_the_table_has_it_for_arve_d():
     runs = circling(np.random.default_rng(5), count=10, amplitude=R_VARIES)
     errors = inner_errors(runs)
-    assert errors.mean() < 0.0068  # table I for ArVE_d; 4.7 mm measured
+    assert errors.mean() < 0.0055  # table I has 6.8 mm for ArVE_d; 4.7 measured, 10 runs scatter by 0.13
     whole = vector_error(mrvs.solve_differenced(runs.gyro, runs.acceleration, runs.time)[0][:, None], runs.r)[0]
     assert errors.mean() < whole.mean() / 2
 

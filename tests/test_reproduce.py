@@ -73,6 +73,32 @@ def test_a_bound_reads_as_one():
     assert {"claim", "source", "published", "measured", "unit", "bound", "verdict", "why"} <= entry.keys()
 
 
+def test_news_is_an_unknown_failure_or_a_guard_that_was_passed():
+    failing, guarded = Measured(3.0, "because"), replace(BOUNDED, guard=0.5)
+    assert judge(BOUNDED, failing).news == "3 deg instead of <= 2.16 deg"
+    assert judge(replace(BOUNDED, known="a reason"), failing).news == ""
+    assert judge(replace(SEEN, guard=100.0), Measured(70.0, "because")).news == ""  # differs, and is no worse
+    assert judge(guarded, Measured(0.5, "because")).news == ""
+    assert judge(guarded, Measured(0.6, "because")).verdict == "holds"
+    assert judge(guarded, Measured(0.6, "because")).news == "0.6 deg is beyond the guard of 0.5"
+    assert judge(replace(guarded, known="a reason"), Measured(math.nan, "because")).worse
+    least = replace(BOUNDED, kind="at least", limit=1.0, guard=2.0)
+    assert judge(least, Measured(1.5, "because")).worse
+    assert not judge(least, Measured(2.5, "because")).worse
+
+
+def test_the_build_stops_for_news_only(tmp_path):
+    command = [sys.executable, str(Path(__file__).resolve().parent.parent / "scripts" / "new_failures.py")]
+    files = []
+    for name, claim in (("old", replace(BOUNDED, known="a reason")), ("new", BOUNDED)):
+        files.append(tmp_path / f"{name}.json")
+        files[-1].write_text(json.dumps([judge(claim, Measured(3.0, "because")).as_dict()]))
+    fine = subprocess.run([*command, files[0]], capture_output=True, text=True)
+    assert (fine.returncode, fine.stdout) == (0, "claims: nothing new\n")
+    stopped = subprocess.run([*command, *files], capture_output=True, text=True)
+    assert (stopped.returncode, stopped.stdout) == (1, f"{files[1]}: c: 3 deg instead of <= 2.16 deg\n")
+
+
 GOOD = """[one]
 claim = "Errors are small"
 source = "section 1"
@@ -96,6 +122,8 @@ def test_claims_are_read(tmp_path):
     (claim,) = claims(tmp_path, GOOD)
     assert claim == Claim("one", "Errors are small", "section 1", 2.0, "deg", "at most", 2.5, "stated", "worst", True)
     assert not claims(tmp_path, GOOD.replace("promise = true\n", ""))[0].promise
+    (claim,) = claims(tmp_path, GOOD + 'guard = 1\nknown = "a reason"\n')
+    assert (claim.guard, claim.known) == (1.0, "a reason")
 
 
 @pytest.mark.parametrize(
@@ -110,6 +138,8 @@ def test_claims_are_read(tmp_path):
         ('kind = "at most"', 'kind = "below"', "unknown kind in claims.toml: one 'below'; known: at most"),
         ('kind = "at most"', 'kind = "about"', "expected a promise with a bound on one side"),
         ('measure = "worst"', 'measure = "best"', "unknown measure in claims.toml: one 'best'; known: worst"),
+        ("promise = true", 'known = "a reason"', "claims.toml: one.known: expected a promise, which can fail"),
+        ("promise = true", "guard = true", "claims.toml: one.guard: expected a finite number, got True"),
         ("published = 2", "publishd = 2", "unknown key in claims.toml: one 'publishd'"),
         ("[one]", "one = 3\n[two]", "claims.toml: one: expected a table, got 3"),
         ("[one]", "[one", "claims.toml: expected TOML"),

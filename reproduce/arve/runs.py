@@ -22,14 +22,15 @@ RATE = 100.0  # Hz
 AHEAD = 90.0  # deg, of the turn about y on that about x: a quarter period makes an ellipse
 TOLD = UkfSettings(tilt_std=0.001)  # rad, how well the unscented filter is told its first orientation
 WAYS = {
-    "known": "known: the simulation's own orientation",
-    "told": "unscented filter, told its first orientation",
-    "late": "turn rates summed up from the first orientation, half a sample late",
-    "vqf": "VQF, looking both ways in time",
-    "ukf": "unscented filter, started from the first sample",
+    "known": "known",
+    "told": "UKF, first orientation told",
+    "late": "known, half a sample late",
+    "vqf": "VQF, both ways in time",
+    "ukf": "UKF, not told",
     "vqf-online": "VQF, as samples come",
 }
-"""Ways to take gravity out, by what a report calls them."""
+"""Where the orientation is from that takes gravity out: `known` is the simulation's own, `late` sums up the turn rates
+from the known first one, each over the step after it, UKF is the unscented filter of gravity.py."""
 
 
 @dataclass(frozen=True)
