@@ -1,12 +1,39 @@
-"""Laws as rows: what effects' states obey at every knot, and the equation of motion inside free swings."""
+"""Laws as rows: what effects' states obey between the knots, and the equation of motion inside free swings."""
 
 from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
 
 from imubench.diagnosis.model import Model, State
+from imubench.diagnosis.priors import middles
 from imubench.diagnosis.rows import Rows
+from imubench.diagnosis.splines import Moment
+from imubench.diagnosis.swings import swing_rows
+from imubench.jets import Jet
 
 
 def equation_rows(model: Model, state: State) -> Iterator[Rows]:
-    """Yield the rows of every law."""
-    return
-    yield
+    """Yield the rows of every law; none is a measurement."""
+    yield from state_rows(model, state)
+    yield from swing_rows(model, state, middles(model))
+
+
+def state_rows(model: Model, state: State) -> Iterator[Rows]:
+    """Yield what the states of every effect obey, one row an interval."""
+    hypotheses = [h for h in model.hypotheses if h.effect.states]
+    if not hypotheses:
+        return
+    time = middles(model)
+    moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
+    segments = model.segments(state, moment)
+    for h in hypotheses:
+        imu = next((i for i in model.recording.imus if i.name == h.at), None)
+        segment = segments["segment2" if h.at == "imu2" else "segment1"]
+        scene = model.own(model.scene(moment, segment), h, moment)
+        if imu is not None:
+            link = model.mount(imu, state, moment, segment)
+            scene = replace(scene, mount=link, sensor=segment.child(link))
+        for law in h.effect.equations(scene, model.values(h, state)):
+            residual = law.residual
+            yield Rows(h.key(law.name), time, residual, np.full(residual.value.shape[1], law.std), counts=False)

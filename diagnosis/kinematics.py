@@ -19,6 +19,7 @@ from imubench.links import STILL, ZERO, Link, Motion, spin
 from imubench.recording import Recording
 
 HINGE_AXIS = 1  # +y of both segments
+SWING_AXIS = 1  # +y of the world, about which a pendulum's swing is counted
 ATTITUDE, POSITION, HINGE = "attitude", "position", "hinge"
 FORCE, VELOCITY = "force", "velocity"
 
@@ -61,9 +62,9 @@ class Rig:
         }
         return {name: width for name, (width, there) in every.items() if there}
 
-    def first(self, moment: Moment) -> Motion:
-        """Return segment 1's motion, its origin at the joint centre."""
-        down = Jet(self.gravity[None])
+    def first(self, moment: Moment, gravity: Jet | None = None) -> Motion:
+        """Return segment 1's motion, its origin at the joint centre; `gravity` (1, 3) where it is not the rig's."""
+        down = gravity or Jet(self.gravity[None])
         if not self.turns:
             turn = Turn(self.base[None])
             return Motion(ZERO, ZERO, turn.back(-down), turn, ZERO)
@@ -103,12 +104,21 @@ def imaginary(a: Jet, b: Jet) -> Jet:
     return a[[0, 0, 0]] * b[[1, 2, 3]] - b[[0, 0, 0]] * a[[1, 2, 3]] - cross(a[[1, 2, 3]], b[[1, 2, 3]])
 
 
-def swing(turn: Turn) -> Jet:
-    """Return a pendulum's swing atan2(R02, R22) (n, 1)."""
-    z = turn.forth(Jet(np.array([[0.0, 0.0, 1.0]])))
-    x, up = z[[0]], z[[2]]
-    square = x.value**2 + up.value**2
-    slope = stack(x, up)
-    gradient = np.concatenate([up.value / square, -x.value / square], axis=1)
-    blocks = {key: np.sum(gradient[:, :, None] * d, axis=1, keepdims=True) for key, d in slope.blocks.items()}
-    return Jet(np.arctan2(x.value, up.value), blocks)
+def swing(segment: Motion) -> tuple[Jet, Jet, Jet]:
+    """Return a pendulum's swing atan2(R02, R22) (n, 1) rad and its first two derivatives.
+
+    With u the limb's z axis in the world, u' = R (w x e), u'' = R (w' x e + w x (w x e)), and h = u0^2 + u2^2:
+    s' = (u2 u0' - u0 u2') / h, s'' = (u2 u0'' - u0 u2'' - s' h') / h.
+    """
+    assert segment.turn is not None
+    up = Jet(np.array([[0.0, 0.0, 1.0]]))
+    moved = cross(segment.rate, up)
+    u, u1, u2 = (segment.turn.forth(v) for v in (up, moved, cross(segment.accel, up) + cross(segment.rate, moved)))
+    x, z = u[[0]], u[[2]]
+    square = x * x + z * z
+    rate = (z * u1[[0]] - x * u1[[2]]) / square
+    growth = 2.0 * (x * u1[[0]] + z * u1[[2]])
+    accel = (z * u2[[0]] - x * u2[[2]] - rate * growth) / square
+    slope = stack(z, -x) / square
+    blocks = {key: np.sum(slope.value[:, :, None] * d, axis=1, keepdims=True) for key, d in stack(x, z).blocks.items()}
+    return Jet(np.arctan2(x.value, z.value), blocks), rate, accel

@@ -109,7 +109,8 @@ class Model:
         """The stamps (n,) s of every group of measurements."""
         recording = self.recording
         out = {f"{i.name}.{part}": i.time for i in recording.imus for part in ("gyro", "accel")}
-        out |= {"encoder.angle": e.time for e in recording.encoders}
+        for encoder in recording.encoders:
+            out["encoder.angle"] = encoder.time
         for i, pose in enumerate(recording.poses):
             out |= {f"pose{i + 1}.position": pose.time, f"pose{i + 1}.rotation": pose.time}
         return out
@@ -151,12 +152,11 @@ class Model:
         """Return what an effect may ask of the rig, but for what is its own."""
         time = moment.time
         if self.rig.hinge:
-            angle = [moment.track(HINGE, order) for order in range(3)]
-            axis = Jet(np.eye(3)[[HINGE_AXIS]])
-            return Scene(time, segment, *angle, joint_rate=angle[1].at(np.eye(3)[:, [HINGE_AXIS]]), joint_axis=axis)
+            angle, rate, accel = (moment.track(HINGE, order) for order in range(3))
+            axis = np.eye(3)[[HINGE_AXIS]]
+            return Scene(time, segment, angle, rate, accel, rate.at(axis.T), Jet(axis))
         if self.recording.rig == "pendulum" and segment.turn is not None:
-            axis = segment.turn.back(Jet(np.eye(3)[[SWING_AXIS]]))
-            return Scene(time, segment, *swing(segment), joint_rate=segment.rate, joint_axis=axis)
+            return Scene(time, segment, *swing(segment), segment.rate, segment.turn.back(np.eye(3)[[SWING_AXIS]]))
         return Scene(time, segment)
 
     @staticmethod

@@ -46,11 +46,11 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
             first = Moment(model.tracks, state.coefficients, Jet(time[:1, None])).track(ATTITUDE)
             yield Rows("heading", time[:1], first - anchor, np.full(4, HEADING), False)
     if VELOCITY in model.tracks.widths:
-        first = model.rig.first(moment)
-        assert first.turn is not None
+        base = model.rig.first(moment, model.gravity(state))
+        assert base.turn is not None
         velocity = moment.track(VELOCITY)
-        gravity = first.turn.back(model.rig.gravity[None])
-        drift = moment.track(VELOCITY, 1) + cross(first.rate, velocity) - first.force - gravity
+        gravity = base.turn.back(model.gravity(state))
+        drift = moment.track(VELOCITY, 1) + cross(base.rate, velocity) - base.force - gravity
         yield Rows("drift", time, drift, np.full(3, DRIFT), False)
         yield Rows("pace", time, velocity, np.full(3, PACE / np.sqrt(step)), False)
     for h in model.hypotheses:
@@ -59,4 +59,9 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
             yield Rows(f"size.{name}", time, moment.track(name), np.full(s.width, s.std / np.sqrt(step)), False)
 
 
-START_SMOOTH = {ATTITUDE: 300.0, POSITION: 300.0, FORCE: 300.0, HINGE: 300.0}  # per s^4 (s^2) and root Hz, a first guess
+START_SMOOTH = {
+    ATTITUDE: 300.0,
+    POSITION: 300.0,
+    FORCE: 300.0,
+    HINGE: 300.0,
+}  # per s^4 (s^2) and root Hz, a first guess

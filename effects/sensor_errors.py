@@ -33,7 +33,7 @@ class GyroDrift(Effect):
     parameters = (Parameter("rate", (3,), "rad/s^2", 0.002),)
 
     def error(self, reading: Reading, p: Values) -> Error:
-        return Error(gyro=p["rate"] * reading.time[:, None])
+        return Error(gyro=p["rate"] * reading.time)
 
 
 class AccelDrift(Effect):
@@ -43,7 +43,7 @@ class AccelDrift(Effect):
     parameters = (Parameter("rate", (3,), "m/s^3", 0.02),)
 
     def error(self, reading: Reading, p: Values) -> Error:
-        return Error(accel=p["rate"] * reading.time[:, None])
+        return Error(accel=p["rate"] * reading.time)
 
 
 class GyroScale(Effect):

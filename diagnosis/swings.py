@@ -1,0 +1,55 @@
+"""The equation of motion of the swinging segment inside free swings, where no outside force acts.
+
+About the joint, in segment axes, f the specific force at the joint, which holds gravity and the joint's
+own acceleration: I w' + w x (I w) + m c x f = torque. A hinge carries every component but that about its
+axis; a ball joint none.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.kinematics import HINGE_AXIS
+from imubench.diagnosis.model import Model, State
+from imubench.diagnosis.rows import Rows
+from imubench.diagnosis.splines import Moment
+from imubench.jets import Jet, cross
+from imubench.recording import STANDARD_GRAVITY, Body
+
+GROUP = "swing.torque"
+SHARE = 0.01  # of the torque of the segment's weight: how closely the equation holds, before it is estimated
+
+
+def inertia_about_joint(body: Body) -> Array:
+    """Return the inertia (3, 3) kg m^2 about the segment's origin."""
+    c = body.com
+    return np.asarray(np.diag(body.inertia) + body.mass * (c @ c * np.eye(3) - np.outer(c, c)), dtype=float)
+
+
+def swing_rows(model: Model, state: State, time: Array) -> Iterator[Rows]:
+    """Yield the equation's residual (n, 1 or 3) N m at those of the times (n,) that lie in a free swing."""
+    body = model.recording.body
+    inside = np.zeros(len(time), dtype=bool)
+    for start, end in model.recording.free_swings:
+        inside |= (time >= start - model.start) & (time <= end - model.start)
+    if body is None or not inside.any():
+        return
+    time = time[inside]
+    moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
+    segment = model.segments(state, moment)["segment2" if model.rig.hinge else "segment1"]
+    inertia = inertia_about_joint(body)
+    inert = segment.accel.at(inertia) + cross(segment.rate, segment.rate.at(inertia))
+    for h in model.at("body"):
+        if (divisor := h.effect.lighter(model.values(h, state))) is not None:
+            inert = inert / divisor
+    residual = inert + cross(body.mass * body.com, segment.force)
+    scene = model.scene(moment, segment)
+    for h in model.at("joint"):
+        torque = h.effect.torque(model.own(scene, h, moment), model.values(h, state))
+        if torque is not None:
+            residual = residual - torque
+    if model.rig.hinge:
+        residual = residual[[HINGE_AXIS]]
+    std = SHARE * body.mass * STANDARD_GRAVITY * max(float(np.linalg.norm(body.com)), 0.01)
+    yield Rows(GROUP, time, residual, np.full(residual.value.shape[1], std), counts=False)

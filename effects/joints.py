@@ -1,0 +1,86 @@
+"""Joints that are not a perfect hinge or ball: play, an axis or a centre that moves, a pivot that shakes.
+
+Priors: a worn hinge gives some hundredths of a radian across its axis (0.04 rad); a knee's axis and centre
+follow its angle by a tenth (0.1 rad/rad) and by a centimetre or two (0.02 m/rad); a hand holds a pivot
+within 0.5 m/s^2.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.effects.effect import Effect, Found, Parameter, Scene, State, Values
+from imubench.jets import Jet
+from imubench.links import Link, shift, small_turn, spin
+
+REACHED = 0.98  # of the time within what is reported as a range
+BAND = (0.05, 0.95)  # of the power below the ends of what is reported as a band
+
+
+class JointPlay(Effect):
+    """Segment 2 rotates across the hinge axis, within a range."""
+
+    name, place, law = "joint_play", "joint", "R2 = R1 Ry(q) exp(a, 0, b), |(a, b)| < range"
+    rigs = ("hinge",)
+    states = (State("rotation", 2, 0.04),)
+    found = (Found("range", (), "rad"), Found("direction", (), "rad"))
+
+    def joint(self, link: Link, scene: Scene, p: Values) -> Link:
+        across = [np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])] * 3
+        return link @ small_turn(*(x.at(m) for x, m in zip(scene.own("rotation"), across, strict=True)))
+
+    def read(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
+        """Range and direction of the axis along which the two rotations vary most; a direction is known up to pi."""
+        off = states["rotation"] - np.median(states["rotation"], axis=0)
+        axis = np.linalg.svd(off.T @ off)[0][:, 0]
+        axis *= 1.0 if axis[0] >= 0 else -1.0
+        low, high = np.quantile(off @ axis, [(1 - REACHED) / 2, (1 + REACHED) / 2])
+        return {"range": np.asarray((high - low) / 2), "direction": np.asarray(np.arctan2(axis[1], axis[0]))}
+
+
+class AxisCoupling(Effect):
+    """Segment 2 turns across the hinge axis as the hinge turns."""
+
+    name, place, law = "axis_coupling", "joint", "R2 = R1 Ry(q) Rx(c1 q) Rz(c2 q)"
+    rigs = ("hinge",)
+    parameters = (Parameter("coupling", (2,), "rad/rad", 0.1),)
+
+    def joint(self, link: Link, scene: Scene, p: Values) -> Link:
+        angle, c = scene.turned(), p["coupling"]
+        return link @ spin(0, *(c[[0]] * q for q in angle)) @ spin(2, *(c[[1]] * q for q in angle))
+
+
+class MovingCentre(Effect):
+    """Segment 2's origin moves in segment 1 as the hinge turns."""
+
+    name, place, law = "moving_centre", "joint", "segment 2's origin at slide q in segment 1"
+    rigs = ("hinge",)
+    parameters = (Parameter("slide", (3,), "m/rad", 0.02),)
+
+    def joint(self, link: Link, scene: Scene, p: Values) -> Link:
+        return shift(*(p["slide"] * q for q in scene.turned())) @ link
+
+
+class MovingPivot(Effect):
+    """The pendulum's pivot accelerates, in world axes."""
+
+    name, place, law = "moving_pivot", "joint", "the pivot accelerates, `std` on each axis within `band`"
+    rigs = ("pendulum",)
+    states = (State("acceleration", 3, 0.5),)
+    found = (Found("std", (), "m/s^2"), Found("band", (2,), "Hz"))
+
+    def joint(self, link: Link, scene: Scene, p: Values) -> Link:
+        acceleration = scene.own("acceleration")[0]
+        if scene.segment.turn is not None:
+            acceleration = scene.segment.turn.back(acceleration)
+        return link @ shift(Jet(np.zeros((1, 3))), accel=acceleration)
+
+    def read(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
+        x = states["acceleration"] - states["acceleration"].mean(axis=0)
+        power = np.cumsum(np.sum(np.abs(np.fft.rfft(x, axis=0)) ** 2, axis=1))
+        ends = np.searchsorted(power, np.array(BAND) * power[-1])
+        return {"std": np.sqrt(np.mean(x**2)), "band": np.fft.rfftfreq(len(x), step)[ends]}
+
+
+EFFECTS: tuple[Effect, ...] = (JointPlay(), AxisCoupling(), MovingCentre(), MovingPivot())

@@ -1,0 +1,90 @@
+"""Sensors on springs and dampers. Their displacement is a state of its own, tied to the motion by Newton's law.
+
+Priors: foam, straps and soft tissue let an IMU swing at a few to some tens of hertz (10 Hz, a factor of two
+either way), lightly damped (0.1, a factor of e either way); it moves by up to a centimetre and turns by up to
+0.1 rad; its centre of mass is off the pivot by a few millimetres, its sensing point by a few centimetres.
+"""
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.effects.effect import Effect, Equation, Parameter, Scene, State, Values
+from imubench.jets import Jet, cross
+from imubench.links import Link, shift, small_turn
+
+FREQUENCIES = np.array([3.0, 4.5, 6.5, 9.5, 14.0, 20.0, 30.0])  # Hz, starts half an octave apart
+GYRATION = 0.015  # m, radius of gyration of an IMU in its box about its pivot
+
+
+def _frequency(axes: int) -> Parameter:
+    return Parameter("frequency", (axes,), "Hz", 0.7, start=10.0, log=True)
+
+
+def sprung(x: Jet, rate: Jet, p: Values) -> Jet:
+    """Return 2 z w x' + w^2 x (n, 3), w = 2 pi f: what springs and dampers take, per unit of mass."""
+    w = 2 * np.pi * p["frequency"]
+    return 2.0 * p["damping_ratio"] * w * rate + w * w * x
+
+
+class SoftMount(Effect):
+    """The sensor is displaced on springs and dampers; the model's pose is that of the unloaded springs."""
+
+    name, place = "soft_mount", "imu"
+    law = "f + 2 z w x' + w^2 x = 0: f the specific force at the sensor, x its displacement, segment axes"
+    states = (State("displacement", 3, 0.01),)
+
+    def __init__(self, axes: int = 3) -> None:
+        self.variant = "" if axes == 3 else "isotropic"
+        self.parameters = (
+            _frequency(axes),
+            Parameter("damping_ratio", (), "1", 1.0, start=0.1, log=True),
+        )
+
+    def grid(self, seconds: float) -> dict[str, Array]:
+        return {"frequency": FREQUENCIES}
+
+    def mount(self, link: Link, scene: Scene, p: Values) -> Link:
+        return shift(*scene.own("displacement")) @ link
+
+    def equations(self, scene: Scene, p: Values) -> list[Equation]:
+        mount, sensor = scene.mounted()
+        x, rate, _ = scene.own("displacement")
+        return [Equation("balance", mount.turn.forth(sensor.force) + sprung(x, rate, p), 0.1)]
+
+
+class RockingMount(Effect):
+    """The sensor rocks about a pivot on springs and dampers.
+
+    Torques on a body of mass m about its pivot, its inertia m k^2 about every axis, c its centre of mass
+    and f the specific force at the pivot, all in the rocking sensor's axes: m k^2 w' + m c x f = torque.
+    """
+
+    name, place = "rocking_mount", "imu"
+    law = "w' + com x f / gyration^2 + 2 z w0 rho' + w0^2 rho = 0: rho the rotation vector, w' and f the sensor's"
+    states = (State("rotation", 3, 0.1),)
+    settings = {"gyration": GYRATION}  # noqa: RUF012
+
+    def __init__(self, axes: int = 3) -> None:
+        self.variant = "" if axes == 3 else "isotropic"
+        self.parameters = (
+            _frequency(axes),
+            Parameter("damping_ratio", (axes,), "1", 1.0, start=0.1, log=True),
+            Parameter("com", (3,), "m", 0.003),
+            Parameter("lever", (3,), "m", 0.02),
+        )
+
+    def grid(self, seconds: float) -> dict[str, Array]:
+        return {"frequency": FREQUENCIES}
+
+    def mount(self, link: Link, scene: Scene, p: Values) -> Link:
+        return link @ shift(-p["lever"]) @ small_turn(*scene.own("rotation")) @ shift(p["lever"])
+
+    def equations(self, scene: Scene, p: Values) -> list[Equation]:
+        _, sensor = scene.mounted()
+        rho = scene.own("rotation")
+        pivot = sensor.child(shift(-p["lever"]))
+        driven = sensor.accel + cross(p["com"], pivot.force) * (1 / GYRATION**2)
+        return [Equation("balance", driven + sprung(rho[0], small_turn(*rho).rate, p), 0.1)]
+
+
+EFFECTS: tuple[Effect, ...] = (SoftMount(), SoftMount(axes=1), RockingMount(), RockingMount(axes=1))

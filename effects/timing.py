@@ -1,0 +1,39 @@
+"""Clocks that are late or run fast.
+
+Priors: two loggers started by hand or synchronised over radio are some tens of milliseconds apart (0.05 s);
+a quartz clock is right within 100 parts in a million, a processor's own oscillator within 1 % (0.003).
+"""
+
+from imubench.effects.effect import Effect, Parameter, Values
+from imubench.jets import Jet
+from imubench.recording import Recording
+
+
+class _Clock(Effect):
+    def places(self, recording: Recording) -> tuple[str, ...]:
+        """Only differences between clocks show: the first IMU's is the measure, or another sensor's if it is alone."""
+        names = super().places(recording)
+        return names[1:] if len(names) > 1 else names if recording.encoders or recording.poses else ()
+
+
+class TimeOffset(_Clock):
+    """The clock is late by a constant."""
+
+    name, place, law = "time_offset", "imu", "stamp t shows the world at t - offset"
+    parameters = (Parameter("offset", (), "s", 0.05),)
+
+    def clock(self, time: Jet, p: Values) -> Jet:
+        return time - p["offset"]
+
+
+class ClockSkew(_Clock):
+    """The clock runs fast."""
+
+    name, place, law = "clock_skew", "imu", "stamp t shows the world at t / (1 + skew)"
+    parameters = (Parameter("skew", (), "1", 0.003),)
+
+    def clock(self, time: Jet, p: Values) -> Jet:
+        return time / (1.0 + p["skew"])
+
+
+EFFECTS: tuple[Effect, ...] = (TimeOffset(), ClockSkew())

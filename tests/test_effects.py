@@ -1,0 +1,388 @@
+"""Every effect in the registry: named as the table has it, silent at zero, its Jacobian exact, its law right."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+from imubench import rotations
+from imubench.diagnosis.equations import equation_rows
+from imubench.diagnosis.kinematics import ATTITUDE
+from imubench.diagnosis.model import Hypothesis, State
+from imubench.diagnosis.rows import linearise
+from imubench.diagnosis.splines import Moment
+from imubench.diagnosis.start import model_of
+from imubench.effects import EFFECTS, VARIANTS
+from imubench.effects.effect import Scene
+from imubench.errors import InputError
+from imubench.jets import Jet, Turn, rotation
+from imubench.links import Link, Motion, shift
+from imubench.recording import Body, Encoder, Imu, Pose, Recording
+
+TABLE = {  # names, places and shapes as the laboratory's scripts know them
+    "gyro_bias": ("imu", {"bias": (3,)}),
+    "accel_bias": ("imu", {"bias": (3,)}),
+    "gyro_drift": ("imu", {"rate": (3,)}),
+    "accel_drift": ("imu", {"rate": (3,)}),
+    "gyro_scale": ("imu", {"scale": (3,)}),
+    "accel_scale": ("imu", {"scale": (3,)}),
+    "gyro_misalignment": ("imu", {"matrix": (6,)}),
+    "accel_misalignment": ("imu", {"matrix": (6,)}),
+    "g_sensitivity": ("imu", {"matrix": (3, 3)}),
+    "time_offset": ("imu", {"offset": ()}),
+    "clock_skew": ("imu", {"skew": ()}),
+    "mount_pose": ("imu", {"rotation": (3,), "translation": (3,)}),
+    "mount_shift": ("imu", {"rotation": (3,), "translation": (3,), "time": ()}),
+    "soft_mount": ("imu", {"frequency": (3,), "damping_ratio": ()}),
+    "rocking_mount": (
+        "imu",
+        {"frequency": (3,), "damping_ratio": (3,), "com": (3,), "lever": (3,), "gyration": ()},
+    ),
+    "skin_sliding": ("imu", {"slide": (3,), "twist": (3,)}),
+    "joint_play": ("joint", {"range": (), "direction": ()}),
+    "axis_coupling": ("joint", {"coupling": (2,)}),
+    "moving_centre": ("joint", {"slide": (3,)}),
+    "moving_pivot": ("joint", {"std": (), "band": (2,)}),
+}
+ONE = {"soft_mount": {"frequency"}, "rocking_mount": {"frequency", "damping_ratio"}}  # (3) or (1)
+RATE, SECONDS = 25.0, 0.6
+GRAVITY = np.array([0.0, 0.0, -9.81])
+BODY = Body(mass=1.2, com=[0.05, 0.02, -0.25], inertia=[0.03, 0.028, 0.002])
+
+
+def recording_of(rig, **changes):
+    rng = np.random.default_rng(8)
+    time = np.arange(0.013, SECONDS, 1 / RATE)
+    names = ("imu1", "imu2") if rig == "hinge" else ("imu1",)
+    imus = tuple(
+        Imu(n, time + 0.003 * i, rng.normal(size=(len(time), 3)), rng.normal(size=(len(time), 3)), RATE,
+            mount_position=rng.normal(size=3) * 0.1, mount_quaternion=rotations.random(rng))
+        for i, n in enumerate(names)
+    )  # fmt: skip
+    swinging = rig != "free"
+    encoders = (Encoder("hinge", time, rng.normal(size=len(time))),) if rig == "hinge" else ()
+    given = {"imus": imus, "encoders": encoders, "body": BODY if swinging else None}
+    return Recording("r", rig, **given | {"free_swings": ((0.1, 0.5),) if swinging else ()} | changes)
+
+
+def model_with(effect, rig, **changes):
+    recording = recording_of(rig, **changes)
+    places = effect.places(recording)
+    model = model_of(recording, knots_per_s=20.0)
+    return model.with_effects((Hypothesis(effect, places[-1]),)) if places else None
+
+
+def random_state(model, rng, size=0.5):
+    """A motion of some rad/s about level, every parameter half a prior's std from its start."""
+    tracks = model.tracks
+    coefficients = 0.3 * rng.normal(size=(tracks.knots.count, tracks.width))
+    if ATTITUDE in tracks.widths:
+        coefficients[:, tracks.columns(ATTITUDE)] *= 0.3
+        coefficients[:, tracks.columns(ATTITUDE)] += [1.0, 0.0, 0.0, 0.0]
+    for h in model.hypotheses:
+        for s in h.effect.states:
+            coefficients[:, tracks.columns(h.key(s.name))] = s.std * rng.normal(size=(tracks.knots.count, s.width))
+    values = {}
+    for name, prior in model.priors.items():
+        known = any(name.startswith(h.name) for h in model.hypotheses)
+        values[name] = prior.start + size * (prior.std if known else 0.01) * rng.normal(size=len(prior.start))
+        if name.endswith(".time"):
+            values[name][:] = 0.25  # within the recording
+    return State(coefficients, values)
+
+
+def every_row(model, state):
+    return [*model.measured(state), *equation_rows(model, state)]
+
+
+CASES = [
+    pytest.param(effect, rig, id=f"{effect.name}-{effect.variant or 'usual'}-{rig}")
+    for effect in VARIANTS
+    for rig in effect.rigs
+    if effect.places(recording_of(rig))
+]
+
+
+def test_names_places_and_parameters_are_the_tables():
+    assert list(EFFECTS) and set(EFFECTS) == set(TABLE)
+    for effect in VARIANTS:
+        place, parameters = TABLE[effect.name]
+        assert effect.place == place
+        shapes = {p.name: p.shape for p in effect.parameters if p.reported} | {f.name: f.shape for f in effect.found}
+        for name in effect.settings:
+            shapes[name] = ()
+        for name in ONE.get(effect.name, ()) if effect.variant else ():
+            assert shapes[name] == (1,)
+            shapes[name] = (3,)
+        assert shapes == parameters, effect.name
+        assert effect.law and effect.__doc__
+
+
+def test_no_two_effects_share_a_name_and_a_setting():
+    names = [Hypothesis(e, "imu1").name for e in VARIANTS]
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize(("effect", "rig"), CASES)
+def test_zero_leaves_every_row_as_it_is(effect, rig):
+    model = model_with(effect, rig)
+    state = random_state(model, np.random.default_rng(2))
+    for h in model.hypotheses:
+        for s in h.effect.states:
+            state.coefficients[:, model.tracks.columns(h.key(s.name))] = 0.0
+        for p in effect.parameters:
+            state.values[h.key(p.name)][:] = p.centre
+    bare = model.with_effects(())
+    plain = State(state.coefficients[:, : bare.tracks.width], state.values)
+    own = {h.key(law) for h in model.hypotheses for law in ("balance", "gyro", "accel", "gap")}
+    rows = [r for r in every_row(model, state) if r.name not in own]
+    for got, expected in zip(rows, every_row(bare, plain), strict=True):
+        assert_allclose(got.residual.value, expected.residual.value, atol=1e-9, err_msg=got.name)  # rounding
+
+
+def along(rows, model, coefficients, values):
+    """The rows' derivative in a direction, from their blocks."""
+    linear = linearise(rows, model.tracks, model.parameters)
+    near = coefficients[linear.first[:, None] + np.arange(6)]
+    moved = np.einsum("nmkw,nkw->nm", linear.local, near)
+    for name, value in values.items():
+        moved += linear.border[:, :, model.parameters.columns(name)] @ value
+    return moved
+
+
+def directions(model, rng):
+    """One direction in every spline and every parameter, of a size with their priors."""
+    tracks, none = model.tracks, np.zeros((model.tracks.knots.count, model.tracks.width))
+    for name, width in tracks.widths.items():
+        change = none.copy()
+        change[:, tracks.columns(name)] = 0.1 * rng.normal(size=(len(none), width))
+        yield name, change, {}
+    for name, prior in model.priors.items():
+        yield name, none, {name: prior.std * rng.normal(size=len(prior.start))}
+
+
+@pytest.mark.parametrize(("effect", "rig"), CASES)
+def test_blocks_are_finite_differences_of_the_whole_model(effect, rig):
+    model, rng = model_with(effect, rig), np.random.default_rng(6)
+    state, step = random_state(model, rng), 1e-6
+    rows = every_row(model, state)
+    felt = set()
+    for what, change, values in directions(model, rng):
+        ends = [
+            every_row(
+                model,
+                State(
+                    state.coefficients + s * step * change,
+                    state.values | {n: state.values[n] + s * step * v for n, v in values.items()},
+                ),
+            )
+            for s in (1, -1)
+        ]
+        for row, high, low in zip(rows, *ends, strict=True):
+            finite = (high.whitened - low.whitened) / (2 * step)
+            exact = along(row, model, change, values)
+            if np.abs(finite).max() > 1e-6:
+                felt.add(what)
+            # a central difference's truncation and rounding: 1e-16 of the residual over the step
+            atol = 3e-6 * np.abs(finite).max() + 1e-8 * np.abs(row.whitened).max() + 1e-9
+            assert_allclose(exact, finite, atol=atol, rtol=0, err_msg=f"{row.name} by {what}")
+    (h,) = model.hypotheses
+    own = {h.key(p.name) for p in effect.parameters} | {h.key(s.name) for s in effect.states}
+    assert own <= felt  # every number of the effect is in some row
+
+
+MOVING = [e for e in VARIANTS if e.name in ("mount_pose", "mount_shift", "skin_sliding", "soft_mount", "rocking_mount",
+                                            "joint_play", "axis_coupling", "moving_centre")]  # fmt: skip
+
+
+@pytest.mark.parametrize("effect", MOVING, ids=lambda e: f"{e.name}{e.variant}")
+@pytest.mark.parametrize("rig", ["hinge", "pendulum", "free"])
+def test_a_moving_sensor_reads_the_derivatives_of_its_own_pose(effect, rig):
+    """Orientations and positions over time, without any rate, against what the IMU reads."""
+    if rig not in effect.rigs:
+        return
+    time = np.arange(0.0, SECONDS, 0.01)
+    pose = Pose("segment1", time, np.zeros((len(time), 3)), np.tile([1.0, 0, 0, 0], (len(time), 1)))
+    model = model_with(effect, rig, poses=() if rig == "pendulum" else (pose,))
+    state = random_state(model, np.random.default_rng(3), size=0.3)
+    state.coefficients[:] *= 0.5
+    if ATTITUDE in model.tracks.widths:
+        state.coefficients[:, model.tracks.columns(ATTITUDE)] += [0.5, 0.0, 0.0, 0.0]
+    imu = model.recording.imus[-1]
+
+    def seen(at):
+        moment = Moment(model.tracks, state.coefficients, Jet(at[:, None]))
+        segment = model.segments(state, moment)[f"segment{imu.name[-1]}"]
+        sensor = segment.child(model.mount(imu, state, moment, segment))
+        return sensor, model.reading(imu, state, moment, segment)
+
+    at, h = np.linspace(0.1, 0.5, 15), 1e-4
+    (before, _), (now, reading), (after, _) = (seen(at + s * h) for s in (-1, 0, 1))
+    turned = (Rotation.from_matrix(before.turn.matrix).inv() * Rotation.from_matrix(after.turn.matrix)).as_rotvec()
+    acceleration = (after.position.value - 2 * now.position.value + before.position.value) / h**2
+    force = Rotation.from_matrix(now.turn.matrix).inv().apply(acceleration - GRAVITY)
+    # a small turn's rate is right to its angle's third power, 2e-3 of rates and accelerations of tens
+    gyro_scale, force_scale = np.abs(reading.gyro.value).max(), np.abs(force).max()
+    assert_allclose(reading.gyro.value, turned / (2 * h), atol=2e-3 * gyro_scale)
+    assert_allclose(reading.accel.value, force, atol=2e-3 * force_scale)
+
+
+def plain_scene(angle):
+    """A scene without a single derivative: what a simulation hands over."""
+    n = len(angle)
+    still = Motion(Jet(np.zeros((n, 3))), Jet(np.zeros((n, 3))), Jet(np.tile([0, 0, 9.81], (n, 1))))
+    zero = Jet(np.zeros((n, 1)))
+    return Scene(Jet(np.arange(n)[:, None] * 0.01), still, Jet(angle[:, None]), zero, zero)
+
+
+def test_axis_coupling_is_the_tables_product_of_rotations():
+    q, c = np.linspace(-1.5, 1.5, 7), np.array([0.2, -0.3])
+    hinge = Link(Turn(Rotation.from_euler("Y", q[:, None]).as_matrix()))
+    got = EFFECTS["axis_coupling"].joint(hinge, plain_scene(q), {"coupling": Jet(c[None])})
+    expected = Rotation.from_euler("YXZ", np.stack([q, c[0] * q, c[1] * q], axis=1))
+    assert_allclose(got.turn.matrix, expected.as_matrix(), atol=1e-14)  # rounding
+    assert got.turn.blocks == {}
+
+
+def test_joint_play_turns_about_an_axis_in_segment_2():
+    q, size, direction = np.array([0.4, -1.0]), 0.03, 0.7
+    axis = np.array([np.cos(direction), 0.0, np.sin(direction)])
+    off = size * axis[[0, 2]][None].repeat(2, axis=0)
+    scene = plain_scene(q)
+    states = {0: Jet(off), 1: Jet(0 * off), 2: Jet(0 * off)}
+    scene = Scene(scene.time, scene.segment, state=lambda _, order: states[order])
+    hinge = Link(Turn(Rotation.from_euler("Y", q[:, None]).as_matrix()))
+    got = EFFECTS["joint_play"].joint(hinge, scene, {})
+    expected = Rotation.from_euler("Y", q[:, None]) * Rotation.from_rotvec(np.tile(size * axis, (2, 1)))
+    assert_allclose(got.turn.matrix, expected.as_matrix(), atol=1e-14)  # rounding
+
+
+def test_play_is_read_off_its_states():
+    rng = np.random.default_rng(0)
+    along_axis = 0.02 * np.sign(rng.normal(size=4000))
+    direction = -0.6
+    rotation_states = along_axis[:, None] * [np.cos(direction), np.sin(direction)] + 1e-4 * rng.normal(size=(4000, 2))
+    found = EFFECTS["joint_play"].read({}, {"rotation": rotation_states}, 0.01)
+    assert_allclose(found["range"], 0.02, rtol=0.02)  # the spread of 1e-4 at its 99 % point
+    assert_allclose(found["direction"], direction, atol=0.01)
+
+
+def test_a_pivots_shaking_is_read_off_its_states():
+    time = np.arange(0, 60, 0.01)
+    rng = np.random.default_rng(1)
+    tones = rng.uniform(2.0, 6.0, size=(60, 1))
+    shaking = sum(np.sin(2 * np.pi * f * time + rng.uniform(0, 6, 3)[:, None]).T for f in tones)
+    found = EFFECTS["moving_pivot"].read({}, {"acceleration": 0.4 * shaking / shaking.std()}, 0.01)
+    assert_allclose(found["std"], 0.4, rtol=1e-6)  # its own definition
+    assert_allclose(found["band"], [2.2, 5.8], atol=0.5)  # 5 % and 95 % of random tones
+
+
+def turning(t):
+    """A segment that tumbles: its attitude, rate, angular acceleration and origin's acceleration, by SciPy."""
+    angles = np.array([0.5 * np.sin(4 * t), 0.4 * np.cos(3 * t + 1), 0.3 * np.sin(5 * t)])
+    return Rotation.from_rotvec(angles), np.array([2 * np.sin(6 * t), np.cos(7 * t), 3 * np.sin(5 * t + 1)])
+
+
+def body_rates(t, h=1e-4):
+    r = [turning(t + k * h)[0] for k in (-1, 0, 1)]
+    first, second = ((a.inv() * b).as_rotvec() / h for a, b in ((r[0], r[1]), (r[1], r[2])))
+    half = (first + second) / 2
+    return half, (second - first) / h
+
+
+def segment_motion(times):
+    rows = [(turning(t), body_rates(t)) for t in times]
+    turn = Turn(np.stack([a[0].as_matrix() for a, _ in rows]))
+    force = [a[0].inv().apply(a[1] - GRAVITY) for a, _ in rows]
+    return Motion(*(Jet(np.array(x)) for x in ([b[0] for _, b in rows], [b[1] for _, b in rows], force)), turn)
+
+
+def with_states(scene_time, segment, states, link):
+    sensor = segment.child(link)
+    return Scene(Jet(scene_time[:, None]), segment, state=lambda _, order: states[order], mount=link, sensor=sensor)
+
+
+def test_a_soft_mount_obeys_newton():
+    """x'' = R'(g - a) - w' x s - w x (w x s) - 2 w x x' - W^2 x - 2 Z W x', integrated apart."""
+    place, f, zeta = np.array([0.1, 0.02, 0.03]), np.array([7.0, 9.0, 11.0]), 0.2
+    w0 = 2 * np.pi * f
+
+    def slope(t, y):
+        (r, a), (w, wd) = turning(t), body_rates(t)
+        x, v = y[:3], y[3:]
+        s = place + x
+        inertial = r.inv().apply([0, 0, -9.81] - a) - np.cross(wd, s) - np.cross(w, np.cross(w, s))
+        return np.concatenate([v, inertial - 2 * np.cross(w, v) - w0**2 * x - 2 * zeta * w0 * v])
+
+    times = np.linspace(0.2, 1.0, 9)
+    y = solve_ivp(slope, (0, 1), np.zeros(6), t_eval=times, rtol=1e-9, atol=1e-12).y.T
+    accel = np.array([slope(t, row)[3:] for t, row in zip(times, y, strict=True)])
+    states = [Jet(y[:, :3]), Jet(y[:, 3:]), Jet(accel)]
+    soft, p = EFFECTS["soft_mount"], {"frequency": Jet(f[None]), "damping_ratio": Jet(np.full((1, 1), zeta))}
+    segment = segment_motion(times)
+    nominal = Link(rotation(np.array([[0.4, -1.0, 0.3]])), offset=Jet(place[None]))
+    link = soft.mount(nominal, with_states(times, segment, states, nominal), p)
+    (law,) = soft.equations(with_states(times, segment, states, link), p)
+    assert np.abs(y[:, :3]).max() > 2e-3
+    assert_allclose(law.residual.value, 0.0, atol=1e-6)  # m/s^2; the integration's tolerance times W^2
+
+
+def test_a_rocking_mount_obeys_the_torques_in_world_axes():
+    """Angular momentum about the pivot, in world axes: k^2 W' = -R (w0^2 rho + 2 z w0 r) + R c x (g - a_pivot)."""
+    nominal_turn, pivot = Rotation.from_rotvec([0.4, -1.0, 0.3]), np.array([0.1, 0.02, 0.03])
+    com, lever = np.array([0.003, 0.001, -0.002]), np.array([0.0, 0.01, 0.02])
+    f, zeta, k = np.array([6.0, 8.0, 10.0]), np.array([0.1, 0.15, 0.2]), 0.015
+    w0 = 2 * np.pi * f
+
+    def parts(t, y):
+        (r, a), (w, wd) = turning(t), body_rates(t)
+        sensor = Rotation.from_quat(y[:4])
+        rho = ((r * nominal_turn).inv() * sensor).as_rotvec()
+        relative = sensor.inv().apply(y[4:] - r.apply(w))
+        at_pivot = a + r.apply(np.cross(wd, pivot) + np.cross(w, np.cross(w, pivot)))
+        torque = sensor.apply(-(w0**2) * rho - 2 * zeta * w0 * relative)
+        return r, sensor, rho, torque + np.cross(sensor.apply(com), [0, 0, -9.81] - at_pivot) / k**2
+
+    def slope(t, y):
+        _, sensor, _, accel = parts(t, y)
+        x, yq, z, wq = sensor.as_quat()
+        gx, gy, gz = y[4:] / 2  # q' = (0, W) q / 2, W in world axes
+        change = [wq * gx + gy * z - gz * yq, wq * gy + gz * x - gx * z, wq * gz + gx * yq - gy * x,
+                  -gx * x - gy * yq - gz * z]  # fmt: skip
+        return np.concatenate([change, accel])
+
+    times, h = np.linspace(0.2, 0.4, 5), 1e-4
+    start = np.concatenate([(turning(0.0)[0] * nominal_turn).as_quat(), turning(0.0)[0].apply(body_rates(0.0)[0])])
+    fine = np.sort(np.concatenate([times - h, times, times + h]))
+    y = solve_ivp(slope, (0, 0.41), start, t_eval=fine, rtol=1e-10, atol=1e-11, method="DOP853").y.T
+    rho = np.array([parts(t, row)[2] for t, row in zip(fine, y, strict=True)]).reshape(-1, 3, 3)
+    states = [rho[:, 1], (rho[:, 2] - rho[:, 0]) / (2 * h), (rho[:, 2] - 2 * rho[:, 1] + rho[:, 0]) / h**2]
+    rocking = EFFECTS["rocking_mount"]
+    p = {n: Jet(v[None]) for n, v in (("frequency", f), ("damping_ratio", zeta), ("com", com), ("lever", lever))}
+    segment = segment_motion(times)
+    nominal = Link(rotation(np.array([[0.4, -1.0, 0.3]])), offset=Jet((pivot + nominal_turn.apply(lever))[None]))
+    jets = [Jet(s) for s in states]
+    link = rocking.mount(nominal, with_states(times, segment, jets, nominal), p)
+    (law,) = rocking.equations(with_states(times, segment, jets, link), p)
+    assert np.abs(rho).max() > 0.03
+    size = np.abs(w0**2 * rho).max()
+    assert_allclose(law.residual.value, 0.0, atol=2e-3 * size)  # a small turn's third power, differences' 1e-4
+
+
+def test_a_grid_gives_starts_and_unknown_ones_are_named():
+    soft = EFFECTS["soft_mount"]
+    started = [soft.starting(frequency=f) for f in soft.grid(60.0)["frequency"]]
+    assert [e.parameters[0].centre.tolist() for e in started] == [
+        [np.log(f)] * 3 for f in (3.0, 4.5, 6.5, 9.5, 14.0, 20.0, 30.0)
+    ]
+    assert soft.parameters[0].start == 10.0
+    with pytest.raises(InputError, match="soft_mount: unknown parameter 'mass'; known: frequency, damping_ratio"):
+        soft.starting(mass=1.0)
+
+
+def test_clocks_are_compared_with_another_clock():
+    offset = EFFECTS["time_offset"]
+    assert offset.places(recording_of("hinge")) == ("imu2",)
+    assert offset.places(recording_of("pendulum")) == ()
+    assert shift(np.zeros((1, 3))).offset.value.shape == (1, 3)
