@@ -57,7 +57,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
 def nominal_fit(recording: Recording) -> Fit:
     """Return the fit of the model as it was declared, noise levels estimated."""
     model = model_of(recording)
-    state, anchor = blind_start(model)
+    model, state, anchor = blind_start(model)
     noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
     noise |= {f"smooth.{name}": START_SMOOTH[name] for name in model.tracks.widths if name in START_SMOOTH}
     return fit_with_noise(model, state, noise, anchor)

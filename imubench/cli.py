@@ -147,6 +147,27 @@ def reproduce_command(
     raise typer.Exit(run_reproduction(paper, out or Path("runs") / paper, quick, seed, console, errors))
 
 
+@app.command("diagnose")
+def diagnose_command(
+    recording: Annotated[Path, typer.Argument(help="A folder in format 1.")],
+    out: Out = None,
+) -> None:
+    """Say where a recording differs from its model, and what physics the model leaves out.
+
+    The motion that explains all sensors best is found from the recording
+    alone, played through the declared model, and compared with the samples.
+    A reference in the recording never enters that; it only judges.
+
+    Written are diagnosis.json with every number, report.html for people, and
+    diagnosis.rrd for Rerun. Without --out: runs/diagnosis-NAME.
+
+    Exit code 2 for bad input, with one line about it.
+    """
+    from imubench.cli_diagnose import run as run_diagnosis
+
+    run_diagnosis(recording, out or Path("runs") / f"diagnosis-{recording.resolve().name}", console, errors)
+
+
 def _options(pairs: list[str]) -> dict[str, str]:
     options = {}
     for pair in pairs:

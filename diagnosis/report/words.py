@@ -79,6 +79,19 @@ def headline(d: Diagnosis) -> str:
     return f"The simulation and this recording differ{place}, and no effect of the library explains it."
 
 
+def places(d: Diagnosis, span: Pair) -> list[str]:
+    """Return sentences about where the recording differs from the declared model."""
+    if not d.where:
+        return ["Nowhere by more than the sensors' noise."]
+    found = [location(w, span) for w in d.where]
+    if d.verdict == "no mismatch":
+        total = (
+            f"Residuals have {d.misfit[0]:.2f} times the power of noise: too little above 1 to be called a mismatch."
+        )
+        return [f"{total} What there is:", *found]
+    return found
+
+
 def location(w: Where, span: Pair) -> str:
     """Return where an excess is, in a sentence or two; `span` is the recording's first and last time in s."""
     parts = [f"{percent(w.share)} of what noise does not explain is at {w.at}: {shares(w)}"]

@@ -1,0 +1,55 @@
+"""The recovered motion against an independent record of it, which never enters the fit."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.evidence import Evidence, Played
+from imubench.diagnosis.result import Change, Diagnosis
+from imubench.reference import Reference
+from imubench.rotations import conjugate, log, multiply
+
+UNIT = "rad RMS"
+
+
+def judged(d: Diagnosis, evidence: Evidence, reference: Reference | None) -> Diagnosis:
+    """Return the diagnosis with how far the nominal and the best model's motion are from a reference."""
+    if reference is None:
+        return d
+    first = evidence.motion if evidence.motion_before is None else evidence.motion_before
+    before, after = errors(first, reference), errors(evidence.motion, reference)
+    return replace(d, fit=replace(d.fit, reference=Change(before, after, UNIT)))
+
+
+def errors(motion: Played, reference: Reference) -> dict[str, float]:
+    """Return RMS errors in rad: of the hinge angle, and of segment 1's orientation but for one constant heading."""
+    out = {}
+    inside = (reference.time >= motion.time[0]) & (reference.time <= motion.time[-1])
+    if reference.hinge_angle is not None and motion.hinge_angle is not None:
+        seen = inside & np.isfinite(reference.hinge_angle)
+        found = np.interp(reference.time[seen], motion.time, motion.hinge_angle)
+        off = np.remainder(found - reference.hinge_angle[seen] + np.pi, 2 * np.pi) - np.pi
+        if seen.any():
+            out["hinge_angle"] = rms(off)
+    if reference.quaternion1 is not None:
+        seen = inside & np.isfinite(reference.quaternion1).all(axis=1)
+        if seen.any():
+            out["orientation1"] = rms(tilt(motion, reference.time[seen], reference.quaternion1[seen]))
+    return out
+
+
+def tilt(motion: Played, time: Array, measured: Array) -> Array:
+    """Return the angles (n,) rad between measured orientations (n, 4) and the motion's, one heading taken out."""
+    q = np.stack([np.interp(time, motion.time, x) for x in motion.quaternion1.T], axis=1)
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    between = multiply(measured, conjugate(q))  # found world -> measured world
+    twist = 2 * np.arctan2(between[:, 3], between[:, 0])
+    heading = float(np.angle(np.mean(np.exp(1j * twist))))
+    back = np.array([np.cos(heading / 2), 0.0, 0.0, -np.sin(heading / 2)])
+    return np.linalg.norm(log(multiply(back, between)), axis=1)
+
+
+def rms(x: Array) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(x**2)))

@@ -1,0 +1,50 @@
+"""A recording on disk to a folder with everything about its diagnosis."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from imubench.answers import write_json
+from imubench.atomic import atomic_directory
+from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.evidence import Evidence
+from imubench.diagnosis.judge import judged
+from imubench.diagnosis.report import page
+from imubench.diagnosis.rerun_log import log_diagnosis
+from imubench.diagnosis.result import Diagnosis
+from imubench.diagnosis.result_file import FILE_NAME, as_dict
+from imubench.errors import InputError
+from imubench.format1 import read
+from imubench.progress import Step, silent
+
+REPORT, LOG = "report.html", "diagnosis.rrd"
+
+
+@dataclass(frozen=True)
+class Done:
+    """A diagnosis, what shows it, and what could not be written."""
+
+    diagnosis: Diagnosis
+    evidence: Evidence
+    missing: str = ""  # why there is no report
+
+
+def diagnose_on_disk(folder: Path, out: Path, step: Step = silent) -> Done:
+    """Diagnose a recording in format 1 and write diagnosis.json, report.html and diagnosis.rrd into the folder `out`.
+
+    The reference, if there is one, only judges. Without matplotlib everything but the report is written.
+    """
+    with step(f"read {folder}"):
+        recording, reference = read(folder)
+    diagnosis, evidence = diagnose(recording, step)
+    diagnosis = judged(diagnosis, evidence, reference)
+    missing = ""
+    with atomic_directory(out) as target:
+        write_json(target / FILE_NAME, as_dict(diagnosis))
+        with step("write the Rerun file"):
+            log_diagnosis(target / LOG, diagnosis, evidence, reference)
+        with step("draw the report"):
+            try:
+                (target / REPORT).write_text(page(diagnosis, evidence), encoding="utf-8")
+            except InputError as error:
+                missing = str(error)
+    return Done(diagnosis, evidence, missing)

@@ -1,0 +1,55 @@
+"""`imubench diagnose`: what is done while it runs, then the verdict, where, and what was found."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from imubench.diagnosis.on_disk import REPORT, diagnose_on_disk
+from imubench.diagnosis.report import words
+from imubench.diagnosis.report.numbers import rows, shown
+from imubench.diagnosis.result import Diagnosis
+from imubench.errors import InputError
+from imubench.progress import on_console
+
+COLOURS = {"good": "green", "part": "yellow", "bad": "red"}
+
+
+def run(recording: Path, out: Path, console: Console, errors: Console) -> None:
+    """Diagnose a recording into `out` and print what came out; `InputError` where the report could not be drawn."""
+    done = diagnose_on_disk(recording, out, on_console(errors))
+    print_diagnosis(done.diagnosis, done.evidence.span, console)
+    shown = f"; open {out / REPORT}" if not done.missing else ""
+    console.print(f"written: {out}{shown}", soft_wrap=True)
+    if done.missing:
+        raise InputError(done.missing)
+
+
+def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Console) -> None:
+    """Print the verdict, the misfit, where it is and what was found."""
+    colour = COLOURS[words.VERDICTS[d.verdict]]
+    console.print(f"[bold {colour}]{d.verdict}[/]: {escape(words.headline(d))}", soft_wrap=True)
+    before, after = d.misfit
+    change = f"{before:.2f}" if before == after else f"{before:.2f} as declared, {after:.2f} with what was found"
+    console.print(f"misfit, 1 is only sensor noise: {change}")
+    for text in words.places(d, span):
+        console.print(f"  {escape(text)}", soft_wrap=True)
+    unit = d.fit.reference.unit
+    for name, value in d.fit.reference.before.items():
+        was, is_now = (shown(x, unit.split()[0])[0] for x in (value, d.fit.reference.after[name]))
+        change = f"{was:.2f}" if was == is_now else f"{was:.2f} as declared, {is_now:.2f} with what was found"
+        console.print(f"{name.replace('_', ' ')} against the reference (deg RMS): {change}")
+    named = [f for f in d.findings if f.named]
+    if named:
+        table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0))
+        for column in ("finding", "sure", "parameter", "value", "95 % interval", "unit"):
+            table.add_column(column, justify="right" if column in ("value", "95 % interval") else "left")
+        for finding in named:
+            body = [row for name, p in finding.parameters.items() for row in rows(name, p)] or [("", "", "", "")]
+            for i, row in enumerate(body):
+                first = (f"{finding.effect} at {finding.at}", words.percent(finding.confidence)) if i == 0 else ("", "")
+                table.add_row(*first, *row)
+        console.print(table)
+    for unseen in d.unseen:
+        console.print(f"  to see {escape(unseen.what)}: {escape(unseen.motion)}", soft_wrap=True)
