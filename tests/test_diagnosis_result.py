@@ -269,7 +269,7 @@ def test_the_page_of_something_unknown_and_of_nothing():
     assert "no effect of the library explains it" in html
     html = page(diagnosis(verdict="no mismatch", findings=(), where=()), bare)
     assert html.count("<img ") == 1
-    assert "Nowhere by more than the sensors' noise" in html
+    assert "Nowhere by more than the sensors&#x27; noise" in html
 
 
 def test_the_rerun_file_holds_motion_residuals_and_windows(tmp_path):

@@ -164,8 +164,8 @@ def _how(d: Diagnosis, evidence: Evidence) -> str:
     body = []
     for level in evidence.levels:
         factor, unit = shown(1.0, level.unit)
-        figures_ = [None if x is None else x * factor for x in (level.declared, level.used, level.left)]
-        body.append((level.group, *("none" if x is None else f"{x:.3g}" for x in figures_), unit))
+        levels = [None if x is None else x * factor for x in (level.declared, level.used, level.left)]
+        body.append((level.group, *("none" if x is None else f"{x:.3g}" for x in levels), unit))
     columns = ("channels", "declared", "taken", "left by the declared model", "unit")
     notes = "".join(f"<li>{escape(note)}</li>" for note in evidence.notes)
     return (
