@@ -236,9 +236,9 @@ def test_constant_r_within_one_percent_and_one_degree(name):
 
 def test_varying_r_is_followed_and_arve_d_follows_better():
     with_rate, without = errors("arve-d", "varying", R_VARIES), errors("arve", "varying", R_VARIES)
-    for ours, theirs in zip(with_rate, (0.0068, 0.0034, np.deg2rad(1.61)), strict=True):  # table I; 4.9 mm measured
+    for ours, theirs in zip(with_rate, (0.0068, 0.0034, np.deg2rad(1.61)), strict=True):  # table I; 4.7 mm measured
         assert ours < theirs
-    for ours, theirs in zip(without, (0.0073, 0.0038, np.deg2rad(1.7)), strict=True):  # table I; 6.4 mm measured
+    for ours, theirs in zip(without, (0.0073, 0.0038, np.deg2rad(1.7)), strict=True):  # table I; 6.2 mm measured
         assert ours < theirs
     assert with_rate[0] < without[0]
 

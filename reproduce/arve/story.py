@@ -10,6 +10,7 @@ def tell(r: Results) -> Story:
     """Return the setting, figures and tables in the paper's order, and the readings taken."""
     s = r.settings
     seeds = s.seeds()
+    told = {way: r.distance(way, "varying", "arve-d") for way in ("told", "ukf")}
     setting = (
         "The paper finds r, the vector from an inertial sensor on a limb to the centre of the joint that it swings "
         "about, from that one sensor, sample by sample, while soft tissue lets the sensor wander. Its synthetic "
@@ -20,7 +21,8 @@ def tell(r: Results) -> Story:
         "length of the difference; d|r|, the difference of the lengths; the angle between both. "
         f"{s.runs} runs differ in their noise, seeds {seeds[0]} to {seeds[-1]}; the covariances, which the paper does "
         "not publish, were fitted once on seed 100. Gravity is taken out by an unscented Kalman filter that is told "
-        "its first orientation."
+        "its first orientation. That is a reading, and it decides: not told, ArVE_d would be "
+        f"{told['ukf']:.1f} mm off instead of {told['told']:.1f} mm."
     )
     notes = (
         "The paper does not say how its orientation filter starts. Told is the reading under which its table is "
