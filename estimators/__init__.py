@@ -17,6 +17,7 @@ from imubench.estimators import (
     plug_and_play,
     qmt_axis,
     seel2012,
+    two_imu_centre,
 )
 from imubench.recording import Recording
 
@@ -134,6 +135,14 @@ ESTIMATORS: dict[str, Estimator] = {
             2,
             hinge_position.estimate,
             "Seel, Schauer, Raisch, CCA 2012; Olsson and Halvorsen, Fusion 2017",
+        ),
+        Estimator(
+            two_imu_centre.NAME,
+            "joint centre from two IMUs, one r a sample for either, whatever the joint centre itself does",
+            "joint_vector",
+            2,
+            two_imu_centre.estimate,
+            "docs/moving-pivot.md, on the constraint of Seel, Schauer, Raisch, CCA 2012",
         ),
     )
 }
