@@ -73,11 +73,14 @@ class Played:
     quaternion1: Array  # (n, 4) segment 1 -> world
     position: Array  # (n, 3) m, segment 1's origin, world
     hinge_angle: Array | None = None  # (n,) rad
+    force: Array | None = None  # (n, 3) m/s^2, segment 1's specific force at its origin; None: the position says it
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", frozen_time(self.time, "motion.time"))
         n = self.time.size
-        for key, shape in (("quaternion1", (n, 4)), ("position", (n, 3)), ("hinge_angle", (n,))):
+        for key, shape in (
+            ("quaternion1", (n, 4)), ("position", (n, 3)), ("hinge_angle", (n,)), ("force", (n, 3)),
+        ):  # fmt: skip
             if getattr(self, key) is not None:
                 object.__setattr__(self, key, frozen(getattr(self, key), shape, f"motion.{key}"))
 

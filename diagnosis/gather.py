@@ -9,7 +9,7 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.evidence import Level, Played, Pose, Trace
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.kinematics import HINGE
+from imubench.diagnosis.kinematics import FORCE, HINGE
 from imubench.diagnosis.noise import declared, levels
 from imubench.diagnosis.quiet import quiet_level
 from imubench.diagnosis.rows import Rows
@@ -97,22 +97,29 @@ def _at_same_samples(rows: Rows, other: Rows) -> Array:
     return np.stack([np.interp(rows.time, other.time, x) for x in other.residual.value.T], axis=1)
 
 
-def played(fit: Fit, rate: float | None = None) -> Played:
-    """Return the recovered motion, one row a knot or at `rate` Hz; where no place is measured the joint stays put."""
+def played(fit: Fit) -> Played:
+    """Return the recovered motion at the knots; where no place is measured the joint stays put and its force is told.
+
+    Knots reach a little beyond the samples, so that a spline through these rows is the fitted one inside.
+    """
     model = fit.model
-    stamps = [i.time for i in model.recording.imus] + [p.time for p in model.recording.poses]
-    stamps += [e.time for e in model.recording.encoders]
-    step = model.tracks.knots.step if rate is None else 1 / rate
-    time = np.arange(min(t[0] for t in stamps), max(t[-1] for t in stamps), step)
+    knots = model.tracks.knots
+    time = np.asarray(model.start + knots.start + knots.step * np.arange(knots.count - 4))
     moment = model.moment(fit.state, time, "")
     first = model.segments(fit.state, moment)["segment1"]
     assert first.turn is not None  # every rig of the fit has an attitude
     q = np.broadcast_to(rotations.from_matrix(first.turn.matrix), (time.size, 4))
     flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
     q = q * np.cumprod(np.concatenate([[1.0], flips]))[:, None]
-    place = np.zeros((1, 3)) if first.position is None else first.position.value
-    angle = moment.track(HINGE).value[:, 0] if model.rig.hinge else None
-    return Played(time, q, np.broadcast_to(place, (time.size, 3)), angle)
+    unplaced = FORCE in model.tracks.widths
+    place = np.zeros((1, 3)) if unplaced or first.position is None else first.position.value
+    return Played(
+        time,
+        q,
+        np.broadcast_to(place, (time.size, 3)),
+        moment.track(HINGE).value[:, 0] if model.rig.hinge else None,
+        first.force.value if unplaced else None,
+    )
 
 
 def mounts(fit: Fit) -> dict[str, Pose]:

@@ -1,12 +1,13 @@
 """A recording on disk to a folder with everything about its diagnosis."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory
 from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.evidence import Evidence
+from imubench.diagnosis.export import write_model
 from imubench.diagnosis.judge import judged
 from imubench.diagnosis.report import page
 from imubench.diagnosis.rerun_log import log_diagnosis
@@ -16,7 +17,7 @@ from imubench.errors import InputError
 from imubench.format1 import read
 from imubench.progress import Step, silent
 
-REPORT, LOG = "report.html", "diagnosis.rrd"
+REPORT, LOG, MODEL = "report.html", "diagnosis.rrd", "model"
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Done:
 
 
 def diagnose_on_disk(folder: Path, out: Path, step: Step = silent) -> Done:
-    """Diagnose a recording in format 1 and write diagnosis.json, report.html and diagnosis.rrd into the folder `out`.
+    """Diagnose a recording in format 1 and write diagnosis.json, report.html, diagnosis.rrd and model/ into `out`.
 
     The reference, if there is one, only judges. Without matplotlib everything but the report is written.
     """
@@ -39,6 +40,10 @@ def diagnose_on_disk(folder: Path, out: Path, step: Step = silent) -> Done:
     diagnosis = judged(diagnosis, evidence, reference)
     missing = ""
     with atomic_directory(out) as target:
+        with step("write the model"):
+            (target / MODEL).mkdir()
+            name = write_model(diagnosis, evidence, target / MODEL)
+            diagnosis = replace(diagnosis, model=f"{MODEL}/{name}")
         write_json(target / FILE_NAME, as_dict(diagnosis))
         with step("write the Rerun file"):
             log_diagnosis(target / LOG, diagnosis, evidence, reference)

@@ -63,7 +63,7 @@ def list_command(as_json: Annotated[bool, typer.Option("--json", help="Print JSO
 
 @app.command()
 def run(
-    scenario: Annotated[str, typer.Argument(help="A scenario of `imubench list`.")],
+    scenario: Annotated[str, typer.Argument(help="A scenario of `imubench list`, or model/ of a diagnosis.")],
     estimator: Annotated[str | None, typer.Option(help="An estimator of `imubench list`.", show_default=False)] = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same numbers.", min=0)] = 0,
     out: Out = None,
@@ -71,7 +71,7 @@ def run(
     """Simulate a scenario, estimate, score, and log it: score.json, recording/, run.rrd."""
     from imubench.run import run_scenario
 
-    out = out or Path("runs") / scenario
+    out = out or Path("runs") / Path(scenario).name
     done = run_scenario(scenario, out, estimator, seed, on_console(errors))
     if done.estimate is None or done.score is None:
         console.print(f"{scenario}: simulated; name an --estimator to estimate and score")
@@ -158,8 +158,9 @@ def diagnose_command(
     alone, played through the declared model, and compared with the samples.
     A reference in the recording never enters that; it only judges.
 
-    Written are diagnosis.json with every number, report.html for people, and
-    diagnosis.rrd for Rerun. Without --out: runs/diagnosis-NAME.
+    Written are diagnosis.json with every number, report.html for people,
+    diagnosis.rrd for Rerun, and model/, a simulation with what was found in
+    it, which `imubench run DIR/model` replays. Without --out: runs/diagnosis-NAME.
 
     Exit code 2 for bad input, with one line about it.
     """

@@ -14,6 +14,7 @@ from imubench.answers import (
     write_json,
 )
 from imubench.atomic import atomic_directory
+from imubench.diagnosis.model_folder import is_model, replay
 from imubench.errors import InputError, unknown
 from imubench.estimate import Estimate
 from imubench.estimators import ESTIMATORS
@@ -59,18 +60,19 @@ def estimate(name: str, recording: Recording) -> Estimate:
 
 
 def run_scenario(scenario: str, out: Path, estimator: str | None = None, seed: int = 0, step: Step = silent) -> Run:
-    """Simulate, estimate, score and log a scenario into the folder `out`.
+    """Simulate, estimate, score and log a scenario, or the model/ folder of a diagnosis, into the folder `out`.
 
     Writes score.json, recording/ (format 1, with the truth's reference.csv) and run.rrd. Without
     an estimator for the scenario's rig, score.json says so.
     """
-    if scenario not in SCENARIOS:
+    replayed = is_model(Path(scenario))
+    if scenario not in SCENARIOS and not replayed:
         raise unknown("scenario", scenario, SCENARIOS)
-    estimator = estimator or SCENARIOS[scenario].estimator
+    estimator = estimator or (None if replayed else SCENARIOS[scenario].estimator)
     if estimator is not None and estimator not in ESTIMATORS:
         raise unknown("estimator", estimator, ESTIMATORS)
     with step(f"simulate {scenario}"):
-        recording, truth = simulate(scenario, seed)
+        recording, truth = replay(Path(scenario), np.random.default_rng(seed)) if replayed else simulate(scenario, seed)
     answer = judged = None
     if estimator is not None:
         with step(f"estimate with {estimator}"):

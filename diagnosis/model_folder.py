@@ -1,0 +1,172 @@
+"""The `model/` of a diagnosis, read back and played: MJCF, sensors, effects and motion become a recording."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.diagnosis.evidence import Played
+from imubench.diagnosis.export import FORMAT, SENSORS, sensor_law
+from imubench.diagnosis.replay import played_through, readings
+from imubench.effects.effect import Reading
+from imubench.errors import InputError, unknown
+from imubench.format1.tables import read_table
+from imubench.jets import Jet
+from imubench.recording import RIGS, Imu, Recording
+from imubench.sim.rigs import Mount, Rig, Segment, Spring
+from imubench.toml_file import load_toml
+from imubench.truth import Truth
+
+FORCE, PLACE, TURN = ("force_x", "force_y", "force_z"), ("x", "y", "z"), ("qw", "qx", "qy", "qz")
+
+
+def is_model(folder: Path) -> bool:
+    """Return whether a folder is a diagnosis' model."""
+    return (Path(folder) / SENSORS).is_file()
+
+
+def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
+    """Return what the IMUs of a `model/` folder record while MuJoCo plays its motion, and the truth of it.
+
+    Noise is drawn from `rng`. Raises `InputError` for a file that is missing or says what cannot be.
+    """
+    folder = Path(folder)
+    content = load_toml(folder / SENSORS)
+    if content.get("format") != FORMAT:
+        raise InputError(f"{folder / SENSORS}: expected format = {FORMAT}, got {content.get('format')!r}")
+    for key in ("rig", "recording", "model", "motion", "imu"):
+        if key not in content:
+            raise InputError(f"{folder / SENSORS}: expected a key '{key}', got none")
+    rig = read_rig(folder / content["model"], content["rig"])
+    motion = read_motion(folder / content["motion"])
+    imus = content["imu"]
+    try:
+        stamps = {i["name"]: i["start"] + np.arange(i["samples"]) / i["rate"] for i in imus}
+        noise = {i["name"]: (float(i["gyro_noise_std"]), float(i["accel_noise_std"])) for i in imus}
+        effects = {
+            (e["name"], e["at"]): {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in e["parameters"].items()}
+            for e in content.get("effect", [])
+        }
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{folder / SENSORS}: expected whole [[imu]] and [[effect]] tables, got: {error}") from None
+    start, end = min(t[0] for t in stamps.values()), max(t[-1] for t in stamps.values())
+    truth = played_through(rig, motion, start, end - start, max(float(i["rate"]) for i in imus))
+    made = []
+    for i, mount in zip(imus, rig.mounts, strict=True):
+        name = i["name"]
+        own = {effect: values for (effect, at), values in effects.items() if at == name}
+        gyro, accel = reported(truth, start, stamps[name], name, own)
+        gyro, accel = (x + s * rng.standard_normal(x.shape) for x, s in zip((gyro, accel), noise[name], strict=True))
+        pose = mount.position, mount.quaternion
+        made.append(Imu(name, stamps[name], gyro, accel, i["rate"], *noise[name], None, None, *pose))
+    recording = Recording(
+        content["recording"],
+        content["rig"],
+        tuple(made),
+        gravity=rig.gravity,
+        base=rig.base,
+        base_quaternion=rig.base_quaternion,
+    )
+    return recording, truth
+
+
+def reported(
+    truth: Truth, start: float, stamps: Array, name: str, effects: Mapping[str, Mapping[str, Array]]
+) -> tuple[Array, Array]:
+    """Return rate and specific force (n, 3) as an IMU reports them, its clock and its errors in."""
+    laws = [(sensor_law(effect, values), values) for effect, values in effects.items()]
+    known = [(law, {k: Jet(v.reshape(1, -1)) for k, v in values.items()}) for law, values in laws if law is not None]
+    time = Jet((stamps - start)[:, None])
+    for law, values in known:
+        time = law.clock(time, values)
+    gyro, accel = readings(truth, 0.0, {name: np.clip(time.value[:, 0], 0.0, truth.time[-1])})[name]
+    reading = Reading(Jet(gyro), Jet(accel), time)
+    for law, values in known:
+        error = law.error(reading, values)
+        gyro = gyro if error.gyro is None else gyro + error.gyro.value
+        accel = accel if error.accel is None else accel + error.accel.value
+    return gyro, accel
+
+
+def read_motion(path: Path) -> Played:
+    """Return the motion in motion.csv."""
+    table = read_table(path, ("time", *TURN), (*FORCE, *PLACE, "hinge_angle"))
+    time = table.columns["time"]
+    has = [name for name in (*FORCE, *PLACE, "hinge_angle") if name in table.columns]
+    place = table.stack(PLACE) if set(PLACE) <= set(has) else np.zeros((time.size, 3))
+    force = table.stack(FORCE) if set(FORCE) <= set(has) else None
+    return Played(time, table.stack(TURN), place, table.columns.get("hinge_angle"), force)
+
+
+def read_rig(path: Path, family: str) -> Rig:
+    """Return the rig that an MJCF file of `imubench diagnose` describes: poses, springs, masses, friction, gravity."""
+    if family not in RIGS:
+        raise unknown("rig", family, RIGS)
+    if not path.is_file():
+        raise InputError(f"{path}: expected an MJCF file, got none")
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+        model = spec.compile()
+    except ValueError as error:
+        raise InputError(f"{path}: expected an MJCF model, got: {' '.join(str(error).split())}") from None
+    bodies = {model.body(i).name for i in range(model.nbody)}
+    missing = [name for name in RIGS[family] if name not in bodies]
+    if missing:
+        raise InputError(f"{path}: expected a body '{missing[0]}', got {', '.join(sorted(bodies - {'world'}))}")
+    joints = {model.joint(i).name: i for i in range(model.njnt)}
+    mounts = tuple(_mount(model, name, joints) for name in ("imu1", "imu2") if name in bodies)
+    segments = tuple(_segment(model, name) for name in RIGS[family])
+    hinge = model.joint("hinge").dofadr[0] if "hinge" in joints else model.nv - 1
+    changes: dict[str, Any] = {}
+    if family == "hinge" and "base" not in joints:
+        changes = {"base": "fixed", "base_quaternion": model.body("segment1").quat.copy()}
+    return Rig(
+        family,
+        mounts,
+        segments,
+        gravity=float(-model.opt.gravity[2]),
+        damping=float(model.dof_damping[hinge]) if family != "free" else 0.0,
+        dry_friction=float(model.dof_frictionloss[hinge]) if family != "free" else 0.0,
+        **changes,
+    )
+
+
+def _segment(model: Any, name: str) -> Segment:
+    body = model.body(name)
+    return Segment(float(body.mass[0]), body.ipos.copy(), np.diag(_inertia(body)).copy())
+
+
+def _inertia(body: Any) -> Array:
+    """Return the inertia (3, 3) of a body about its centre of mass, in its axes."""
+    turn = rotations.to_matrix(body.iquat / np.linalg.norm(body.iquat))
+    return np.asarray(turn @ np.diag(body.inertia) @ turn.T)
+
+
+def _mount(model: Any, name: str, joints: Mapping[str, int]) -> Mount:
+    body = model.body(name)
+    com, mass, quaternion = body.ipos.copy(), float(body.mass[0]), body.quat.copy()
+    about_pivot = _inertia(body) + mass * (com @ com * np.eye(3) - np.outer(com, com))
+    gyration = float(np.sqrt(np.trace(about_pivot) / (3 * mass)))
+    lever = model.site(name).pos.copy()
+    found = {}
+    for kind, inertia in (("slide", mass), ("hinge", mass * gyration**2)):
+        names = [f"{name}_{kind}_{axis}" for axis in "xyz"]
+        if all(n in joints for n in names):
+            stiffness = np.array([float(np.ravel(model.jnt_stiffness[joints[n]])[0]) for n in names])
+            damping = np.array([model.dof_damping[model.jnt_dofadr[joints[n]]] for n in names]).reshape(3)
+            w = np.sqrt(stiffness / inertia)
+            found[kind] = Spring(w / (2 * np.pi), damping / (2 * inertia * w))
+    return Mount(
+        body.pos + rotations.rotate(quaternion, lever),
+        quaternion,
+        found.get("slide"),
+        found.get("hinge"),
+        mass,
+        gyration,
+        com,
+        lever,
+    )

@@ -1,0 +1,79 @@
+"""MuJoCo plays a recovered motion through a rig: what the IMUs would read, springs and all."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from imubench.arrays import Array
+from imubench.diagnosis.evidence import Played
+from imubench.diagnosis.kinematics import attitude
+from imubench.jets import Jet
+from imubench.sim.imu_sampling import interpolate
+from imubench.sim.motion import Trajectory
+from imubench.sim.play import play
+from imubench.sim.rigs import Rig
+from imubench.truth import Truth
+
+DENSE = 400.0  # Hz, at least: what is read between samples of the simulation is interpolated by cubics
+FINE = 4  # steps a knot, on which the force at the joint becomes a movement
+DEGREE = 5
+
+
+class SplineMotion:
+    """A recovered motion between its rows: quintic splines through them, time counted from `start` s.
+
+    Where the motion has a force instead of a position, the acceleration R f + g is integrated twice, from rest
+    on average: the place is then arbitrary, and free to drift.
+    """
+
+    def __init__(self, motion: Played, start: float, gravity: float) -> None:
+        time = motion.time - start
+        self.turns = make_interp_spline(time, motion.quaternion1, DEGREE)
+        angle = np.zeros(time.size) if motion.hinge_angle is None else motion.hinge_angle
+        self.angle = make_interp_spline(time, angle, DEGREE)
+        if motion.force is None:
+            self.place = make_interp_spline(time, motion.position, DEGREE)
+            return
+        fine = np.linspace(time[0], time[-1], FINE * (time.size - 1) + 1)
+        turn, _, _ = attitude(*(Jet(self.turns(fine, order)) for order in range(3)))
+        force = Jet(make_interp_spline(time, motion.force, DEGREE)(fine))
+        accel = make_interp_spline(fine, turn.forth(force).value - [0.0, 0.0, gravity], DEGREE)
+        away = accel.antiderivative(2)
+        mean = (away(fine[-1]) - away(fine[0])) / (fine[-1] - fine[0])
+        self.place = make_interp_spline(fine, away(fine) - fine[:, None] * mean, DEGREE)
+
+    def __call__(self, time: Array) -> Trajectory:
+        """Return the trajectory at `time` (n,) s."""
+        q = self.turns(time)
+        _, rate, accel = attitude(*(Jet(self.turns(time, order)) for order in range(3)))
+        place, speed, acceleration = (self.place(time, order) for order in range(3))
+        angle, angle_rate, angle_acceleration = (self.angle(time, order) for order in range(3))
+        return Trajectory(
+            time,
+            place,
+            speed,
+            acceleration,
+            q / np.linalg.norm(q, axis=1, keepdims=True),
+            rate.value,
+            accel.value,
+            angle,
+            angle_rate,
+            angle_acceleration,
+        )
+
+
+def played_through(rig: Rig, motion: Played, start: float, seconds: float, rate: float) -> Truth:
+    """Return MuJoCo's truth of a recovered motion on a rig, dense enough for IMUs of `rate` Hz."""
+    dense = rate * max(1, int(np.ceil(DENSE / rate)))
+    return play(rig, SplineMotion(motion, start, rig.gravity), seconds + 4 / dense, dense)
+
+
+def readings(truth: Truth, start: float, stamps: Mapping[str, Array]) -> dict[str, tuple[Array, Array]]:
+    """Return angular rate and specific force (n, 3) of each sensor at the world's times `stamps` (n,) s."""
+    step = truth.time[1] - truth.time[0]
+    out = {}
+    for name, time in stamps.items():
+        sensor, at = truth.sensor(name), (time - start) / step
+        out[name] = interpolate(sensor.gyro, at), interpolate(sensor.specific_force, at)
+    return out

@@ -1,0 +1,225 @@
+"""The simulation that a diagnosis leaves behind: written, read back, played by MuJoCo."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from imubench import rotations
+from imubench.diagnosis.evidence import Evidence, Level, Played, Pose, Trace
+from imubench.diagnosis.export import rig_of, write_model
+from imubench.diagnosis.model_folder import read_rig, replay
+from imubench.diagnosis.replay import played_through, readings
+from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
+from imubench.errors import InputError
+from imubench.recording import Body, Imu, Recording
+from imubench.run import run_scenario
+from imubench.sim import rigs
+from imubench.sim.motion import AngleMotion
+from imubench.sim.play import play
+from imubench.sim.rigs import Mount
+from imubench.sim.signals import hand
+
+SECONDS, RATE, KNOTS = 6.0, 100.0, 100.0
+SOFT = Finding(
+    "soft_mount",
+    "imu2",
+    0.9,
+    {"frequency": Parameter([11.0, 12.0, 13.0], np.full(3, 0.1), "Hz"), "damping_ratio": Parameter(0.1, 0.01, "1")},
+    Interval(100.0, (90.0, 110.0)),
+)
+ROCKING = Finding(
+    "rocking_mount",
+    "imu1",
+    0.9,
+    {
+        "frequency": Parameter([9.0], [0.1], "Hz"),
+        "damping_ratio": Parameter([0.15], [0.01], "1"),
+        "com": Parameter([0.0, 0.001, 0.004], np.full(3, 1e-3), "m"),
+        "lever": Parameter([0.0, 0.01, 0.02], np.full(3, 1e-3), "m"),
+    },
+    Interval(100.0, (90.0, 110.0)),
+)
+BIAS = Finding(
+    "gyro_bias",
+    "imu2",
+    0.9,
+    {"bias": Parameter([0.1, -0.2, 0.3], np.full(3, 0.01), "rad/s")},
+    Interval(9.0, (8.0, 9.0)),
+)
+LATE = Finding("time_offset", "imu2", 0.9, {"offset": Parameter(0.02, 1e-4, "s")}, Interval(9.0, (8.0, 9.0)))
+PLAY = Finding("joint_play", "joint", 0.9, {"range": Parameter(0.01, 1e-3, "rad")}, Interval(9.0, (8.0, 9.0)))
+MOUNTS = {
+    "imu1": Pose(np.array([-0.1, 0.01, 0.03]), rotations.exp(np.array([0.3, -0.2, 0.5]))),
+    "imu2": Pose(np.array([0.12, 0.0, 0.02]), rotations.exp(np.array([-0.6, 0.4, 0.1]))),
+}
+STAMPS = np.arange(round(SECONDS * RATE)) / RATE
+
+
+def movement():
+    rng = np.random.default_rng(4)
+    stds = {"heading": 0.8, "tilt": 0.4, "spin": 0.8, "angle": 0.7, "x": 0.1, "y": 0.1, "z": 0.05}
+    return AngleMotion(**{name: hand(rng, SECONDS + 1, std, 1.5) for name, std in stds.items()})
+
+
+def moved(later=0.0, **changes):
+    """The motion as a fit would tell it: orientation, force at the joint and angle at knots."""
+    time = np.arange(-0.15, SECONDS + 0.15, 1 / KNOTS)
+    path = movement()(time + 0.3)
+    q = path.quaternion
+    q = (
+        q
+        * np.where(np.cumprod(np.concatenate([[1.0], np.sign(np.sum(q[1:] * q[:-1], axis=1))])) < 0, -1.0, 1.0)[:, None]
+    )
+    force = rotations.rotate_back(q, path.acceleration + np.array([0, 0, 9.81]))
+    parts = {"position": np.zeros((time.size, 3)), "hinge_angle": path.angle, "force": force} | changes
+    return Played(time + later, q, **parts)
+
+
+def truth_of(rig):
+    motion = movement()
+    return play(rig, lambda time: motion(time + 0.3), SECONDS, 400.0)
+
+
+def evidence(later=0.0):
+    still = np.zeros((STAMPS.size, 3))
+    imus = tuple(Imu(name, STAMPS + later, still, still, RATE) for name in MOUNTS)
+    trace = Trace("imu1", "gyro", ("gyr_x", "gyr_y", "gyr_z"), "rad/s", STAMPS + later, still, 1.0)
+    levels = tuple(Level(f"{n}.{p}", "1", None, 1e-12, 1e-12) for n in MOUNTS for p in ("gyro", "accel"))
+    return Evidence(Recording("rec", "hinge", imus), (trace,), moved(later), MOUNTS, levels)
+
+
+def diagnosis(*findings):
+    verdict = "explained" if findings else "no mismatch"
+    return Diagnosis("rec", "hinge", verdict, (4.0, 1.0), (), findings, (), FitQuality((4.0, 1.0)), "", 1.0)
+
+
+def same_readings(recording, truth, shift=0.0):
+    """Rates and forces of a replay beside those of the true motion on the same rig, past the springs' start."""
+    at = truth.time
+    for imu in recording.imus:
+        sensor = truth.sensor(imu.name)
+        late = imu.time - recording.imus[0].time[0] > 1.5  # springs of 9 Hz, damped by 0.1, ring for half a second
+        for got, true in ((imu.gyro, sensor.gyro), (imu.accel, sensor.specific_force)):
+            want = np.stack([np.interp(STAMPS - shift, at, x) for x in true.T], axis=1)
+            yield imu.name, got[late], want[late]
+
+
+@pytest.mark.parametrize("findings", [(), (SOFT,), (SOFT, ROCKING)], ids=["rigid", "soft", "both"])
+def test_a_replay_reads_what_the_true_motion_makes_the_rig_read(findings, tmp_path):
+    shown = evidence(later=1000.0)
+    name = write_model(diagnosis(*findings), shown, tmp_path)
+    assert name == "hinge.xml"
+    recording, _ = replay(tmp_path, np.random.default_rng(0))
+    assert [imu.name for imu in recording.imus] == ["imu1", "imu2"]
+    assert_allclose(recording.imus[0].time, 1000.0 + STAMPS)
+    rig = rig_of(shown.recording, MOUNTS, findings)
+    assert rig.sprung == bool(findings)
+    for _, got, want in same_readings(recording, truth_of(rig)):
+        # 6 digits in the MJCF file and the truth read linearly at 400 Hz: 1e-5 and below 1e-3 of 10 m/s^2
+        assert_allclose(got, want, atol=1e-2)
+
+
+def test_springs_are_real_joints_of_the_file_and_come_back(tmp_path):
+    shown = evidence()
+    write_model(diagnosis(SOFT, ROCKING), shown, tmp_path)
+    text = (tmp_path / "hinge.xml").read_text()
+    assert text.count('type="slide" stiffness=') == 3
+    rig, read = rig_of(shown.recording, MOUNTS, (SOFT, ROCKING)), read_rig(tmp_path / "hinge.xml", "hinge")
+    for want, got in zip(rig.mounts, read.mounts, strict=True):
+        for key in ("position", "quaternion", "lever", "com"):
+            assert_allclose(getattr(got, key), getattr(want, key), atol=1e-6)  # the file has 6 digits
+        assert got.gyration == pytest.approx(want.gyration, rel=1e-5)
+        for key in ("translation", "rotation"):
+            springs = getattr(want, key)
+            assert (springs is None) == (getattr(got, key) is None)
+            if springs is not None:
+                assert_allclose(getattr(got, key).frequency, springs.frequency, rtol=1e-5)
+                assert_allclose(getattr(got, key).damping_ratio, springs.damping_ratio, rtol=1e-5)
+
+
+def test_sensor_errors_and_clocks_are_in_the_replay_and_play_is_listed_as_not(tmp_path):
+    write_model(diagnosis(BIAS, LATE, PLAY), evidence(), tmp_path)
+    listed = tomllib.loads((tmp_path / "imus.toml").read_text())["effect"]
+    assert [(e["name"], e["replayed"]) for e in listed] == [
+        ("gyro_bias", True), ("time_offset", True), ("joint_play", False)
+    ]  # fmt: skip
+    recording, _ = replay(tmp_path, np.random.default_rng(0))
+    truth = truth_of(rig_of(recording, MOUNTS))
+    sensor, imu = truth.sensor("imu2"), recording.imu("imu2")
+    late = slice(50, None)
+    want = np.stack([np.interp(STAMPS - 0.02, truth.time, x) for x in sensor.gyro.T], axis=1) + np.array(
+        [0.1, -0.2, 0.3]
+    )
+    assert_allclose(imu.gyro[late], want[late], atol=1e-3)  # the truth read linearly at 400 Hz
+    untouched = np.stack([np.interp(STAMPS, truth.time, x) for x in truth.sensor("imu1").gyro.T], axis=1)
+    assert_allclose(recording.imu("imu1").gyro, untouched, atol=1e-3)
+
+
+def test_a_mount_pose_moves_the_mount_and_a_heavy_com_keeps_its_answer():
+    shown = evidence()
+    turned = {
+        "rotation": Parameter([0.0, 0.1, 0.0], np.zeros(3), "rad"),
+        "translation": Parameter([0, 0, 0.01], np.zeros(3), "m"),
+    }
+    finding = Finding("mount_pose", "imu1", 0.9, turned, Interval(1.0, (0.0, 2.0)))
+    mount = rig_of(shown.recording, MOUNTS, (finding,)).mounts[0]
+    assert_allclose(mount.position, MOUNTS["imu1"].position + np.array([0, 0, 0.01]))
+    between = rotations.multiply(rotations.conjugate(MOUNTS["imu1"].quaternion), mount.quaternion)
+    assert_allclose(rotations.log(between), [0, 0.1, 0], atol=1e-12)
+    heavy = replace(ROCKING, parameters={**ROCKING.parameters, "com": Parameter([0, 0, 0.03], np.zeros(3), "m")})
+    mount = rig_of(shown.recording, MOUNTS, (heavy,)).mounts[0]
+    assert_allclose(mount.com / mount.gyration**2, np.array([0, 0, 0.03]) / 0.015**2)
+
+
+def test_a_measured_place_is_followed_and_a_fixed_base_stays():
+    rig = rigs.hinge(mounts=tuple(Mount(p.position, p.quaternion) for p in MOUNTS.values()))
+    motion = moved()
+    time = motion.time
+    place = movement()(time + 0.3).position
+    truth = played_through(rig, moved(position=place, force=None), 0.0, 2.0, RATE)
+    other = played_through(rig, motion, 0.0, 2.0, RATE)
+    some = STAMPS[:190]
+    for name in MOUNTS:
+        for a, b in zip(
+            readings(truth, 0.0, {name: some})[name], readings(other, 0.0, {name: some})[name], strict=True
+        ):
+            assert_allclose(a, b, atol=1e-3)  # quintic splines through a 1.5 Hz motion at 100 Hz, of 10 m/s^2
+
+
+def test_a_declared_body_swings_and_an_impossible_one_does_not():
+    shown = evidence().recording
+    heavy = Body(1.2, np.array([0.1, 0, 0]), np.array([0.01, 0.03, 0.03]))
+    assert rig_of(replace(shown, body=heavy), MOUNTS).segments[1].mass == 1.2
+    flat = Body(1.2, np.array([0.1, 0, 0]), np.array([0.01, 0.01, 0.03]))
+    assert rig_of(replace(shown, body=flat), MOUNTS).segments[1].mass == rigs.hinge().segments[1].mass
+
+
+def test_run_replays_a_model_folder(tmp_path):
+    write_model_in = tmp_path / "model"
+    write_model_in.mkdir()
+    write_model(diagnosis(SOFT), evidence(), write_model_in)
+    done = run_scenario(str(write_model_in), tmp_path / "out", "olsson2020")
+    assert (tmp_path / "out" / "recording" / "recording.toml").exists()
+    assert (tmp_path / "out" / "run.rrd").exists()
+    assert done.score is not None
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "message"),
+    [
+        ("imus.toml", "format = 2", "expected format = 1, got 2"),
+        ("imus.toml", "format = 1", "expected a key 'rig', got none"),
+        ("hinge.xml", "<mujoco/>", "expected a body 'segment1'"),
+        ("hinge.xml", "<mujoc", "expected an MJCF model"),
+        ("motion.csv", "time,qw\n0,1\n", "qx"),
+    ],
+)
+def test_a_broken_model_folder_is_one_line(file, text, message, tmp_path):
+    write_model(diagnosis(), evidence(), tmp_path)
+    (tmp_path / file).write_text(text)
+    with pytest.raises(InputError, match=message) as error:
+        replay(tmp_path, np.random.default_rng(0))
+    assert "\n" not in str(error.value)
