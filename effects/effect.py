@@ -156,6 +156,10 @@ class Effect:
             return ()
         return tuple(i.name for i in recording.imus) if self.place == "imu" else (self.place,)
 
+    def suited(self, recording: Recording) -> "Effect":
+        """Return the effect with its priors about what a recording declares."""
+        return self
+
     def starting(self, **starts: ArrayLike) -> "Effect":
         """Return the same effect with priors about other values, a point of its grid for one."""
         known = [p.name for p in self.parameters]

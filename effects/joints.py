@@ -2,7 +2,7 @@
 
 Priors: a worn hinge gives some hundredths of a radian across its axis (0.04 rad); a knee's axis and centre
 follow its angle by a tenth (0.1 rad/rad) and by a centimetre or two (0.02 m/rad); a hand holds a pivot
-within 0.5 m/s^2.
+within 0.5 m/s^2; the teeth of a gear leave a hundredth of a radian (a factor of e either way).
 """
 
 from collections.abc import Mapping
@@ -10,11 +10,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.effects.effect import Effect, Found, Parameter, Scene, State, Values
+from imubench.effects.effect import Effect, Equation, Found, Parameter, Scene, State, Values
+from imubench.effects.smooth import beyond, magnitude
 from imubench.jets import Jet
 from imubench.links import Link, shift, small_turn, spin
 
 REACHED = 0.98  # of the time within what is reported as a range
+STOP, EDGE = 0.1, 0.02  # of backlash's range: over which its stops take hold, and begin to
+CREEP = 1e-3  # rad/s, below which the joint counts as still
 BAND = (0.05, 0.95)  # of the power below the ends of what is reported as a band
 
 
@@ -83,4 +86,37 @@ class MovingPivot(Effect):
         return {"std": np.sqrt(np.mean(x**2)), "band": np.fft.rfftfreq(len(x), step)[ends]}
 
 
-EFFECTS: tuple[Effect, ...] = (JointPlay(), AxisCoupling(), MovingCentre(), MovingPivot())
+class Backlash(Effect):
+    """The encoder's side of the joint follows with free play: the gap between the two sides stays within a range.
+
+    The gap d follows the joint until it meets a stop, d' = q' - |q'| s(d / range): s is the force of the stops,
+    nothing inside, +-1 where |d| = range, so that the law does not depend on how fast the joint turns.
+    """
+
+    name, place, law = "backlash", "joint", "the encoder reads q - d, |d| <= range, d' = q' until a stop is met"
+    rigs, needs = ("hinge",), ("encoders",)
+    states = (State("gap", 1, 0.02),)
+    parameters = (Parameter("range", (), "rad", 1.0, start=0.01, log=True),)
+
+    def encoder(self, angle: Jet, scene: Scene, p: Values) -> Jet:
+        return angle - scene.own("gap")[0]
+
+    def equations(self, scene: Scene, p: Values) -> list[Equation]:
+        gap, rate, _ = scene.own("gap")
+        _, turning, _ = scene.turned()
+        u = gap / p["range"]
+        stops = beyond(u - (1 - STOP), EDGE) - beyond(-u - (1 - STOP), EDGE)
+        return [Equation("gap", rate - turning + magnitude(turning, CREEP) * stops * (1 / STOP), 0.05)]
+
+    @staticmethod
+    def played(angle: Array, range_: float) -> Array:
+        """Return the exact encoder's side (n,) rad for joint angles (n,), the gap at first in its middle."""
+        out = np.empty_like(angle)
+        side = angle[0]
+        for i, q in enumerate(angle):  # what comes next depends on where it stood
+            side = min(max(side, q - range_), q + range_)
+            out[i] = side
+        return out
+
+
+EFFECTS: tuple[Effect, ...] = (JointPlay(), AxisCoupling(), MovingCentre(), MovingPivot(), Backlash())

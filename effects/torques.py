@@ -1,0 +1,120 @@
+"""Torques that the equation of motion leaves out, and a body that is not as declared. Free swings show them.
+
+Priors, for limbs and rigs of some kilograms: friction and drag that stop a swing within seconds to minutes
+(0.05 N m s/rad, 0.1 N m, 0.05 N m s^2/rad^2), a cable as stiff as the weight (1 N m/rad), a stop that stops a
+limb within some hundredths of a radian (100 N m/rad), an inertia estimated within a fifth, gravity within 0.1 m/s^2.
+"""
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.effects.effect import Effect, Parameter, Scene, Values
+from imubench.effects.smooth import beyond, magnitude, touching
+from imubench.jets import Jet
+from imubench.recording import STANDARD_GRAVITY, Recording
+
+STUCK = 0.02  # rad/s, below which dry friction gives way
+EDGE = 0.005  # rad, over which a stop begins
+
+
+class _Torque(Effect):
+    rigs = ("hinge", "pendulum")
+    needs = ("free_swings",)
+
+
+class ViscousFriction(_Torque):
+    """Friction that grows with the rate."""
+
+    name, place, law = "viscous_friction", "joint", "torque -c w"
+    parameters = (Parameter("c", (), "N m s/rad", 0.05, sided=True),)
+
+    def torque(self, scene: Scene, p: Values) -> Jet:
+        rate, _ = scene.jointed()
+        return -p["c"] * rate
+
+
+class DryFriction(_Torque):
+    """Friction of one size, against the motion."""
+
+    name, place, law = "dry_friction", "joint", "torque -t w / |w|, |w| taken as sqrt(w^2 + (0.02 rad/s)^2)"
+    parameters = (Parameter("t", (), "N m", 0.1, sided=True),)
+
+    def torque(self, scene: Scene, p: Values) -> Jet:
+        rate, _ = scene.jointed()
+        return -p["t"] * rate / magnitude(rate, STUCK)
+
+
+class AirDrag(_Torque):
+    """Drag that grows with the rate's square."""
+
+    name, place, law = "air_drag", "joint", "torque -d |w| w"
+    parameters = (Parameter("d", (), "N m s^2/rad^2", 0.05, sided=True),)
+
+    def torque(self, scene: Scene, p: Values) -> Jet:
+        rate, _ = scene.jointed()
+        return -p["d"] * magnitude(rate, 1e-6) * rate
+
+
+class JointSpring(_Torque):
+    """A cable or a spring across the joint; on a ball joint it acts on the swing, about the world's y."""
+
+    name, place, law = "joint_spring", "joint", "torque -k (q - q0)"
+    parameters = (Parameter("k", (), "N m/rad", 1.0), Parameter("q0", (), "rad", 0.5))
+
+    def torque(self, scene: Scene, p: Values) -> Jet:
+        (angle, _, _), (_, axis) = scene.turned(), scene.jointed()
+        return -p["k"] * (angle - p["q0"]) * axis
+
+
+class EndStop(_Torque):
+    """A stiff stop on one side; how stiff and how damped is fitted with it."""
+
+    name, place, law = "end_stop", "joint", "torque -(k depth + b rate) beyond `angle`, on the side of its sign"
+    parameters = (
+        Parameter("angle", (), "rad", 0.5, start=1.0),
+        Parameter("stiffness", (), "N m/rad", 1.5, start=100.0, log=True, reported=False),
+        Parameter("damping", (), "N m s/rad", 1.5, start=0.3, log=True, reported=False),
+    )
+
+    def grid(self, seconds: float) -> dict[str, Array]:
+        reach = np.arange(0.1, 2.6, 0.1)
+        return {"angle": np.concatenate([-reach[::-1], reach])}
+
+    def torque(self, scene: Scene, p: Values) -> Jet:
+        (angle, rate, _), (_, axis) = scene.turned(), scene.jointed()
+        side = np.where(p["angle"].value < 0, -1.0, 1.0)
+        over = side * (angle - p["angle"])
+        held = p["stiffness"] * beyond(over, EDGE) * side + p["damping"] * touching(over, EDGE) * rate
+        return -held * axis
+
+
+class Inertia(Effect):
+    """The body swings faster or slower than declared; its weight is as declared."""
+
+    name, place, law = "inertia", "body", "m l / I about the joint is `scale` times the declared one"
+    rigs, needs = ("hinge", "pendulum"), ("free_swings",)
+    parameters = (Parameter("scale", (), "1", 0.2, start=1.0),)
+
+    def lighter(self, p: Values) -> Jet:
+        return p["scale"]
+
+
+class Gravity(Effect):
+    """The magnitude of gravity differs."""
+
+    name, place, law = "gravity", "world", "|gravity| = g"
+    parameters = (Parameter("g", (), "m/s^2", 0.1, start=STANDARD_GRAVITY),)
+
+    def places(self, recording: Recording) -> tuple[str, ...]:
+        return super().places(recording) if recording.gravity else ()
+
+    def suited(self, recording: Recording) -> Effect:
+        return self.starting(g=recording.gravity)
+
+    def gravity(self, gravity: Jet, p: Values) -> Jet:
+        return gravity / magnitude(gravity, 0.0) * p["g"]
+
+
+EFFECTS: tuple[Effect, ...] = (
+    ViscousFriction(), DryFriction(), AirDrag(), JointSpring(), EndStop(), Inertia(), Gravity(),
+)  # fmt: skip

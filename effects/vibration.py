@@ -1,0 +1,38 @@
+"""A narrow-band hum: a motor, a fan, a loose strap.
+
+Priors: its frequency anywhere up to some tens of hertz, its amplitude below that of a limb's motion (1 m/s^2).
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.effects.effect import Effect, Error, Found, Parameter, Reading, Values
+
+
+class Vibration(Effect):
+    """The accelerometer hums; fitted as a cosine and a sine on each axis, about a start within 1 / (2 duration)."""
+
+    name, place, law = "vibration", "imu", "accel reads f + amplitude sin(2 pi frequency t + phase)"
+    parameters = (
+        Parameter("frequency", (), "Hz", 20.0, start=20.0),
+        Parameter("cosine", (3,), "m/s^2", 1.0, reported=False),
+        Parameter("sine", (3,), "m/s^2", 1.0, reported=False),
+    )
+    found = (Found("amplitude", (3,), "m/s^2"),)
+
+    def error(self, reading: Reading, p: Values) -> Error:
+        phase = (2 * np.pi) * p["frequency"] * reading.time
+        c, s = np.cos(phase.value), np.sin(phase.value)
+        return Error(accel=p["cosine"] * phase.through(c, -s) + p["sine"] * phase.through(s, c))
+
+    def read(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
+        """Each axis' amplitude, its sign that of the part in phase with the strongest common one."""
+        both = np.stack([values["cosine"], values["sine"]], axis=1)
+        common = np.linalg.svd(both)[2][0]
+        sign = np.where(both @ common < 0, -1.0, 1.0)
+        return {"amplitude": sign * np.linalg.norm(both, axis=1)}
+
+
+EFFECTS: tuple[Effect, ...] = (Vibration(),)
