@@ -12,7 +12,8 @@ from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.score import started
 from imubench.diagnosis.threads import one_thread
 
-STATE_SMOOTH = 1e4  # roughness of an effect's states, before it is estimated
+STATE_SMOOTH = 1e3  # roughness of an effect's states, before it is estimated
+LOOSE_LAW = 100.0  # of the std of a law that states obey: tightened as fast as the recording says so
 
 
 def extended(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Array] | None = None) -> Fit:
@@ -25,7 +26,7 @@ def extended(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Arra
         for s in h.effect.states:
             noise.setdefault(f"smooth.{h.key(s.name)}", STATE_SMOOTH)
     for rows in equation_rows(model, state):
-        noise.setdefault(rows.name, 1.0)
+        noise.setdefault(rows.name, LOOSE_LAW)
     return replace(fit, model=model, state=state, noise=noise)
 
 

@@ -9,17 +9,19 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.fit import assemble, moved, step
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, Rig
-from imubench.diagnosis.model import Geometry, Model, State
+from imubench.diagnosis.model import Geometry, Hypothesis, Model, State
 from imubench.diagnosis.priors import START_SMOOTH, prior_rows
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Knots, Moment, Tracks
 from imubench.diagnosis.threads import one_thread
+from imubench.effects import EFFECTS
 from imubench.jets import Jet
 from imubench.recording import Imu, Recording
 
-EDGE = 0.06  # s of spline beyond the first and the last sample, for clocks that are off
 LEVELLING = 3.0  # s over which the mean specific force is taken for up
+COARSE = 0.004  # s, a clock offset that a linear score could not judge any more
 LAG = 0.25  # s, the largest clock offset that is looked for
+EDGE = 0.06 + LAG  # s of spline beyond the first and the last sample, for clocks that are off
 
 
 def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
@@ -30,24 +32,27 @@ def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
     rate = knots_per_s or min(1 / float(np.median(np.diff(t))) for t in stamps)
     knots = Knots.over(-EDGE, end - start + EDGE, 1 / rate)
     mounts = {i.name: Geometry(i.mount_position, rotations.to_matrix(i.mount_quaternion)) for i in recording.imus}
-    sensors = [i.name for i in recording.imus]
-    offsets = tuple(sensors[1:] + ["encoder"] * bool(recording.encoders) * bool(sensors))
-    offsets += tuple(f"pose{i + 1}" for i in range(len(recording.poses)) if sensors)
-    return Model(recording, rig, Tracks(knots, rig.widths), mounts, float(start), offsets=offsets)
+    return Model(recording, rig, Tracks(knots, rig.widths), mounts, float(start))
 
 
 @one_thread
-def blind_start(model: Model) -> tuple[State, Array | None]:
-    """Return a state to begin the fit from, and the first attitude (4,) if there is one."""
+def blind_start(model: Model) -> tuple[Model, State, Array | None]:
+    """Return the model, a state to begin the fit from, and the first attitude (4,) if there is one.
+
+    Clocks that are far apart are in the model from the start: no other effect could be judged before.
+    """
     recording, rig = model.recording, model.rig
     values = {name: prior.start.copy() for name, prior in model.priors.items()}
     knots = model.tracks.knots
     grid = np.asarray(knots.start + knots.step * np.arange(knots.count - 5), dtype=float)
     targets: dict[str, Array] = {}
     imus = {i.name: i for i in recording.imus}
-    if rig.hinge and len(imus) == 2:
-        values["imu2.offset"][:] = clock_offset(model, imus["imu1"], imus["imu2"])
-    sampled = {n: _on_segment(model, i, grid, values.get(f"{n}.offset", np.zeros(1))[0]) for n, i in imus.items()}
+    offsets = {"imu2": clock_offset(model, imus["imu1"], imus["imu2"])} if rig.hinge and len(imus) == 2 else {}
+    late = Hypothesis(EFFECTS["time_offset"], "imu2")
+    if abs(offsets.get("imu2", 0.0)) > COARSE:
+        model = model.with_effects((*model.hypotheses, late))
+        values[late.key("offset")] = np.array([offsets["imu2"]])
+    sampled = {n: _on_segment(model, i, grid, offsets.get(n, 0.0)) for n, i in imus.items()}
     if rig.turns:
         if recording.poses and recording.poses[0].quaternion is not None:
             targets[ATTITUDE] = _interpolated(model, grid, "quaternion")
@@ -65,7 +70,7 @@ def blind_start(model: Model) -> tuple[State, Array | None]:
         coefficients[:, model.tracks.columns(ATTITUDE)] = targets[ATTITUDE][0]
     anchor = targets[ATTITUDE][0] if ATTITUDE in targets else None
     state = State(coefficients, values)
-    return _follow(model, state, grid, targets, anchor), anchor
+    return model, _follow(model, state, grid, targets, anchor), anchor
 
 
 def _follow(model: Model, state: State, grid: Array, targets: dict[str, Array], anchor: Array | None) -> State:
