@@ -22,6 +22,7 @@ from imubench.rotations import from_axis_angle, multiply
 
 SOURCE = "recovered motion"
 GREY = (170, 170, 170)
+PEAKS = rr.components.AggregationPolicy.MinMax  # zoomed out, the mean of many samples would hide a residual
 
 
 def log_diagnosis(path: Path, d: Diagnosis, evidence: Evidence, reference: Reference | None = None) -> None:
@@ -50,6 +51,7 @@ def _log_all(rec: rr.RecordingStream, d: Diagnosis, evidence: Evidence, referenc
             if z is not None:
                 names = [f"{channel} {side}" for channel in trace.channels]
                 log_series(rec, f"{base}/{side}", trace.time, z, names, XYZ[: len(names)], 1.0)
+                rec.log(f"{base}/{side}", rr.SeriesLines.from_fields(aggregation_policy=PEAKS), static=True)
     for w in d.where:
         log_sections(rec, f"windows/{w.at}", [(f"misfit at {w.at}", *window) for window in w.windows_s])
     if evidence.heldout_s:
@@ -97,10 +99,11 @@ def layout(evidence: Evidence, scene: Scene, angles: bool, marked: bool) -> rrb.
     span = evidence.span
     plots = []
     for trace in evidence.traces:
-        base, unit = f"/residual/{trace.at}/{trace.part}", "over noise"
-        one = [series_view(f"{trace.at} {trace.part}: residual as declared ({unit})", [f"{base}/before"], span)]
+        base, name = f"/residual/{trace.at}/{trace.part}", f"{trace.at} {trace.part}: residual over noise"
+        height = max(5.0, float(np.quantile(np.abs(trace.whitened), 0.999)))  # the same for both
+        one = [series_view(f"{name}, as declared", [f"{base}/before"], span, height)]
         if trace.after is not None:
-            one.append(series_view(f"{trace.at} {trace.part}: with the findings ({unit})", [f"{base}/after"], span))
+            one.append(series_view(f"{name}, with the findings", [f"{base}/after"], span, height))
         plots.append(rrb.Horizontal(*one))
     shares = [1.0] * len(plots)
     if angles:
@@ -108,7 +111,7 @@ def layout(evidence: Evidence, scene: Scene, angles: bool, marked: bool) -> rrb.
         shares.append(1.0)
     if marked or evidence.heldout_s:
         plots.append(rrb.StateTimelineView(origin="/windows", name="where most of the misfit is"))
-        shares.append(0.5)
+        shares.append(0.5 + 0.35 * (marked + bool(evidence.heldout_s)))
     left = rrb.Vertical(
         rrb.Spatial3DView(
             origin=scene.frame,

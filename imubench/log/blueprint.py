@@ -59,14 +59,17 @@ def run_blueprint(
     )
 
 
-def series_view(name: str, contents: Sequence[str], span: tuple[float, float]) -> rrb.TimeSeriesView:
-    """Return a plot of these paths over all of `span`, in s."""
+def series_view(
+    name: str, contents: Sequence[str], span: tuple[float, float], height: float | None = None
+) -> rrb.TimeSeriesView:
+    """Return a plot of these paths over all of `span`, in s, from -`height` to `height` or as they need."""
     start, end = (rrb.TimeRangeBoundary.absolute(seconds=edge) for edge in span)
     return rrb.TimeSeriesView(
         origin="/",
         contents=list(contents),
         name=name,
         plot_legend=rrb.PlotLegend("RightTop"),
+        axis_y=None if height is None else rrb.ScalarAxis(range=(-height, height)),
         axis_x=rrb.TimeAxis(view_range=rrb.TimeRange(start=start, end=end)),  # by itself a minute at most shows
     )
 
