@@ -128,4 +128,5 @@ def solve_arrow(band: Banded, border: Array, corner: Array) -> Solution:
 
 def tensor(a: Array, b: Array) -> Array:
     """Return A' B of block columns (m, b, p) and (m, b, r)."""
-    return a.reshape(-1, a.shape[2]).T @ b.reshape(-1, b.shape[2])
+    rows = a.shape[0] * a.shape[1]
+    return a.reshape(rows, a.shape[2]).T @ b.reshape(rows, b.shape[2])

@@ -47,7 +47,7 @@ def leverages(parts: list[Linear], solution: Solution, width: int) -> list[Array
     inverse = windows(solution.factor.inverse(), width)
     reach = solution.factor.backward(solution.half)  # N^-1 B
     p = reach.shape[2]
-    reach = reach.reshape(-1, width, p)
+    reach = reach.reshape(len(reach) * KNOTS_PER_BLOCK, width, p)
     covariance = np.linalg.inv(solution.schur)
     out = []
     for part in parts:
@@ -57,7 +57,7 @@ def leverages(parts: list[Linear], solution: Solution, width: int) -> list[Array
             some = slice(begin, begin + CHUNK)
             first, local = part.first[some], part.local[some].reshape(-1, m, SUPPORT * width)
             h[some] = np.sum(np.matmul(local, inverse[np.minimum(first, len(inverse) - 1)]) * local, axis=2)
-            near = reach[first[:, None] + np.arange(SUPPORT)].reshape(len(first), -1, p)
+            near = reach[first[:, None] + np.arange(SUPPORT)].reshape(len(first), SUPPORT * width, p)
             rest = part.border[some] - np.matmul(local, near)
             h[some] += np.sum((rest @ covariance) * rest, axis=2)
         out.append(h)

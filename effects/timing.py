@@ -11,9 +11,9 @@ from imubench.recording import Recording
 
 class _Clock(Effect):
     def places(self, recording: Recording) -> tuple[str, ...]:
-        """Only differences between clocks show: the first IMU's is the measure, or another sensor's if it is alone."""
+        """Only differences show: an encoder's or a measured pose's clock is the measure, else the first IMU's."""
         names = super().places(recording)
-        return names[1:] if len(names) > 1 else names if recording.encoders or recording.poses else ()
+        return names if recording.encoders or recording.poses else names[1:]
 
 
 class TimeOffset(_Clock):

@@ -405,6 +405,7 @@ def test_a_grid_gives_starts_and_unknown_ones_are_named():
 
 def test_clocks_are_compared_with_another_clock():
     offset = EFFECTS["time_offset"]
-    assert offset.places(recording_of("hinge")) == ("imu2",)
+    assert offset.places(recording_of("hinge")) == ("imu1", "imu2")
+    assert offset.places(recording_of("hinge", encoders=())) == ("imu2",)
     assert offset.places(recording_of("pendulum")) == ()
     assert shift(np.zeros((1, 3))).offset.value.shape == (1, 3)
