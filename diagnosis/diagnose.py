@@ -7,6 +7,7 @@ import numpy as np
 from imubench.diagnosis import gather
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.kinematics import Rig
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.priors import START_SMOOTH
 from imubench.diagnosis.regressors import regressors
@@ -70,8 +71,19 @@ def unnamed(weighed: gather.Weighed, where: tuple[Where, ...]) -> tuple[Finding,
 
 
 def missing(recording: Recording) -> tuple[Unseen, ...]:
-    """Return what the recording is too still or too short to show."""
+    """Return what the recording is too poor in sensors, too still or too short to show."""
     out = []
+    rig = Rig.of(recording)
+    unknown = 3 * rig.turns + 3 * rig.moves + rig.hinge
+    poses = sum(3 * (p.position is not None) + 3 * (p.quaternion is not None) for p in recording.poses)
+    channels = 6 * len(recording.imus) + len(recording.encoders) + poses
+    if channels <= unknown and not recording.free_swings:
+        out.append(
+            Unseen(
+                f"any mismatch: {channels} channels leave nothing to check once {unknown} motions are found from them",
+                "the same with a second IMU, an encoder or a measured pose, or a declared free swing",
+            )
+        )
     stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     seconds = max(t[-1] for t in stamps) - min(t[0] for t in stamps)
     if seconds < SHORT:

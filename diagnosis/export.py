@@ -31,15 +31,20 @@ GEOMETRY = ("mount_pose", "gravity", "viscous_friction", "dry_friction")
 
 
 def rig_of(recording: Recording, mounts: Mapping[str, Pose], findings: Iterable[Finding] = ()) -> Rig:
-    """Return the rig that MuJoCo plays: fitted mounts, springs where a finding has them, its friction and gravity."""
+    """Return the rig that MuJoCo plays: fitted mounts, springs where a finding has them, its friction and gravity.
+
+    Where the recording has no IMU the rig has its usual one.
+    """
     findings = tuple(findings)
     known = {(f.effect, f.at): {name: p.value for name, p in f.parameters.items()} for f in findings}
     standard = STANDARD_RIGS[recording.rig]()
-    poses = [mounts[imu.name] for imu in recording.imus]
+    named = {f"imu{i + 1}": mount for i, mount in enumerate(standard.mounts)}
     changes: dict[str, Any] = {
         "mounts": tuple(
-            _mount(pose, {name: values for (name, at), values in known.items() if at == imu.name})
-            for imu, pose in zip(recording.imus, poses, strict=True)
+            _mount(mounts[imu], {name: values for (name, at), values in known.items() if at == imu})
+            if imu in mounts
+            else usual
+            for imu, usual in named.items()
         ),
         "segments": _segments(recording, standard),
         "gravity": float(known.get(("gravity", "world"), {}).get("g", recording.gravity)),
@@ -111,6 +116,16 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
                 "accel_noise_std": float(used[f"{imu.name}.accel"]),
             }
             for imu in recording.imus
+        ],
+        "encoder": [
+            {
+                "joint": encoder.joint,
+                "rate": float((encoder.time.size - 1) / (encoder.time[-1] - encoder.time[0])),
+                "start": float(encoder.time[0]),
+                "samples": int(encoder.time.size),
+                "angle_noise_std": float(used["encoder.angle"]),
+            }
+            for encoder in recording.encoders
         ],
         "effect": [effect_table(f) for f in d.findings if f.named],
     }

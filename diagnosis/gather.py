@@ -7,7 +7,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.evidence import Level, Played, Pose, Trace
+from imubench.diagnosis.evidence import Comparison, Level, Played, Pose, Trace
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import FORCE, HINGE
 from imubench.diagnosis.noise import declared, levels
@@ -95,6 +95,31 @@ def _at_same_samples(rows: Rows, other: Rows) -> Array:
     if len(rows.time) == len(other.time):
         return other.residual.value
     return np.stack([np.interp(rows.time, other.time, x) for x in other.residual.value.T], axis=1)
+
+
+def compared(
+    time: Mapping[str, Array],
+    measured: Mapping[str, Array],
+    before: Mapping[str, Array],
+    after: Mapping[str, Array],
+    noise: Mapping[str, float],
+    most: int = 1,
+) -> tuple[Comparison, ...]:
+    """Return the channels whose held-out error falls most, in units of their noise.
+
+    All by group (imu2.accel): times (n,) s, samples (n, k), predictions of the models without and with a finding
+    (n, k) on data that neither fit has seen, noise std.
+    """
+    found = []
+    for group, std in noise.items():
+        at, part = group.split(".")
+        channels, unit = CHANNELS[part]
+        for i, channel in enumerate(channels):
+            y, old, new = (x[group][:, i] for x in (measured, before, after))
+            gain = float(np.mean((y - old) ** 2) - np.mean((y - new) ** 2)) / std**2
+            found.append((gain, Comparison(f"{at}.{channel}", unit, time[group], y, old, new, std)))
+    found.sort(key=lambda item: -item[0])
+    return tuple(one for _, one in found[:most])
 
 
 def played(fit: Fit) -> Played:

@@ -16,7 +16,7 @@ from imubench.effects.effect import Reading
 from imubench.errors import InputError, unknown
 from imubench.format1.tables import read_table
 from imubench.jets import Jet
-from imubench.recording import RIGS, Imu, Recording
+from imubench.recording import RIGS, Encoder, Imu, Recording
 from imubench.sim.rigs import Mount, Rig, Segment, Spring
 from imubench.toml_file import load_toml
 from imubench.truth import Truth
@@ -38,26 +38,30 @@ def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
     content = load_toml(folder / SENSORS)
     if content.get("format") != FORMAT:
         raise InputError(f"{folder / SENSORS}: expected format = {FORMAT}, got {content.get('format')!r}")
-    for key in ("rig", "recording", "model", "motion", "imu"):
+    for key in ("rig", "recording", "model", "motion"):
         if key not in content:
             raise InputError(f"{folder / SENSORS}: expected a key '{key}', got none")
     rig = read_rig(folder / content["model"], content["rig"])
     motion = read_motion(folder / content["motion"])
-    imus = content["imu"]
+    imus, encoders = content.get("imu", []), content.get("encoder", [])
     try:
-        stamps = {i["name"]: i["start"] + np.arange(i["samples"]) / i["rate"] for i in imus}
+        stamps = {s["name" if s in imus else "joint"]: _stamps(s) for s in (*imus, *encoders)}
         noise = {i["name"]: (float(i["gyro_noise_std"]), float(i["accel_noise_std"])) for i in imus}
+        angle_noise = [float(e["angle_noise_std"]) for e in encoders]
         effects = {
             (e["name"], e["at"]): {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in e["parameters"].items()}
             for e in content.get("effect", [])
         }
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{folder / SENSORS}: expected whole [[imu]] and [[effect]] tables, got: {error}") from None
+        raise InputError(f"{folder / SENSORS}: expected whole tables of sensors and effects, got: {error}") from None
+    if not stamps:
+        raise InputError(f"{folder / SENSORS}: expected an [[imu]] or an [[encoder]], got none")
     start, end = min(t[0] for t in stamps.values()), max(t[-1] for t in stamps.values())
-    truth = played_through(rig, motion, start, end - start, max(float(i["rate"]) for i in imus))
+    truth = played_through(rig, motion, start, end - start, max(float(s["rate"]) for s in (*imus, *encoders)))
     made = []
-    for i, mount in zip(imus, rig.mounts, strict=True):
+    for i in imus:
         name = i["name"]
+        mount = rig.mounts[int(name[-1]) - 1]
         own = {effect: values for (effect, at), values in effects.items() if at == name}
         gyro, accel = reported(truth, start, stamps[name], name, own)
         gyro, accel = (x + s * rng.standard_normal(x.shape) for x, s in zip((gyro, accel), noise[name], strict=True))
@@ -67,11 +71,26 @@ def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
         content["recording"],
         content["rig"],
         tuple(made),
+        encoders=tuple(
+            _encoder(truth, start, e["joint"], stamps[e["joint"]], std, rng)
+            for e, std in zip(encoders, angle_noise, strict=True)
+        ),
         gravity=rig.gravity,
         base=rig.base,
         base_quaternion=rig.base_quaternion,
     )
     return recording, truth
+
+
+def _stamps(table: Mapping[str, Any]) -> Array:
+    return np.asarray(table["start"] + np.arange(table["samples"]) / table["rate"], dtype=float)
+
+
+def _encoder(truth: Truth, start: float, joint: str, stamps: Array, std: float, rng: np.random.Generator) -> Encoder:
+    if truth.joint_angle is None:
+        raise InputError(f"encoder {joint}: expected a hinge rig, got '{truth.rig}'")
+    angle = np.interp(stamps - start, truth.time, truth.joint_angle)
+    return Encoder(joint, stamps, angle + std * rng.standard_normal(stamps.size), std)
 
 
 def reported(

@@ -10,11 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imubench.diagnosis import on_disk
-from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis import gather, on_disk
+from imubench.diagnosis.diagnose import diagnose, nominal_fit
 from imubench.diagnosis.evidence import Played
+from imubench.diagnosis.export import rig_of
 from imubench.diagnosis.judge import errors
 from imubench.diagnosis.quiet import quiet_level
+from imubench.diagnosis.replay import played_through, readings
 from imubench.diagnosis.result_file import as_dict, read_diagnosis
 from imubench.errors import InputError
 from imubench.format1 import write_recording
@@ -139,6 +141,44 @@ def test_a_recording_too_short_or_too_still_says_what_is_missing(clean):
     found, _ = diagnose(short)
     assert found.verdict == "unobservable"
     assert "20 s" in found.unseen[0].motion
+
+
+def test_one_imu_on_a_free_body_cannot_be_checked(clean):
+    alone = replace(clean[0], rig="free", imus=clean[0].imus[:1])
+    found, _ = diagnose(alone)
+    assert found.verdict == "unobservable"
+    assert "second IMU" in found.unseen[0].motion
+
+
+def test_mujoco_reads_what_the_fitted_model_reads(clean):
+    """Two implementations of the same rig: the fit's own kinematics, and MuJoCo playing the fitted motion."""
+    recording = clean[0]
+    fit = nominal_fit(recording)
+    mounts = gather.mounts(fit)
+    truth = played_through(rig_of(recording, mounts), gather.played(fit), 0.0, SECONDS, 50.0)
+    rows = {r.name: r for r in fit.measured}
+    for imu in recording.imus:
+        gyro, accel = readings(truth, 0.0, {imu.name: np.clip(rows[f"{imu.name}.gyro"].time, 0.0, None)})[imu.name]
+        for part, got, sample in (("gyro", gyro, imu.gyro), ("accel", accel, imu.accel)):
+            predicted = sample + rows[f"{imu.name}.{part}"].residual.value
+            # cubic interpolation at 400 Hz and of the joint's force at 200 Hz, of a motion with noise up to 25 Hz
+            np.testing.assert_allclose(got[5:-5], predicted[5:-5], atol=1e-3)
+
+
+def test_the_channel_that_gains_most_is_shown():
+    rng = np.random.default_rng(2)
+    time, y = np.arange(100) / 50, rng.normal(size=(100, 3))
+    wrong = y + np.array([0.1, 0.5, 0.0])
+    groups = {"imu1.gyro": 0.1, "imu1.accel": 1.0}
+    (one,) = gather.compared(
+        dict.fromkeys(groups, time),
+        dict.fromkeys(groups, y),
+        dict.fromkeys(groups, wrong),
+        dict.fromkeys(groups, y),
+        groups,
+    )
+    assert one.channel == "imu1.gyr_y"
+    np.testing.assert_array_equal(one.before, wrong[:, 1])
 
 
 def test_quiet_moments_give_the_noise_and_motion_does_not(clean):

@@ -14,7 +14,7 @@ from imubench.diagnosis.model_folder import read_rig, replay
 from imubench.diagnosis.replay import played_through, readings
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
 from imubench.errors import InputError
-from imubench.recording import Body, Imu, Recording
+from imubench.recording import Body, Encoder, Imu, Recording
 from imubench.run import run_scenario
 from imubench.sim import rigs
 from imubench.sim.motion import AngleMotion
@@ -195,6 +195,25 @@ def test_a_declared_body_swings_and_an_impossible_one_does_not():
     assert rig_of(replace(shown, body=heavy), MOUNTS).segments[1].mass == 1.2
     flat = Body(1.2, np.array([0.1, 0, 0]), np.array([0.01, 0.01, 0.03]))
     assert rig_of(replace(shown, body=flat), MOUNTS).segments[1].mass == rigs.hinge().segments[1].mass
+
+
+def test_an_encoder_alone_is_replayed_and_a_single_second_imu_keeps_its_place(tmp_path):
+    shown = evidence()
+    encoder = Encoder("hinge", STAMPS, np.zeros(STAMPS.size))
+    alone = replace(
+        shown,
+        recording=Recording("rec", "hinge", encoders=(encoder,)),
+        mounts={},
+        levels=(Level("encoder.angle", "rad", None, 1e-12, 1e-12),),
+    )
+    write_model(diagnosis(), alone, tmp_path)
+    recording, _ = replay(tmp_path, np.random.default_rng(0))
+    assert not recording.imus
+    # the truth read linearly at 500 Hz
+    assert_allclose(recording.encoders[0].angle, movement()(STAMPS + 0.3).angle, atol=1e-4)
+    second = {"imu2": MOUNTS["imu2"]}
+    rig = rig_of(replace(shown.recording, imus=shown.recording.imus[1:]), second)
+    assert_allclose(rig.mounts[1].position, MOUNTS["imu2"].position)
 
 
 def test_run_replays_a_model_folder(tmp_path):
