@@ -39,7 +39,7 @@ def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Console) -
     for name, value in d.fit.reference.before.items():
         was, is_now = (shown(x, unit.split()[0])[0] for x in (value, d.fit.reference.after[name]))
         change = f"{was:.2f}" if was == is_now else f"{was:.2f} as declared, {is_now:.2f} with what was found"
-        console.print(f"{name.replace('_', ' ')} against the reference (deg RMS): {change}")
+        console.print(f"{words.MEASURED.get(name, name)} against the reference (deg RMS): {change}")
     named = [f for f in d.findings if f.named]
     if named:
         table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0))

@@ -65,7 +65,7 @@ def _tiles(d: Diagnosis) -> str:
     for name in d.fit.reference.before:
         before, unit = _laboratory(d.fit.reference.before[name], d.fit.reference.unit)
         after, _ = _laboratory(d.fit.reference.after[name], d.fit.reference.unit)
-        label = f"{name.replace('_', ' ')} against the reference ({unit})"
+        label = f"{words.MEASURED.get(name, name)} against the reference ({unit})"
         tiles.append((label, _step(before, after, digits=2)))
     items = "".join(f"<div><b>{value}</b><span>{escape(label)}</span></div>" for label, value in tiles)
     return f"<div class='tiles'>{items}</div>"

@@ -42,6 +42,8 @@ EFFECTS = {
     UNKNOWN: "something at {imu} that no effect of the library explains",
 }
 
+MEASURED = {"hinge_angle": "hinge angle", "orientation1": "orientation of segment 1"}
+
 VERDICTS = {  # verdict -> how it looks
     "no mismatch": "good",
     "explained": "good",
