@@ -10,14 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from imubench import rotations
 from imubench.diagnosis.equations import equation_rows
-from imubench.diagnosis.kinematics import ATTITUDE
+from imubench.diagnosis.kinematics import ATTITUDE, swing
 from imubench.diagnosis.model import Hypothesis, State
 from imubench.diagnosis.priors import prior_rows
 from imubench.diagnosis.rows import linearise
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.start import model_of
 from imubench.effects import EFFECTS, VARIANTS
-from imubench.effects.effect import Scene
+from imubench.effects.effect import Reading, Scene
 from imubench.errors import InputError
 from imubench.jets import Jet, Turn, rotation
 from imubench.links import Link, Motion, shift
@@ -409,3 +409,46 @@ def test_clocks_are_compared_with_another_clock():
     assert offset.places(recording_of("hinge", encoders=())) == ("imu2",)
     assert offset.places(recording_of("pendulum")) == ()
     assert shift(np.zeros((1, 3))).offset.value.shape == (1, 3)
+
+
+def test_a_swings_rates_are_its_derivatives():
+    model = model_of(recording_of("pendulum"), knots_per_s=20.0)
+    state, at, h = random_state(model, np.random.default_rng(9)), np.linspace(0.1, 0.4, 9), 1e-4
+    before, now, after = (
+        swing(model.segments(state, Moment(model.tracks, state.coefficients, Jet((at + k * h)[:, None])))["segment1"])
+        for k in (-1, 0, 1)
+    )
+    angles = [x[0].value for x in (before, now, after)]
+    assert_allclose(now[1].value, (angles[2] - angles[0]) / (2 * h), rtol=1e-5, atol=1e-5)  # h^2 of its own
+    assert_allclose(now[2].value, (angles[2] - 2 * angles[1] + angles[0]) / h**2, rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize("effect", VARIANTS, ids=lambda e: f"{e.name}{e.variant}")
+def test_a_plain_simulation_takes_the_same_lines(effect):
+    """Numbers in, numbers out: no stage asks for a derivative."""
+    rng, n = np.random.default_rng(7), 6
+
+    def plain(width):
+        return Jet(rng.normal(size=(n, width)))
+
+    segment = Motion(plain(3), plain(3), plain(3), rotation(0.3 * rng.normal(size=(n, 3))))
+    link = Link(rotation(np.array([[0.1, 0.2, 0.3]])), offset=Jet(np.array([[0.1, 0.0, 0.0]])))
+    widths = {s.name: s.width for s in effect.states}
+    scene = Scene(
+        plain(1), segment, plain(1), plain(1), plain(1), plain(3), plain(3),
+        lambda name, _: Jet(0.01 * rng.normal(size=(n, widths[name]))), link, segment.child(link),
+    )  # fmt: skip
+    values = {q.name: Jet((np.exp(q.centre) if q.log else q.centre + q.std)[None]) for q in effect.parameters}
+    reading = Reading(plain(3), plain(3), plain(1))
+    error = effect.error(reading, values)
+    moved, jointed = effect.mount(link, scene, values), effect.joint(link, scene, values)
+    filtered = effect.filtered(reading, scene, values)
+    out = [
+        effect.clock(plain(1), values), effect.gravity(Jet(GRAVITY[None]), values), moved.turn, moved.offset_accel,
+        jointed.turn, jointed.offset_accel, effect.encoder(plain(1), scene, values), filtered.gyro, filtered.accel,
+        error.gyro, error.accel, effect.torque(scene, values), effect.lighter(values),
+        *(law.residual for law in effect.equations(scene, values)),
+    ]  # fmt: skip
+    for x in out:
+        assert x is None or x.blocks == {}
+        assert x is None or np.isfinite(x.matrix if isinstance(x, Turn) else x.value).all()
