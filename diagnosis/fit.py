@@ -9,11 +9,13 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError, solve_arrow
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.model import Model, State
 from imubench.diagnosis.priors import prior_rows
-from imubench.diagnosis.rows import Linear, Normal, Rows, linearise
+from imubench.diagnosis.rows import Linear, Normal, Parameters, Rows, linearise
+from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.threads import one_thread
 
 ENOUGH = 1e-4  # of the cost per measured number: a smaller gain ends the search
 STEPS = 40
+SETTLING = 2  # linear solves of the own splines of effects after every step
 LENGTHS = (1.0, 0.5, 0.2, 0.05)  # of a Gauss-Newton step, tried before it is damped
 
 
@@ -79,6 +81,29 @@ def moved(model: Model, state: State, x: Array, values: Array) -> State:
     )
 
 
+def settled(model: Model, state: State, noise: dict[str, float], anchor: Array | None, loose: float) -> State:
+    """Return the state with the effects' own splines solved for everything else as it is.
+
+    A spring's law is tight and nearly linear in what hangs on it, but not in both it and the spring's constants:
+    without this a step in a frequency breaks the law and is taken back.
+    """
+    own = {h.key(s.name): s.width for h in model.hypotheses for s in h.effect.states}
+    if not own:
+        return state
+    only = Tracks(model.tracks.knots, own)
+    for _ in range(SETTLING):
+        rows = [r for r in all_rows(model, state, noise, anchor, loose) if any(n in own for n, _ in r.residual.blocks)]
+        normal = Normal.empty(only, Parameters({}))
+        normal.add([linearise(r, only, Parameters({})) for r in rows])
+        normal.fill(only)
+        change = normal.band.factor().solve(-normal.gradient[:, :, None]).reshape(-1, only.width)
+        coefficients = state.coefficients.copy()
+        for name in own:
+            coefficients[:, model.tracks.columns(name)] += change[: only.knots.count, only.columns(name)]
+        state = replace(state, coefficients=coefficients)
+    return state
+
+
 @one_thread
 def solve(
     model: Model,
@@ -106,6 +131,7 @@ def solve(
                 continue
             for length in LENGTHS:
                 trial = moved(model, state, length * x, length * values)
+                trial = settled(model, trial, noise, anchor, loose)
                 trial_rows = all_rows(model, trial, noise, anchor, loose)
                 trial_cost = sum(r.cost for r in trial_rows)
                 if trial_cost < cost:

@@ -27,6 +27,7 @@ class Hypothesis:
 
     effect: Effect
     at: str  # imu1, imu2, joint, body, world
+    tag: str = ""  # tells grid points of one effect apart while they are scored side by side
 
     @property
     def name(self) -> str:
@@ -36,7 +37,7 @@ class Hypothesis:
 
     def key(self, part: str) -> str:
         """Return the name of one of its parameters or states in the fit."""
-        return f"{self.name}.{part}"
+        return f"{self.name}{self.tag}.{part}"
 
 
 @dataclass(frozen=True)
