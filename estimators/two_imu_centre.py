@@ -33,6 +33,7 @@ from imubench.estimators.two_imu_model import (
     TURN,
     W1,
     W2,
+    Jerk,
     Noise,
     constraint,
     predict,
@@ -65,15 +66,20 @@ class TwoImuCentre:
         self.R = EYE  # (3, 3), from the axes of sensor 2 to those of sensor 1
         self.innovation_squared = np.nan  # of the last sample, normalised; chi-square with 9 degrees of freedom
         self._gathered: list[tuple[float, Array, Array]] | None = []
-        self._density, self._dt, self._variances = (0.0, 0.0), -1.0, self.noise.measurement()
+        self._jerk: Jerk | None = None
+        self._variances = self.noise.measurement()
         self._false, self._samples = np.zeros((6, 6)), 0  # information about r, of which nothing is true
         self._H = np.zeros((9, STATES))
         self._H[:6, W1.start : W2.stop] = np.eye(6)
 
-    def start(self, x: ArrayLike, R: ArrayLike, P: ArrayLike, density: tuple[float, float]) -> None:
-        """Set state (21,), R (3, 3) from sensor 2 to sensor 1, covariance (21, 21) and the density of w'."""
+    def start(self, x: ArrayLike, R: ArrayLike, P: ArrayLike, rates: ArrayLike, step: float) -> None:
+        """Set state (21,), R (3, 3) from sensor 2 to sensor 1 and covariance (21, 21).
+
+        `rates` (2, n, 3) in rad/s, `step` s apart, are the last ones until now; they tell how w' drifts.
+        """
         self.x, self.R, self.P = (np.array(part, dtype=float) for part in (x, R, P))
-        self._density, self._gathered = density, None
+        self._jerk = Jerk(self.noise, np.asarray(rates, dtype=float), step)
+        self._gathered = None
 
     def update(self, gyro: Array, accel: Array, dt: float) -> Array:
         """Return r (2, 3) in m after one sample, as `advance` takes it."""
@@ -106,11 +112,10 @@ class TwoImuCentre:
         return vectors.dot(kept * self.x[:6].dot(vectors)), (vectors / floor).dot(vectors.T)
 
     def _filter(self, gyro: Array, accel: Array, dt: float) -> None:
-        if dt != self._dt:
-            self._dt, self._Q = dt, self.noise.process(self._density, dt)
+        assert self._jerk is not None
         x, R, F = predict(self.x, self.R, dt)
         P = F.dot(self.P).dot(F.T)
-        P += self._Q
+        P += self.noise.process(self._jerk.powers(gyro, dt), dt)
         leak = np.linalg.solve(P[:6, :6], self.P[:6, :6])  # r drifts, and what was known about it fades
         self._false = leak.dot(self._false).dot(leak.T)
         c, self._H[6:] = constraint(x, R, accel[0], accel[1])
@@ -181,7 +186,7 @@ class TwoImuCentre:
     def _begin(self, t: Array, w: Array, f: Array) -> None:
         noise, step = self.noise, float(np.median(np.diff(t)))
         first = start(w, f, t, noise.r_std, noise.accel_std, noise.gyro_std)
-        density = noise.angular_density or (drift(w[0], noise.gyro_std[0], step), drift(w[1], noise.gyro_std[1], step))
+        powers = Jerk(noise, w, step).powers(w[:, -1], step)
         x, P = np.zeros(STATES), np.zeros((STATES, STATES))
         x[:6] = first.r
         P[:9, :9] = first.covariance
@@ -190,20 +195,9 @@ class TwoImuCentre:
             x[rate], x[angular] = w[i, -1], (w[i, -1] - w[i, -2]) / step
             P[rate, rate] = std**2 * EYE
             P[rate, angular] = P[angular, rate] = std**2 / step * EYE
-            P[angular, angular] = (2 * (std / step) ** 2 + density[i] ** 2 * step) * EYE
-        self.start(x, rotations.to_matrix(first.quaternion), P, density)
+            P[angular, angular] = 2 * (std / step) ** 2 * EYE + powers[i] * step
+        self.start(x, rotations.to_matrix(first.quaternion), P, w, step)
         self._take_false_out()
-
-
-def drift(gyro: Array, std: float, step: float) -> float:
-    """Return the density of w' in rad/s^2/sqrt(s) that has it keep up with w'' from one sample to the next.
-
-    w'' has the RMS of the second difference of rates (n, 3), `step` s apart, on the axis where it is largest, less the
-    noise of `std` in it; a tenth of the noise is what might hide there.
-    """
-    noise = 6 * std**2
-    power = max(float(np.mean(np.diff(gyro, 2, axis=0) ** 2, axis=0).max()) - noise, noise / 10)
-    return math.sqrt(power / step**3)
 
 
 def noise_of(recording: Recording) -> Noise:

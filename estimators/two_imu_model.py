@@ -18,6 +18,8 @@ R1, R2, TURN, W1, W2, A1, A2 = (slice(k, k + 3) for k in range(0, STATES, 3))
 EYE = np.eye(3)
 GYRO_STD, ACCEL_STD = 0.002, 0.02  # rad/s, m/s^2 per sample, where nothing is declared
 
+MEMORY = 1.0  # s, over which the drift of w' is watched
+
 
 @dataclass(frozen=True)
 class Noise:
@@ -28,7 +30,7 @@ class Noise:
     r_std: float = 0.3  # m, of r before any sample: a limb's length
     r_density: float = 0.0003  # m/sqrt(s): 1 mm in 10 s, so that it stays able to learn
     turn_density: float = 0.001  # rad/sqrt(s), of the relative orientation beside what the rates say
-    angular_density: tuple[float, float] | None = None  # rad/s^2/sqrt(s), of w'; None: from the first samples
+    angular_density: tuple[float, float] | None = None  # rad/s^2/sqrt(s), of w'; None: from the rates of late
 
     def __post_init__(self) -> None:
         for f in fields(self):
@@ -36,19 +38,45 @@ class Noise:
             for value in values if isinstance(values, tuple) else () if values is None else (values,):
                 positive(value, f"noise.{f.name}", or_zero=f.name.endswith("density"))
 
-    def process(self, density: tuple[float, float], dt: float) -> Array:
-        """Return Q (21, 21) of a step of `dt` s, w' driven by `density`: white noise integrated once, and twice."""
+    def process(self, powers: Array, dt: float) -> Array:
+        """Return Q (21, 21) of a step of `dt` s, w' driven by white noise of `powers` (2, 3, 3), density squared."""
         Q = np.zeros((STATES, STATES))
         Q[:6, :6] = self.r_density**2 * dt * np.eye(6)
-        Q[TURN, TURN] = self.turn_density**2 * dt * np.eye(3)
-        for w, a, power in ((W1, A1, density[0] ** 2), (W2, A2, density[1] ** 2)):
-            Q[w, w], Q[a, a] = power * dt**3 / 3 * np.eye(3), power * dt * np.eye(3)
-            Q[w, a] = Q[a, w] = power * dt**2 / 2 * np.eye(3)
+        Q[TURN, TURN] = self.turn_density**2 * dt * EYE
+        for w, a, power in ((W1, A1, powers[0]), (W2, A2, powers[1])):
+            Q[w, w], Q[a, a] = power * (dt**3 / 3), power * dt
+            Q[w, a] = Q[a, w] = power * (dt**2 / 2)
         return Q
 
     def measurement(self) -> Array:
         """Return the variances (9,) of both rates and of c."""
         return np.repeat(np.square([*self.gyro_std, self.accel_std]), 3)
+
+
+class Jerk:
+    """How w' drifts: the mean of w'' w''^T over about the last second, from second differences of the rates.
+
+    White noise of this power, times the step, has w' keep up with w'' from one sample to the next. The noise of the
+    gyroscopes is taken out; a tenth of it, and a hundredth of the largest direction, may hide in any direction.
+    """
+
+    def __init__(self, noise: Noise, rates: Array, step: float):
+        self.noise, self._last = noise, rates[:, -2:]
+        second = np.diff(rates, 2, axis=1) / step**2
+        self._mean = np.einsum("ina,inb->iab", second, second) / max(second.shape[1], 1)  # (2, 3, 3)
+
+    def powers(self, gyro: Array, dt: float) -> Array:
+        """Return the powers (2, 3, 3) in (rad/s^2)^2/s after rates (2, 3) in rad/s, `dt` s after those before."""
+        if self.noise.angular_density is not None:
+            return np.multiply.outer(np.square(self.noise.angular_density), EYE)
+        second = (gyro - 2 * self._last[:, 1] + self._last[:, 0]) / dt**2
+        self._last = np.stack([self._last[:, 1], gyro], axis=1)
+        part = min(dt / MEMORY, 1.0)
+        self._mean = (1 - part) * self._mean + part * second[:, :, None] * second[:, None, :]
+        noise = 6 * np.square(self.noise.gyro_std)[:, None] / dt**4
+        sizes, axes = np.linalg.eigh(self._mean)
+        sizes = np.maximum(sizes - noise, np.maximum(noise / 10, sizes[:, 2:] / 100))
+        return dt * (axes * sizes[:, None, :]) @ axes.transpose(0, 2, 1)
 
 
 def skew(v: Array) -> Array:

@@ -19,7 +19,7 @@ from imubench.estimators.mrvs import central_difference, lever_matrix
 from imubench.estimators.two_imu_model import turn
 
 HEADINGS = 8  # starts about the mean force
-CAREFUL = 2.0  # times the information that noise alone in w' makes about r, which is taken out
+CAREFUL = 2.0  # times the information about r that noise in w' alone makes: 1 sometimes let a hinge seem seen along
 HEADING_STD = 1.0  # rad; the largest std that a linear filter is told of an orientation
 
 

@@ -112,7 +112,7 @@ def knee(stride: float = STRIDE, across: float = 1.0) -> AngleMotion:
 
 def knee_rig(rng: np.random.Generator) -> Rig:
     """Return a hinge with sensors on a thigh and a shank, 20 and 15 cm from the knee, turned at random."""
-    places = (np.array([-0.20, 0.03, 0.06]), np.array([0.15, 0.03, 0.04]))
+    places = (np.array([-0.20, 0.03, 0.06]), np.array([0.15, -0.02, 0.04]))
     one, two = (Mount(place, rotations.random(rng)) for place in places)
     return hinge(mounts=(one, two))
 
