@@ -19,6 +19,7 @@ from imubench.estimators.centre_ekf import Covariances, covariances_of
 from imubench.estimators.centre_runs import track
 from imubench.estimators.gravity import linear_acceleration
 from imubench.estimators.mrvs import solve_differenced
+from imubench.estimators.two_imu_model import Noise
 from imubench.recording import Recording
 from imubench.scenarios.hinge import hand_motion
 from imubench.scenarios.moving_pivot import gait, hip_mounts, knee, knee_rig, moving, pelvis, shared_centre, thigh
@@ -29,6 +30,7 @@ from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.profiles import profile
 from imubench.sim.rigs import random_hinge
+from imubench.sim.signals import STILL, Signal, Sines
 from imubench.truth import Truth
 
 SCALES = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
@@ -248,6 +250,68 @@ def _heavier(case: Case, more: float) -> Case:
     return Case(replace(case.recording, imus=imus), case.truth)
 
 
+@dataclass(frozen=True)
+class Later:
+    """A signal that sets in smoothly, within about a second, at `start` s."""
+
+    signal: Signal
+    start: float
+
+    def __call__(self, time: Array) -> tuple[Array, Array, Array]:
+        t = np.clip(time - self.start, 0.0, None)
+        value, first, second = self.signal(t)
+        left = np.exp(-(t**3))
+        r, dr, ddr = 1 - left, 3 * t**2 * left, (6 * t - 9 * t**4) * left
+        return r * value, dr * value + r * first, ddr * value + 2 * dr * first + r * second
+
+
+def by_rest(seeds: int) -> None:
+    """Print the errors some seconds after a rest of three, which the filter has had to start from."""
+    seconds = (4.0, 5.0, 6.0, 8.0, 13.9)
+    print("\n| after a rest of 3 s | " + " | ".join(f"{t:.1f} s" for t in seconds) + " |\n|---|" + "---:|" * 5)
+    errors = []
+    for seed in range(seeds):
+        rng = np.random.default_rng([4, seed])
+        mounts, centre = hip_mounts(rng), {k: Later(v, 3.0) for k, v in gait(rng).items()}
+        turning = [
+            replace(m, **{k: Later(getattr(m, k), 3.0) for k in ("heading", "tilt", "spin")})
+            for m in (pelvis(), ellipse())
+        ]
+        truth = shared_centre((turning[0], turning[1]), mounts, centre, 14.0)
+        case = Case(observe(truth, AWINDA, rng), truth)
+        answer = two_imu_centre.estimate(case.recording)
+        assert answer.time is not None
+        errors.append(case.off(answer.value)[np.searchsorted(answer.time, np.array(seconds) - 1e-6)])
+    for i, row in enumerate(np.array(errors).transpose(2, 1, 0)):
+        print(f"| r_{i + 1} | " + " | ".join(mm(e) for e in row) + " |", flush=True)
+
+
+def by_slide(seeds: int) -> None:
+    """Print how far a sensor that slides by 20 mm along x and z is followed, and felt, by frequency."""
+    print("\n| slide, Hz | r taken as constant | NIS | as varying | NIS |\n|---:|---:|---:|---:|---:|")
+    for hertz in (0.05, 0.1, 0.3, 1.0):
+        rows: list[list[float]] = []
+        for seed in range(seeds):
+            rng = np.random.default_rng([4, seed])
+            slide = Sines(0.02, hertz)
+            one, two = hip_mounts(rng)
+            two = replace(two, path=(slide, STILL, slide))
+            truth = shared_centre((pelvis(), ellipse()), (one, two), gait(rng), DURATION)
+            recording = observe(truth, AWINDA, rng)
+            rows.append([])
+            for density in (Noise().r_density, 0.006):
+                answer = two_imu_centre.estimate(
+                    recording, replace(two_imu_centre.noise_of(recording), r_density=density)
+                )
+                assert answer.time is not None
+                late = answer.time > AFTER
+                true = np.stack([np.interp(answer.time, truth.time, c) for c in truth.sensors[1].joint_vector.T], -1)
+                error = np.linalg.norm(answer.value[late, 1] - true[late], axis=-1).mean()
+                rows[-1] += [float(error), answer.details["innovation_squared"]]
+        a, b, c, d = np.array(rows).T
+        print(f"| {hertz} | {mm(a)} | {b.mean():.2f} | {mm(c)} | {d.mean():.2f} |", flush=True)
+
+
 def draw(rms: Array, errors: dict[str, Array], path: Path) -> None:
     """Draw the errors against the acceleration of the joint centre, mean and range over seeds."""
     from matplotlib.figure import Figure
@@ -278,6 +342,8 @@ def main(seeds: int, image: Path | None) -> None:
     by_motion(seeds)
     by_sensor(seeds)
     by_gravity(seeds)
+    by_rest(seeds)
+    by_slide(seeds)
 
 
 if __name__ == "__main__":

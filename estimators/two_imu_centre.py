@@ -11,6 +11,7 @@ equations and the limits.
 """
 
 import math
+from collections import deque
 from dataclasses import replace
 
 import numpy as np
@@ -45,6 +46,7 @@ from imubench.recording import Recording
 
 NAME = "two-imu-centre"
 INITIAL = 100  # samples that give the first state
+TURNING = 50.0  # times its gyroscope's noise, the RMS rate of either segment; before, there is nothing to start from
 BLOCK = 50  # samples between two corrections of P
 HELD = 0.03  # m, what the filter takes an unseen direction of r to be good to
 UNSEEN = 0.1  # m; a direction less sure than that has not been seen
@@ -53,7 +55,7 @@ _SPREAD = np.einsum("kai,lbj->ijklab", _CROSS, _CROSS).reshape(9, 81)
 
 
 class TwoImuCentre:
-    """One sample of both IMUs in, r_1 and r_2 out; NaN while the first `initial_samples` are gathered.
+    """One sample of both IMUs in, r_1 and r_2 out; NaN until `initial_samples` are gathered in which a segment turns.
 
     These give the first state by least squares (two_imu_start.py), unless `start` sets one.
     """
@@ -65,7 +67,7 @@ class TwoImuCentre:
         self.x, self.P = np.full(STATES, np.nan), np.zeros((STATES, STATES))
         self.R = EYE  # (3, 3), from the axes of sensor 2 to those of sensor 1
         self.innovation_squared = np.nan  # of the last sample, normalised; chi-square with 9 degrees of freedom
-        self._gathered: list[tuple[float, Array, Array]] | None = []
+        self._gathered: deque[tuple[float, Array, Array]] | None = deque(maxlen=initial_samples)
         self._jerk: Jerk | None = None
         self._variances = self.noise.measurement()
         self._false, self._samples = np.zeros((6, 6)), 0  # information about r, of which nothing is true
@@ -84,7 +86,12 @@ class TwoImuCentre:
     def update(self, gyro: Array, accel: Array, dt: float) -> Array:
         """Return r (2, 3) in m after one sample, as `advance` takes it."""
         self.advance(gyro, accel, dt)
-        return (self.x[:6] if self._gathered is not None else self.answer()[0]).reshape(2, 3)
+        return self.answer()[0].reshape(2, 3)
+
+    @property
+    def started(self) -> bool:
+        """Whether there is an answer."""
+        return self._gathered is None
 
     def advance(self, gyro: Array, accel: Array, dt: float) -> None:
         """Take in rates in rad/s and specific forces in m/s^2, both (2, 3), of one instant.
@@ -94,7 +101,7 @@ class TwoImuCentre:
         """
         if not (np.isfinite(gyro).all() and np.isfinite(accel).all()):
             raise InputError(f"{NAME}: expected finite samples, got gyro {gyro}, acceleration {accel}")
-        if not dt > 0 and self._gathered != []:
+        if not dt > 0 and (self._gathered is None or self._gathered):
             raise InputError(f"{NAME}: expected a time step > 0 s, got {dt!r}")
         if self._gathered is not None:
             self._gather(gyro, accel, dt)
@@ -104,8 +111,10 @@ class TwoImuCentre:
     def answer(self) -> tuple[Array, Array]:
         """Return both r, stacked (6,) in m, and their covariance (6, 6): the filter's without false information.
 
-        Where none is left, r is zero give or take `noise.r_std`, as it was before any sample.
+        Where none is left, r is zero give or take `noise.r_std`, as it was before any sample. NaN before the start.
         """
+        if not self.started:
+            return self.x[:6], np.full((6, 6), np.nan)
         values, vectors = self._seen()
         floor = np.maximum(values, self.noise.r_std**-2)
         kept = np.maximum(values, 0.0) / floor
@@ -179,8 +188,11 @@ class TwoImuCentre:
         assert self._gathered is not None
         now = self._gathered[-1][0] + dt if self._gathered else 0.0
         self._gathered.append((now, frozen(gyro, (2, 3), "gyro"), frozen(accel, (2, 3), "accel")))
-        if len(self._gathered) == self.initial_samples:
-            t, w, f = (np.array(part) for part in zip(*self._gathered, strict=True))
+        if len(self._gathered) < self.initial_samples:
+            return
+        t, w, f = (np.array(part) for part in zip(*self._gathered, strict=True))
+        turning = np.sqrt(np.mean(np.sum(w**2, axis=2), axis=0)) / self.noise.gyro_std
+        if turning.max() > TURNING:
             self._begin(t, w.transpose(1, 0, 2), f.transpose(1, 0, 2))
 
     def _begin(self, t: Array, w: Array, f: Array) -> None:
@@ -219,19 +231,25 @@ def estimate(recording: Recording, noise: Noise | None = None, initial_samples: 
     Raises `InputError` with fewer than two IMUs, or fewer samples than it starts with.
     """
     samples = paired(recording)
-    n, first = samples.time.size, initial_samples - 1
+    n = samples.time.size
     if n <= initial_samples:
         raise InputError(f"{recording.name}: {NAME} expected more than {initial_samples} samples of both IMUs, got {n}")
     centre = TwoImuCentre(noise or noise_of(recording), initial_samples)
     gyro = np.stack([samples.gyro1, samples.gyro2], axis=1)
     accel = np.stack([samples.accel1, samples.accel2], axis=1)
-    r, P, squares = np.empty((n, 6)), np.empty((n, 6, 6)), np.empty(n)
+    r, P, squares = np.empty((n, 6)), np.empty((n, 6, 6)), np.full(n, np.nan)
+    first = n
     for k, dt in enumerate(np.diff(samples.time, prepend=samples.time[0]).tolist()):
         centre.advance(gyro[k], accel[k], dt)
-        if k >= first:
+        if centre.started:
+            first = min(first, k)
             (r[k], P[k]), squares[k] = centre.answer(), centre.innovation_squared
+    details = {"samples": float(n), "first_answer": float(first)}
+    if first > n - 2:
+        why = "neither segment turned enough to start with"
+        return Estimate("joint_vector", NAME, np.zeros((2, 3)), None, why, "not identifiable", details=details)
     stds = np.sqrt([np.linalg.eigvalsh(P[-1, i : i + 3, i : i + 3]) for i in (0, 3)])  # (2, 3) m, ascending
-    details = {"samples": float(n), "innovation_squared": float(squares[first + 1 :].mean() / 9)}
+    details["innovation_squared"] = float(squares[first + 1 :].mean() / 9)
     details |= {f"worst_std_imu{i + 1}": float(stds[i, 2]) for i in range(2)}
     if (stds[:, 1] > UNSEEN).all():  # of a hinge, one direction of either is allowed to stay open
         why = f"of neither IMU two directions of r are seen to {UNSEEN:g} m: the segments turned too little"
