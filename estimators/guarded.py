@@ -25,11 +25,12 @@ from imubench.estimators.plug_and_play import (
     at_rate,
     first_accepted,
 )
-from imubench.estimators.uncertainty import ENOUGH, UNBOUNDED, two_sigma
+from imubench.estimators.uncertainty import UNBOUNDED, two_sigma
 from imubench.paired import Paired, paired
 from imubench.recording import Recording, positive
 
 NAME = "olsson2020-guarded"
+ENOUGH = 1e-6  # of the cost: where descents that only measure a spread end; its last digits do not matter
 POSTURE = 0.25  # rad; an error that follows the direction of gravity changes by a quarter of its size
 
 
@@ -239,5 +240,5 @@ def estimate(
     """Feed a recording to `GuardedPlugAndPlay` second by second, as `plug_and_play.estimate` does."""
     samples = paired(recording)
     settings = at_rate(samples) if settings is None else settings
-    rng = np.random.default_rng(seed)
-    return first_accepted(recording, samples, GuardedPlugAndPlay(settings, rng, guard).update, settings, rng)
+    stream = GuardedPlugAndPlay(settings, np.random.default_rng(seed), guard)
+    return first_accepted(recording, samples, stream.update)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from imubench.arrays import Array
 from imubench.estimators.hinge_constraints import Constraints
+from imubench.estimators.rice import expected_length
 from imubench.estimators.spherical import chart, coordinates, turn
 
 MAX_ITERATIONS = 200
@@ -19,6 +20,7 @@ SUFFICIENT_DECREASE = 1e-4  # Armijo's constant (Nocedal and Wright, section 3.1
 SLOW = 0.5  # a step that lowers the cost by less than this part asks for second derivatives
 RIDGE = 1e-12  # smallest part of its trace that an eigenvalue of the Hessian is taken to be
 CONE = 1e-9  # |w x j| / |w . j| below which the direction of w x j is only rounding
+TINY_RATE = 1e-75  # rad/s, weighted: keeps the noise of a sensor at rest above 0
 _TINY = 1e-300  # keeps 0 / 0 at 0 where w x j vanishes; far below any rounding of the rest
 
 
@@ -135,14 +137,12 @@ def _outer(rows: Array) -> Array:
     return np.asarray(_SIGNS[:, None] * (rows @ rows.transpose(0, 2, 1)).sum(axis=0) * _SIGNS)
 
 
-def _curvature(p: _Point, rows: Array, kept: NDArray[np.bool_] | None = None) -> Array:
+def _curvature(p: _Point, rows: Array) -> Array:
     """Return the sum of e d2e/dx2 (4, 4) over the gyroscope samples, eq. (33), to leading order in |w x j|.
 
     d2|w x j| / dx2 = ((w . j)^2 - g g^T) / |w x j| with the gradient g of |w x j|.
     """
     bend = p.gyro[:, None] / p.off_axis
-    if kept is not None:
-        bend = bend * kept
     gradients = rows.reshape(len(rows), 2, 2, -1)
     blocks = ((gradients * bend[:, :, None]) @ gradients.transpose(0, 1, 3, 2)).sum(axis=0)
     along = np.sum(p.along**2 * bend, axis=(0, 2))
@@ -207,13 +207,11 @@ def scaled_information(s: Solution) -> Array:
 def covariance(c: Constraints, s: Solution) -> Array | None:
     """Return the covariance (4, 4) in rad^2 of steps in the chart around the axes; None if V has no minimum there.
 
-    H^-1 S H^-1 with the covariance S of the gradient of V / 2 by the residuals' stds, eq. (58), and its
-    whole Hessian H, eq. (33). With the weights 1 / std and without second derivatives it is eq. (57);
-    it also holds for other weights, and in planar motion, where eq. (57) has sigma short by half.
+    H^-1 S H^-1 with the covariance S of the gradient of V / 2 by the residuals' stds, eq. (58), and the
+    expected Hessian H, eq. (33). With the weights 1 / std, and far from planar motion, it is eq. (57).
     """
     p = _evaluate(c, s.frames)
-    rows, kept, cone = _regular(p)
-    hessian = _outer(rows) + cone + s.accel_information + _curvature(p, rows, kept)
+    hessian = _expected_hessian(p, s.gyro_std) + s.accel_information
     values, vectors = np.linalg.eigh(hessian)
     if values[0] <= RIDGE * values[-1]:
         return None
@@ -221,3 +219,24 @@ def covariance(c: Constraints, s: Solution) -> Array | None:
     inverse = (vectors / values) @ vectors.T
     result = inverse @ scores @ inverse
     return np.asarray(0.5 * (result + result.T))
+
+
+def _expected_hessian(p: _Point, std: float) -> Array:
+    """Return the gyroscope's Hessian (4, 4) of V / 2, with |w x j| as long, steep and bent as it is on average.
+
+    The second derivative of |w x j| goes with 1 / |w x j|. In planar motion w x j is noise, the variance of
+    1 / |w x j| infinite, and where the minimum comes to lie, chance has made the sum too large: hence its
+    expected value under noise of `std`, the residuals' (`rice`). docs/plug-and-play.md has the numbers.
+    """
+    std = max(std, CONE * float(np.abs(p.along).max(initial=0.0)), TINY_RATE)
+    mean, along, across = expected_length(p.off_axis, std)
+    unit = p.across / p.off_axis[:, :, None]
+    slopes = unit * (p.along * across * p.off_axis)[:, :, None]  # of E|w x j|, by the axis
+    hessian = _outer(slopes.reshape(len(slopes), 4, -1))  # sensor 1 by sensor 2; their own blocks follow
+    for i in range(2):
+        weight = p.along[:, i] ** 2
+        other = weight * mean[:, 1 - i]
+        round_part = float(np.sum(weight - other * across[:, i]))
+        stretched = (unit[:, i] * (other * (across[:, i] - along[:, i]))[:, None]) @ unit[:, i].transpose(0, 2, 1)
+        hessian[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = round_part * np.eye(2) + stretched.sum(axis=0)
+    return hessian

@@ -29,7 +29,6 @@ from imubench.estimators.uncertainty import (
     local_uncertainty,
     of_axes,
     paper_covariance,
-    resampled_covariance,
     two_sigma,
 )
 from imubench.paired import Paired, paired
@@ -137,9 +136,8 @@ class PlugAndPlay:
         spread = covariance(fit.constraints, best)
         if spread is None:
             return Estimate("joint_axis", NAME, verdict.axes, None, NO_MINIMUM, details=details)
-        return with_covariance(
-            Estimate("joint_axis", NAME, verdict.axes, None, NO_MINIMUM, details=details), best, spread
-        )
+        details |= {f"honest_uncertainty_{i + 1}": float(u) for i, u in enumerate(two_sigma(spread))}
+        return Estimate("joint_axis", NAME, verdict.axes, of_axes(spread, best, verdict.axes), details=details)
 
     def _missing(self, verdict: Verdict) -> str:
         if verdict.accepted:
@@ -152,23 +150,6 @@ class PlugAndPlay:
             moved = math.degrees(verdict.worst_seqad)
             reasons.append(f"the last {self.settings.n_min} estimates moved by up to {moved:.1f} deg in some direction")
         return f"{' and '.join(reasons)}; {limit:g} deg allowed"
-
-
-def with_covariance(estimate: Estimate, best: Solution, spread: Array) -> Estimate:
-    """Return the estimate with the covariance that `spread` (4, 4), of steps from `best`, makes of its axes."""
-    details = {**estimate.details} | {f"honest_uncertainty_{i + 1}": float(u) for i, u in enumerate(two_sigma(spread))}
-    return replace(estimate, covariance=of_axes(spread, best, estimate.value), details=details)
-
-
-def confirmed(update: Update, settings: Settings, rng: np.random.Generator) -> Estimate:
-    """Return the estimate of an accepted update with the covariance of `resampled_covariance`.
-
-    It takes some 10 ms, and is worth it once, where Algorithm 4 ends: it holds in planar motion, too.
-    """
-    fit = update.fit
-    return with_covariance(
-        update.estimate, fit.best, resampled_covariance(fit.best, fit.samples, settings.weights, rng)
-    )
 
 
 def uniform_start(rng: np.random.Generator) -> Array:
@@ -194,8 +175,8 @@ def estimate(recording: Recording, settings: Settings | None = None, seed: int =
     """
     samples = paired(recording)
     settings = at_rate(samples) if settings is None else settings
-    rng = np.random.default_rng(seed)
-    return first_accepted(recording, samples, PlugAndPlay(settings, rng).update, settings, rng)
+    stream = PlugAndPlay(settings, np.random.default_rng(seed))
+    return first_accepted(recording, samples, stream.update)
 
 
 def at_rate(samples: Paired) -> Settings:
@@ -208,15 +189,13 @@ def first_accepted(
     recording: Recording,
     samples: Paired,
     update: Callable[[Paired], Update],
-    settings: Settings,
-    rng: np.random.Generator,
 ) -> Estimate:
     """Return the first accepted estimate of a stream, or the last one; `details` says after how many seconds."""
     for batch in batches(samples):
         last = update(batch)
         if last.accepted:
             break
-    found = confirmed(last, settings, rng) if last.accepted else last.estimate
+    found = last.estimate
     sign = 1.0 if along_y(recording, found.value).sum() >= 0 else -1.0
     details = {**found.details, "seconds": float(batch.time[-1] - samples.time[0])}
     return replace(found, value=sign * found.value, details=details)

@@ -12,49 +12,23 @@ import numpy as np
 from scipy.special import ellipe
 
 from imubench.arrays import Array
-from imubench.estimators.hinge_constraints import weigh
-from imubench.estimators.hinge_fit import Solution, descend, scaled_information
-from imubench.estimators.selection import Selected
+from imubench.estimators.hinge_fit import Solution, scaled_information
 from imubench.rotations import angle_between
 
 SINGULAR = 1e-12  # smallest part of the largest eigenvalue of the information that is not rounding
-RESAMPLES = 24  # halves; enough for 4 dimensions, and some 5 ms
-ENOUGH = 1e-6  # of the cost: where descents that only measure a spread end; its last digits do not matter
 UNBOUNDED = math.pi  # rad, the uncertainty of an axis that nothing holds: no angle is larger
 
 
 def paper_covariance(s: Solution) -> Array | None:
     """Return P_x (4, 4) in rad^2, Olsson 2020, eq. (57), or None where the information is singular.
 
-    It is that of residuals weighted by 1 / std; what it misses with other weights: docs/plug-and-play.md.
+    It is that of residuals weighted by 1 / std, away from planar motion; `hinge_fit.covariance` holds there, too.
     """
     information = scaled_information(s)
     values, vectors = np.linalg.eigh(information)
     if not (np.isfinite(values).all() and values[0] > SINGULAR * values[-1] > 0):
         return None
     return np.asarray((vectors / values) @ vectors.T)
-
-
-def resampled_covariance(
-    best: Solution,
-    samples: Selected,
-    weights: tuple[float, float],
-    rng: np.random.Generator,
-    count: int = RESAMPLES,
-) -> Array:
-    """Return the covariance (4, 4) in rad^2 of steps from `best`, from fits to `count` random halves of the samples.
-
-    Half of the samples scatter about all of them as all do about the truth (half-sampling, Kish and Frankel 1974).
-    Unlike `hinge_fit.covariance` it needs no second derivatives, which in planar motion, where |w x j| is noise, are
-    themselves noise. Times count / (count - 5): its inverse is then unbiased for normal errors in 4 dimensions.
-    Errors that are not white are out of its sight too.
-    """
-    off = np.empty((count, 4))
-    for i in range(count):
-        u, v = (rng.permutation(n) < n // 2 for n in (len(samples.gyro1), len(samples.accel1)))
-        half = weigh(samples.gyro1[u], samples.gyro2[u], samples.accel1[v], samples.accel2[v], *weights)
-        off[i] = np.einsum("itk,ik->it", best.tangents, descend(half, best.x, ENOUGH).axes).ravel()
-    return np.asarray(off.T @ off / (count - 5))
 
 
 def deviations(steps: Array) -> Array:
