@@ -5,10 +5,11 @@ from time import perf_counter
 import numpy as np
 
 from imubench.diagnosis import gather
+from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.evidence import Evidence
-from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.kinematics import Rig
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import declared, fit_with_noise
 from imubench.diagnosis.priors import START_SMOOTH
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval, Unseen, Verdict, Where
@@ -61,7 +62,10 @@ def nominal_fit(recording: Recording) -> Fit:
     model, state, anchor = blind_start(model)
     noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
     noise |= {f"smooth.{name}": START_SMOOTH[name] for name in model.tracks.widths if name in START_SMOOTH}
-    return fit_with_noise(model, state, noise, anchor)
+    noise |= {r.name: 1.0 for r in equation_rows(model, state)}
+    begun = solve(model, state, noise, anchor, enough=1e-3)
+    noise |= declared(model)
+    return fit_with_noise(model, begun.state, noise, anchor, motion=True)
 
 
 def unnamed(weighed: gather.Weighed, where: tuple[Where, ...]) -> tuple[Finding, ...]:

@@ -1,0 +1,118 @@
+"""The checks of raw samples that come before any fit: what single samples, still moments and spectra already tell.
+
+From here on a fit knows which samples to leave out. Each check is built to be silent on a clean recording,
+whatever its motion below 10 Hz.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from imubench.diagnosis import raw_findings as said
+from imubench.diagnosis import raw_samples
+from imubench.diagnosis.raw_findings import UNITS, RawFinding, Windows
+from imubench.diagnosis.raw_grid import stretches
+from imubench.diagnosis.raw_knocks import knocks
+from imubench.diagnosis.raw_lines import line
+from imubench.diagnosis.raw_noise import Level, rests, white_level
+from imubench.diagnosis.raw_samples import Mask
+from imubench.recording import Encoder, Imu
+
+SHORTEST = 32  # samples, under which nothing is said
+BESIDE = 1  # samples left out on either side of a clipped one
+LET_GO = 0.4  # s before a declared swing, in which it begins
+RING = 3  # samples about a clip that begin no knock
+
+
+@dataclass(frozen=True)
+class RawChecks:
+    """What the raw samples of one sensor say."""
+
+    findings: tuple[RawFinding, ...]
+    masks: Mapping[str, Mask]  # "imu1.gyro" -> (n,) samples that a fit must leave out
+    struck: Mapping[str, Mask]  # the part of `masks` that is knocks: a stop or play in the joint knocks as well
+    still: Windows  # s, at rest
+    noise: Mapping[str, float]  # "imu1.gyro" -> std per sample: at rest, else of white noise above 12 Hz
+    colour: Mapping[str, float]  # the same keys, correlation of neighbouring samples at rest; empty without a rest
+
+
+def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
+    """Return what the raw samples of an IMU say; nothing where there are fewer than 32.
+
+    The jerk with which a limb is let go, just before one of `free_swings` (s) begins, is no knock.
+    """
+    n = imu.time.size
+    none = np.zeros(n, dtype=bool)
+    if n < SHORTEST:
+        nothing = {f"{imu.name}.{part}": none for part in UNITS}
+        return RawChecks((), nothing, nothing, (), {}, {})
+    readings = {"gyro": imu.gyro, "accel": imu.accel}
+    step = {part: raw_samples.steps(x) for part, x in readings.items()}
+    lost = raw_samples.lost(imu.time, np.hstack([imu.gyro, imu.accel]), np.hstack([*step.values()]))
+    rate = 1 / float(np.median(np.diff(imu.time)))
+    pieces = stretches(imu.time, imu.gyro, imu.accel, lost.held)
+
+    first = {part: white_level(pieces, part, rate, none) for part in UNITS}
+    _, resting = rests(pieces, rate, stds(first), n)
+    clip, limits = {}, {}
+    for part, x in readings.items():
+        known = [s for s in (said.declared(imu, part), first[part] and first[part].std) if s]  # type: ignore[union-attr]
+        clip[part], limits[part] = raw_samples.clipped(
+            imu.time, x, step[part], min(known, default=0.0), lost.held, resting
+        )
+    let_go = np.zeros(n, dtype=bool)
+    for start, _ in free_swings:
+        let_go |= (imu.time > start - LET_GO) & (imu.time < start + LET_GO / 4)
+    knocked = knocks(pieces, rate, spread(clip["accel"], RING) | let_go, float(step["accel"].max()))
+    struck = knocked.samples | knocked.wild if knocked else none
+    skip = {"gyro": spread(clip["gyro"], BESIDE) | struck, "accel": spread(clip["accel"], BESIDE) | struck}
+    levels = {part: white_level(pieces, part, rate, skip[part]) for part in UNITS}
+    rest, _ = rests(pieces, rate, stds(levels), n)
+
+    findings: list[RawFinding | None] = []
+    for part in UNITS:
+        if limits[part].size:
+            findings.append(said.saturated(imu, part, clip[part], limits[part], 0.0))
+        coarse = said.rounded(imu, part, step[part], said.noise_now(rest, levels[part], part))
+        width = float(coarse.parameters["step"][0]) if coarse else 0.0
+        findings += [coarse, said.noisy(imu, part, levels[part], width)]
+    findings += said.dropped(imu, lost)
+    if knocked and knocked.times.size:
+        findings.append(said.struck(imu, knocked))
+    hum = line(pieces, rate, skip["accel"])
+    if hum:
+        findings.append(said.hummed(imu, hum, rate))
+    noise = {part: said.noise_now(rest, levels[part], part) for part in UNITS}
+    return RawChecks(
+        tuple(f for f in findings if f),
+        {f"{imu.name}.{part}": skip[part] | lost.held for part in UNITS},
+        {f"{imu.name}.{part}": struck for part in UNITS},
+        rest.windows,
+        {f"{imu.name}.{part}": std for part, std in noise.items() if std is not None},
+        {f"{imu.name}.{part}": r for part, r in rest.colour.items()},
+    )
+
+
+def check_encoder(encoder: Encoder) -> RawChecks:
+    """Return an encoder's mask and its step as noise, step / sqrt(12); the table of effects has none at an encoder.
+
+    An encoder repeats itself honestly at rest and between its steps, so repeats are left in.
+    """
+    angle = encoder.angle
+    step = raw_samples.lattice(angle)
+    noise = {"encoder.angle": step / np.sqrt(12)} if step else {}
+    none = {"encoder.angle": np.zeros(angle.size, dtype=bool)}
+    return RawChecks((), none, none, (), noise, {})
+
+
+def stds(levels: Mapping[str, Level | None]) -> dict[str, float]:
+    """Return the levels that are known."""
+    return {part: level.std for part, level in levels.items() if level is not None}
+
+
+def spread(mask: Mask, by: int) -> Mask:
+    """Return a mask (n,) with `by` samples more on either side of each run."""
+    if not mask.any():
+        return mask
+    return np.asarray(np.convolve(mask, np.ones(2 * by + 1), mode="same") > 0.5)

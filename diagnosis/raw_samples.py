@@ -1,0 +1,154 @@
+"""What single samples say about a sensor: clipped, rounded, repeated or lost, read off the values themselves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import label
+
+from imubench.arrays import Array
+
+Mask = np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+FUZZ = 1e-9  # of the range: values closer than that are one, as text and sums of floats leave them
+ON_LATTICE = 0.02  # of a step; a gap of continuous values falls so near a multiple in 4 of 100
+GAPS, REPEATED = 8, 20  # gaps on a lattice by chance once in 0.04^8; fewer will do if values come back so often
+FINE = 0.01  # of the noise: a step so small that three equal largest values are no chance (1e-3)
+PLATEAU = 3  # equal largest values
+DROP, REACH = 20.0, 0.1  # steps, s: how far a reading falls beside a clip
+# (a rounded parabola falls 3 steps over half a plateau's length, a fourth power 15)
+JITTER = 0.15  # of the interval between samples, under which a gap is counted in whole samples
+MOVING = 3.0  # steps between the neighbours of a repeated sample
+SHORT, STUCK = 10, 0.25  # samples, s: a longer run of repeats is no scattered loss
+EVENTS, FEWEST = 0.005, 5  # share of the samples, number: fewer repeats or gaps are everyday
+CLOSE = 0.05  # relative: limits of two axes or sides that count as one
+
+
+@dataclass(frozen=True)
+class Lost:
+    """Samples that are not there, or say the last one again."""
+
+    held: Mask  # (n,) repeats of the sample before
+    fraction_held: float
+    fraction_missing: float
+    events_held: int
+    events_missing: int
+    pairs: int  # of neighbours that could have shown a repeat
+    after: Array  # (m,) s, stamps behind a gap
+
+
+def lattice(values: Array) -> float:
+    """Return the step on which values (n,) lie, 0 where there is none or too few values tell.
+
+    The step is the median gap between different values, if all gaps are its multiples: that holds
+    for steps down to about the noise. A finer one (digits of a text file) comes out as 0.
+    """
+    spread = float(np.ptp(values))
+    if spread == 0:
+        return 0.0
+    gaps = np.diff(np.unique(values))
+    gaps = gaps[gaps > FUZZ * spread]
+    if gaps.size < GAPS and values.size < REPEATED * (gaps.size + 1):
+        return 0.0
+    step = float(np.median(gaps))
+    for _ in range(3):
+        count = np.round(gaps / step)
+        good = count > 0
+        step = float(np.sum(gaps[good]) / np.sum(count[good]))
+    fits = np.abs(gaps / step - np.round(gaps / step)) < ON_LATTICE
+    return step if np.mean(fits & (gaps > 0.5 * step)) > 0.98 else 0.0
+
+
+def steps(values: Array) -> Array:
+    """Return the step (3,) of each axis, 0 for none; an axis with too few values takes another's."""
+    out = np.array([lattice(v) for v in values.T])
+    if out.any():
+        for axis in np.flatnonzero(out == 0):
+            if np.unique(values[:, axis]).size <= GAPS:
+                out[axis] = np.median(out[out > 0])
+    return out
+
+
+def lost(time: Array, channels: Array, step: Array) -> Lost:
+    """Return the repeated and missing samples of channels (n, k) with their steps (k,), 0 for continuous.
+
+    A repeat is a sample equal to the one before in every channel. Where all channels are rounded it counts only
+    if its neighbours differ by three steps in one of them, so a sensor at rest holds nothing.
+    """
+    interval = np.diff(time)
+    usual = float(np.median(interval))
+    counts = np.round(interval / usual)
+    jitter = 1.4826 * float(np.median(np.abs(interval / usual - 1)))
+    gap = (counts >= 2) & (jitter < JITTER)
+    missing = int(np.sum(counts[gap] - 1))
+
+    held = np.zeros(time.size, dtype=bool)
+    could = np.zeros(time.size, dtype=bool)
+    same = (channels[1:] == channels[:-1]).all(axis=1)
+    if np.any((step == 0) & (np.ptp(channels, axis=0) > 0)):
+        could[1:] = True
+    else:
+        # behind a run of repeats, the next other sample says whether the sensor moved meanwhile
+        other = np.append(np.flatnonzero(~same) + 1, time.size - 1)
+        following = other[np.searchsorted(other, np.arange(1, time.size), side="right").clip(max=other.size - 1)]
+        move = np.abs(channels[following] - channels[:-1]) / np.where(step > 0, step, np.inf)
+        could[1:] = (move > MOVING).any(axis=1)
+    held[1:] = same & could[1:]
+    pieces, count = label(held)
+    length = np.bincount(pieces.ravel(), minlength=count + 1)
+    short = held & (length[pieces] <= max(SHORT, round(STUCK / usual)))  # longer: stuck, or a rest without noise
+    pairs = int(could.sum() - (held & ~short).sum())
+    return Lost(
+        held,
+        float(short.sum() / pairs) if pairs > 0 else 0.0,
+        missing / (time.size + missing),
+        int(np.sum(short[1:] & ~short[:-1])),
+        int(gap.sum()),
+        pairs,
+        time[1:][gap],
+    )
+
+
+def enough(events: int, count: int) -> bool:
+    """Return whether so many gaps or repeats in `count` samples are more than the odd one."""
+    return events >= max(FEWEST, EVENTS * count)
+
+
+def clipped(time: Array, values: Array, step: Array, noise: float, skip: Mask, still: Mask) -> tuple[Mask, Array]:
+    """Return which of values (n, 3) are at a limit (n,), and the limits of the axes and sides that clip (k,).
+
+    `step` (3,), `noise` its std per sample; `skip`: repeats, `still`: at rest, neither counts.
+    """
+    at = np.zeros(values.shape, dtype=bool)
+    limits = []
+    for axis in range(values.shape[1]):
+        for side in (1.0, -1.0):
+            x = side * values[:, axis]
+            top = float(x.max())
+            here = (x >= top - 1e-6 * abs(top) - 0.5 * (step[axis] if step[axis] > FINE * noise else 0)) & ~skip
+            if top > 0 and here.sum() >= PLATEAU and _sure(time, x, here & ~still, float(step[axis]), noise):
+                at[:, axis] |= here
+                limits.append(top)
+    if not limits:
+        return np.zeros(len(values), dtype=bool), np.array([])
+    low = np.median(limits)  # of clips at one limit, what another axis only reaches once is clipped too
+    at |= (np.abs(np.abs(values) - low) < 1e-6 * low) & (np.abs(values) >= low * (1 - 1e-6))
+    return np.asarray(at.any(axis=1)), np.array(limits, dtype=float)
+
+
+def _sure(time: Array, x: Array, here: Mask, step: float, noise: float) -> bool:
+    """Return whether x (n,) ends at its largest value: never by chance if continuous, else by falling off fast."""
+    if step <= FINE * noise:
+        return bool(here.sum() >= PLATEAU)
+    reach = max(1, round(REACH / float(np.median(np.diff(time)))))
+    plateaus, count = label(here)
+    kinks = 0
+    for i in range(1, count + 1):
+        inside = np.flatnonzero(plateaus == i)
+        first, last = int(inside[0]), int(inside[-1])
+        out = min(reach, max(1, (last - first + 2) // 2))
+        if first < out or last + out >= x.size:
+            continue
+        top = x[first]
+        fall = min(top - x[first - out], top - x[last + out])
+        kinks += int(last - first + 1) if last > first and fall > DROP * step + 5 * noise else 0
+    return kinks >= PLATEAU
