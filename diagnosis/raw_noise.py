@@ -3,7 +3,8 @@
 A person's motion ends near 10 Hz and white noise does not. Each window's power density above 12 Hz, summed over
 the axes, is a chi-square of six degrees at every frequency; its lower quartile over the windows passes by bursts of
 motion, knocks and clips, the median over a band's frequencies passes by lines, and of the bands the quietest counts:
-whatever is not noise only adds. It is called white if the next quieter band says the same.
+whatever is not noise only adds. It is called white if two of the other three bands say the same; what is left of a
+motion falls with the square of the frequency or faster, and its bands differ.
 """
 
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ LOWEST, HIGHEST = 12.0, 0.97  # Hz, of the Nyquist frequency
 BANDS = 4
 FEWEST = 4  # windows
 QUARTILE = 0.25
-FLAT = 1.6  # ratio of power of the quietest two bands up to which noise counts as white
+FLAT = 1.6  # ratio of power up to which two bands say the same
 NENBW = 2.0  # bins, noise bandwidth of the window: neighbours in frequency are that much alike
 
 
@@ -73,13 +74,13 @@ def white_level(stretches: tuple[Stretch, ...], part: str, rate: float, skip: Ma
     inside = [(frequency >= a) & (frequency < b) for a, b in pairwise(edges)]
     found = np.array([_floor(power[:, i]) for i in inside])
     order = np.argsort(found)
-    quiet, after = found[order[0]], found[order[1]]
+    quiet, third = found[order[0]], found[order[2]]
     even = found <= FLAT * quiet
     level = float(np.mean(found[even])) if even.sum() > 2 else float(quiet)
     # of the lower quartile and the median: 1.6 times the variance of a mean; windows overlap by half at little cost
     free = 3 * len(power) * sum(int(i.sum()) for i, e in zip(inside, even, strict=True) if e) / NENBW
     error = np.sqrt(1.6 / free) / 2 + 0.01 * np.sqrt(FEWEST / len(power))
-    return Level(float(np.sqrt(level)), float(np.sqrt(level) * error), bool(after <= FLAT * quiet))
+    return Level(float(np.sqrt(level)), float(np.sqrt(level) * error), bool(third <= FLAT * quiet))
 
 
 def _floor(power: Array) -> float:

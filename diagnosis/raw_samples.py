@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import label
+from scipy.special import erf
 
 from imubench.arrays import Array
 
@@ -14,6 +15,7 @@ ON_LATTICE = 0.02  # of a step; a gap of continuous values falls so near a multi
 GAPS, REPEATED = 8, 20  # gaps on a lattice by chance once in 0.04^8; fewer will do if values come back so often
 FINE = 0.01  # of the noise: a step so small that three equal largest values are no chance (1e-3)
 PLATEAU = 3  # equal largest values
+LOW, RARE = 0.8, 1e-6  # of the noise; plateaus so long in a recording, by chance
 DROP, REACH = 20.0, 0.1  # steps, s: how far a reading falls beside a clip
 # (a rounded parabola falls 3 steps over half a plateau's length, a fourth power 15)
 JITTER = 0.15  # of the interval between samples, under which a gap is counted in whole samples
@@ -136,11 +138,18 @@ def clipped(time: Array, values: Array, step: Array, noise: float, skip: Mask, s
 
 
 def _sure(time: Array, x: Array, here: Mask, step: float, noise: float) -> bool:
-    """Return whether x (n,) ends at its largest value: never by chance if continuous, else by falling off fast."""
+    """Return whether x (n,) ends at its largest value.
+
+    If continuous, no three readings are equal by chance. If rounded, either a plateau is longer than noise lets a
+    reading stay in one step (0.8 of the noise, as its level may be off), or readings fall off fast on both sides.
+    """
     if step <= FINE * noise:
         return bool(here.sum() >= PLATEAU)
     reach = max(1, round(REACH / float(np.median(np.diff(time)))))
     plateaus, count = label(here)
+    stay = float(erf(step / (2 * np.sqrt(2) * max(LOW * noise, 1e-12))))
+    if np.bincount(plateaus)[1:].max(initial=0) > np.log(x.size / RARE) / max(-np.log(stay), 1e-12):
+        return True
     kinks = 0
     for i in range(1, count + 1):
         inside = np.flatnonzero(plateaus == i)
