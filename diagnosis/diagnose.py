@@ -7,12 +7,14 @@ import numpy as np
 from imubench.diagnosis import gather
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.evidence import Evidence
+from imubench.diagnosis.findings import findings, rejected
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.kinematics import Rig
 from imubench.diagnosis.noise import declared, fit_with_noise
 from imubench.diagnosis.priors import START_SMOOTH
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval, Unseen, Verdict, Where
+from imubench.diagnosis.select import select
 from imubench.diagnosis.start import blind_start, model_of
 from imubench.diagnosis.where import locate
 from imubench.progress import Step, silent
@@ -29,31 +31,52 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
     begin = perf_counter()
     with step("fit the motion"):
         fit = nominal_fit(recording)
+    unseen = missing(recording)
+    with step("find what was left out"):
+        chosen = select(fit) if not unseen else None
     with step("weigh and locate what is left"):
-        weighed = gather.weighed(fit)
-        traces = gather.traces(weighed)
+        before = gather.weighed(fit)
+        after = gather.weighed(chosen.fit) if chosen else before
+        traces = gather.traces(before, after if chosen and chosen.kept else None)
         where = locate(traces, regressors(fit))
+    named = findings(chosen) if chosen else ()
+    rest = unnamed(after, where)
+    best = chosen.fit if chosen else fit
     evidence = Evidence(
         recording,
         traces,
-        gather.played(fit),
-        gather.mounts(fit),
-        weighed.levels,
+        gather.played(best),
+        gather.mounts(best),
+        before.levels,
+        motion_before=gather.played(fit) if named else None,
         notes=(
             f"A spline motion with {fit.model.tracks.knots.count} knots and the mounts were fitted to every sample.",
-            "Held-out figures predict every sample from all the others.",
+            "Every effect was scored; the best were fitted exactly and judged on blocks of 5 s that they had not seen.",
         ),
     )
-    findings = unnamed(weighed, where)
-    unseen = missing(recording)
-    verdict: Verdict = "unobservable" if unseen else "unexplained" if findings else "no mismatch"
-    quality = FitQuality((weighed.left_out, weighed.left_out))
-    misfit = (weighed.misfit, weighed.misfit)
-    seconds = perf_counter() - begin
+    verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest)
+    held = (before.left_out, after.left_out)
     diagnosis = Diagnosis(
-        recording.name, recording.rig, verdict, misfit, where, findings, (), quality, "", seconds, unseen
+        recording.name,
+        recording.rig,
+        verdict,
+        (before.misfit, after.misfit),
+        where,
+        (*named, *rest),
+        rejected(chosen) if chosen else (),
+        FitQuality(held),
+        "",
+        perf_counter() - begin,
+        unseen,
     )
     return diagnosis, evidence
+
+
+def verdict_of(named: tuple[Finding, ...], rest: tuple[Finding, ...]) -> Verdict:
+    """Return the verdict that goes with findings by name and without one."""
+    if named:
+        return "partly explained" if rest else "explained"
+    return "unexplained" if rest else "no mismatch"
 
 
 def nominal_fit(recording: Recording) -> Fit:

@@ -83,7 +83,7 @@ def _states_logdet(fit: Fit, names: list[str]) -> float:
 def information(fit: Fit) -> tuple[Array, dict[str, Array]]:
     """Return the covariance (p, p) of all parameters, and every parameter's standard deviations."""
     normal, _ = assemble(fit.model, fit.rows)
-    covariance = np.linalg.inv(solve_arrow(normal.band, normal.border, normal.corner).schur)
+    covariance = np.asarray(np.linalg.inv(solve_arrow(normal.band, normal.border, normal.corner).schur), dtype=float)
     std = np.sqrt(np.diag(covariance))
     return covariance, {name: std[fit.model.parameters.columns(name)] for name in fit.model.priors}
 

@@ -92,7 +92,7 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
 
 
 def calm(fit: Fit) -> dict[str, float]:
-    """Return noise levels to begin a spring's fit with: ten times the declared, so that its law outweighs the misfit."""
+    """Return noise levels to begin a spring's fit with: ten times the declared, so that its law outweighs a misfit."""
     told = declared(fit.model)
     return {name: 10 * told[name] if name in told else std for name, std in fit.noise.items()}
 

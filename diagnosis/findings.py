@@ -1,0 +1,97 @@
+"""What a selection found, in the words of diagnosis.json."""
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.priors import middles
+from imubench.diagnosis.refit import information
+from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
+from imubench.diagnosis.select import NEEDED, Selection
+from imubench.diagnosis.splines import Moment
+from imubench.effects import EFFECTS
+from imubench.jets import Jet
+
+CLOSE = 10.0  # nat of evidence within which a rival is taken for equally good
+SOFT = 2.0  # nat, how fast confidence grows beyond what is needed; not yet calibrated
+MOST_SURE = 0.98
+
+TWINS: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
+    ("moving_centre", "joint"): (("skin_sliding", "imu1"),),
+    ("skin_sliding", "imu1"): (("moving_centre", "joint"),),
+    ("axis_coupling", "joint"): (("skin_sliding", "imu2"),),
+    ("skin_sliding", "imu2"): (("axis_coupling", "joint"),),
+    ("time_offset", "imu1"): (("time_offset", "imu2"),),
+    ("time_offset", "imu2"): (("time_offset", "imu1"),),
+    ("clock_skew", "imu1"): (("clock_skew", "imu2"),),
+    ("clock_skew", "imu2"): (("clock_skew", "imu1"),),
+}
+"""What no recording of a free-base hinge could tell from each other, the first two at least to first order."""
+
+
+def findings(selection: Selection) -> tuple[Finding, ...]:
+    """Return the effects that stay, strongest first."""
+    _, std = information(selection.fit)
+    recording = selection.fit.model.recording
+    out = []
+    for kept in sorted(selection.kept, key=lambda k: -k.heldout.value):
+        h, gain = kept.hypothesis, kept.heldout
+        equal = {
+            (t.hypothesis.effect.name, t.hypothesis.at): t.evidence
+            for t in kept.rivals
+            if kept.evidence - t.evidence < CLOSE
+        }
+        if recording.rig == "hinge" and recording.base == "free" and not recording.encoders and not recording.poses:
+            equal |= dict.fromkeys(TWINS.get((h.effect.name, h.at), ()), gain.value)
+        equal.pop((h.effect.name, h.at), None)
+        sure = MOST_SURE / (1 + float(np.exp(-(min(kept.evidence, 1e3) - NEEDED) / SOFT)))
+        out.append(
+            Finding(
+                h.effect.name,
+                h.at,
+                max(sure, 0.5),
+                parameters(h, selection.fit, std),
+                Interval(gain.value, (gain.low, gain.high)),
+                tuple(Rejected(name, at, value) for (name, at), value in equal.items()),
+            )
+        )
+    return tuple(out)
+
+
+def parameters(h: Hypothesis, fit: Fit, std: dict[str, Array]) -> dict[str, Parameter]:
+    """Return an effect's parameters, of the shapes that it declares, with their standard deviations."""
+    out = {}
+    for p in h.effect.parameters:
+        if p.reported:
+            value, error = fit.state.values[h.key(p.name)], std[h.key(p.name)]
+            if p.log:
+                value = np.exp(value)
+                error = error * value
+            out[p.name] = Parameter(value.reshape(p.shape), error.reshape(p.shape), p.unit)
+    if h.effect.found:
+        values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
+        moment = Moment(fit.model.tracks, fit.state.coefficients, Jet(middles(fit.model)[:, None]))
+        states = {s.name: moment.track(h.key(s.name)).value for s in h.effect.states}
+        read = h.effect.read(values, states, fit.model.tracks.knots.step)
+        units = {f.name: f.unit for f in h.effect.found}
+        for name, value in read.items():
+            out[name] = Parameter(value, np.abs(value) * READ_STD, units[name])
+    return out
+
+
+READ_STD = 0.05  # of a value that is read off the states: their range over the recording, no variance is carried yet
+
+
+def rejected(selection: Selection) -> tuple[Rejected, ...]:
+    """Return what was tried and not kept, with what it gains in nat."""
+    kept = {k.hypothesis.name for k in selection.kept}
+    lost = {(h.effect.name, h.at): v for h, v in selection.rejected if h.effect.name in EFFECTS}
+    for k in selection.kept:
+        for t in k.rivals:
+            if t.hypothesis.name not in kept:
+                lost.setdefault((t.hypothesis.effect.name, t.hypothesis.at), t.evidence - k.evidence)
+    return tuple(Rejected(name, at, float(v)) for (name, at), v in lost.items())
+
+
+__all__ = ["findings", "parameters", "rejected"]
