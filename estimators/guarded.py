@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.estimate import Estimate
 from imubench.estimators.hinge_constraints import Constraints, weigh
-from imubench.estimators.hinge_fit import Solution, covariance, descend
+from imubench.estimators.hinge_fit import Solution, descend, spread
 from imubench.estimators.olsson2020 import SAME, deviation, distinct
 from imubench.estimators.plug_and_play import (
     Fit,
@@ -119,14 +119,6 @@ def question(fit: Fit, found: list[Solution], settings: Settings, guard: Guard) 
     )
 
 
-def spread(fit: Fit, scores: Array) -> Array | None:
-    """Return H^-1 S H^-1 (4, 4) in rad^2: how far the axes go if the gradient of V / 2 has covariance S (4, 4).
-
-    `covariance` with one kind of residual at std 1 and S as its information, the other at std 0.
-    """
-    return covariance(fit.constraints, replace(fit.best, gyro_information=scores, gyro_std=1.0, accel_std=0.0))
-
-
 def coherent_error(fit: Fit) -> Array:
     """Return by how much (2,) in rad an error as large as the residuals could turn either axis, at worst.
 
@@ -134,8 +126,8 @@ def coherent_error(fit: Fit) -> Array:
     within H^-1 J_c^T J_c H^-1 |e_c|^2. That is the covariance of white noise, were all samples one.
     """
     s, c = fit.best, fit.constraints
-    gyro, accel = (float(np.linalg.norm(e)) for e in residuals(c, s.axes))
-    worst = covariance(c, replace(s, gyro_std=gyro, accel_std=accel))
+    gyro, accel = (float(e @ e) for e in residuals(c, s.axes))
+    worst = spread(c, s, gyro * s.gyro_information + accel * s.accel_information)
     if worst is None:
         return np.full(2, UNBOUNDED)
     return np.sqrt(np.linalg.eigvalsh(np.stack([worst[:2, :2], worst[2:, 2:]]))[:, -1])
@@ -162,7 +154,7 @@ def bias_spread(fit: Fit, settings: Settings, guard: Guard) -> Array:
     total = np.hstack(accel_rows).sum(axis=0)
     axes = np.concatenate([fit.best.axes[0], -fit.best.axes[1]])
     influence[:, 6:] = guard.accel_bias_std * w_accel * np.outer(total, axes)
-    found = spread(fit, influence @ influence.T)
+    found = spread(fit.constraints, fit.best, influence @ influence.T)
     return np.eye(4) * UNBOUNDED**2 if found is None else found
 
 

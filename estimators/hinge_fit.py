@@ -210,12 +210,15 @@ def covariance(c: Constraints, s: Solution) -> Array | None:
     H^-1 S H^-1 with the covariance S of the gradient of V / 2 by the residuals' stds, eq. (58), and the
     expected Hessian H, eq. (33). With the weights 1 / std, and far from planar motion, it is eq. (57).
     """
-    p = _evaluate(c, s.frames)
-    hessian = _expected_hessian(p, s.gyro_std) + s.accel_information
+    return spread(c, s, s.gyro_std**2 * s.gyro_information + s.accel_std**2 * s.accel_information)
+
+
+def spread(c: Constraints, s: Solution, scores: Array) -> Array | None:
+    """Return H^-1 S H^-1 (4, 4) in rad^2: how far the axes go if the gradient of V / 2 has the covariance `scores`."""
+    hessian = _expected_hessian(_evaluate(c, s.frames), s.gyro_std) + s.accel_information
     values, vectors = np.linalg.eigh(hessian)
     if values[0] <= RIDGE * values[-1]:
         return None
-    scores = s.gyro_std**2 * s.gyro_information + s.accel_std**2 * s.accel_information
     inverse = (vectors / values) @ vectors.T
     result = inverse @ scores @ inverse
     return np.asarray(0.5 * (result + result.T))
