@@ -106,7 +106,10 @@ class Solution:
     def solve(self, g: Array, h: Array) -> tuple[Array, Array]:
         """Return x (m, b, r) and p (q, r) for right-hand sides g (m, b, r), h (q, r)."""
         front = self.factor.forward(g)
-        p = np.linalg.solve(self.schur, h - tensor(self.half, front)) if len(h) else h
+        try:
+            p = np.linalg.solve(self.schur, h - tensor(self.half, front)) if len(h) else h
+        except np.linalg.LinAlgError:
+            raise NotPositiveDefiniteError("the shared parameters") from None
         return self.factor.backward(front - self.half @ p), np.asarray(p, dtype=float)
 
     def complement(self, g: Array, h: Array, c: Array) -> Array:

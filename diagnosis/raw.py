@@ -76,11 +76,11 @@ def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
             findings.append(said.saturated(imu, part, clip[part], limits[part], 0.0))
         coarse = said.rounded(imu, part, step[part], said.noise_now(rest, levels[part], part))
         width = float(coarse.parameters["step"][0]) if coarse else 0.0
-        findings += [coarse, said.noisy(imu, part, levels[part], width)]
+        findings += [coarse, said.noisy(imu, part, levels[part], rest.std.get(part), width)]
     findings += said.dropped(imu, lost)
     if knocked and knocked.times.size:
         findings.append(said.struck(imu, knocked))
-    hum = line(pieces, rate, skip["accel"])
+    hum = line(pieces, rate, skip["accel"], stds(levels).get("gyro"))
     if hum:
         findings.append(said.hummed(imu, hum, rate))
     noise = {part: said.noise_now(rest, levels[part], part) for part in UNITS}

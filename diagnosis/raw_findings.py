@@ -108,13 +108,16 @@ def struck(imu: Imu, knocked: Knocks) -> RawFinding:
     return RawFinding("impacts", imu.name, parameters, confidence, evidence, windows=windows)
 
 
-def noisy(imu: Imu, part: str, level: Level | None, step: float) -> RawFinding | None:
-    """Return that white noise exceeds the declared, with that of a rounding `step` (0: none) taken into account."""
+def noisy(imu: Imu, part: str, level: Level | None, rest: float | None, step: float) -> RawFinding | None:
+    """Return that white noise exceeds the declared, with that of a rounding `step` (0: none) taken into account.
+
+    Where the sensor rests it must be as noisy there: `rest`, its std then.
+    """
     known = declared(imu, part)
     if not known or level is None or not level.white:
         return None
     expected = float(np.hypot(known, step / np.sqrt(12)))
-    if level.std - CERTAIN * level.error <= DECLARED * expected:
+    if min(level.std - CERTAIN * level.error, rest or level.std) <= DECLARED * expected:
         return None
     std = float(np.sqrt(level.std**2 - step**2 / 12))
     unit = UNITS[part]

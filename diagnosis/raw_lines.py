@@ -20,14 +20,15 @@ from imubench.diagnosis.raw_noise import densities
 from imubench.diagnosis.raw_samples import Mask
 
 SECONDS = 4.0
-LOWEST = 13.0  # Hz: 12, and the line's own width
+LEAST, LOWEST = 6.0, 13.0  # Hz: above twice what the gyroscope shows of the motion, at most 12 Hz and a line's width
 INNER, OUTER = 1.0, 2.5  # Hz, between which the neighbourhood lies
 FEWEST = 4  # windows of a span
 ALARM = 1e-3  # per recording
 STANDS = float(np.log(6.0))  # over its neighbourhood, in the median window of a span
 WANDER = 0.75  # Hz from one window to the next
 BESIDE = 4.0  # Hz, where an amplitude's noise is taken from; a one-second window reaches 2
-HARMONICS = (2, 3, 4)
+HARMONICS, MAIN = (2, 3, 4), 0.3  # multiples, and the share of the strongest line's power
+MOVED = 4.0  # times the gyroscope's noise power, from which a frequency belongs to the motion
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Line:
     ratio: float  # of its power to the neighbourhood's
 
 
-def line(stretches: tuple[Stretch, ...], rate: float, skip: Mask) -> Line | None:
+def line(stretches: tuple[Stretch, ...], rate: float, skip: Mask, gyro_noise: float | None) -> Line | None:
     """Return the strongest hum of a recording, None where there is none or it is too short (12 s) to tell."""
     width = 2 * round(SECONDS * rate / 2)
     power, times = densities(stretches, "accel", width, skip)
@@ -50,12 +51,24 @@ def line(stretches: tuple[Stretch, ...], rate: float, skip: Mask) -> Line | None
         return None
     frequency = np.asarray(np.fft.rfftfreq(width, 1 / rate), dtype=float)
     over = contrast(power, rate / width)
-    use = np.flatnonzero((frequency > LOWEST) & (frequency < rate / 2 - INNER) & ~harmonic(power, frequency))
+    lowest = above_motion(stretches, rate, skip, gyro_noise)
+    use = np.flatnonzero((frequency > lowest) & (frequency < rate / 2 - INNER) & ~harmonic(power, frequency))
     span = strongest(over[:, use])
     if span is None:
         return None
     first, last, at = span
     return follow(stretches, rate, frequency, over, times, (first, last), int(use[at]))
+
+
+def above_motion(stretches: tuple[Stretch, ...], rate: float, skip: Mask, noise: float | None) -> float:
+    """Return the frequency in Hz from which a line is none of the motion's, by what the gyroscope turns."""
+    if not noise:
+        return LOWEST
+    width = 2 * round(SECONDS * rate / 2)
+    power, _ = densities(stretches, "gyro", width, skip)
+    frequency = np.fft.rfftfreq(width, 1 / rate)
+    moved = frequency[np.mean(power, axis=0) > MOVED * noise**2]
+    return float(np.clip(2 * moved[moved < LOWEST].max(initial=0.0) + INNER, LEAST, LOWEST))
 
 
 def contrast(power: Array, resolution: float) -> Array:
@@ -68,16 +81,16 @@ def contrast(power: Array, resolution: float) -> Array:
 
 
 def harmonic(power: Array, frequency: Array) -> Mask:
-    """Return which frequencies (f,) are multiples of a line that holds much of the motion's power."""
+    """Return which frequencies (f,) are multiples of a line in the motion as strong as any, to its half a bin."""
     mean = np.mean(power, axis=0)
     low = np.flatnonzero((frequency > 1.0) & (frequency < LOWEST))
     out = np.zeros(frequency.size, dtype=bool)
     if not low.size:
         return out
     over = contrast(mean[None, :], frequency[1])[0]
-    for i in low[(over[low] > STANDS) & (mean[low] > 0.03 * mean[low].max())]:
+    for i in low[(over[low] > STANDS) & (mean[low] > MAIN * mean[low].max())]:
         for k in HARMONICS:
-            out |= np.abs(frequency - k * frequency[i]) < 2 * frequency[1] * k
+            out |= np.abs(frequency - k * frequency[i]) <= frequency[1] * (1 + k / 2)
     return out
 
 

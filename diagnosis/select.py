@@ -155,7 +155,7 @@ def prune(
 ) -> tuple[Fit, list[Kept], list[tuple[Hypothesis, float]]]:
     """Return the fit without the effects that it no longer needs, weakest first."""
     dropped: list[tuple[Hypothesis, float]] = []
-    while len(kept) > 1:
+    while kept:
         base = log_evidence(fit)
         losses = []
         for k in kept:
@@ -165,10 +165,17 @@ def prune(
             without = solve(without.model, without.state, without.noise, fit.anchor, steps=4)
             losses.append((base - log_evidence(without), k, without))
         loss, k, without = min(losses, key=lambda x: x[0])
-        kept = [replace(k, evidence=loss) for loss, k, _ in losses]
+        kept = [_judged(replace(k, evidence=loss), without, fit) for loss, k, without in losses]
         if loss > NEEDED:
             return fit, kept, dropped
         dropped.append((k.hypothesis, loss))
         kept = [other for other in kept if other.hypothesis != k.hypothesis]
         fit = fit_with_noise(without.model, without.state, without.noise, fit.anchor, rounds=2)
     return fit, kept, dropped
+
+
+def _judged(kept: Kept, without: Fit, fit: Fit) -> Kept:
+    """Return an effect that was in the model from the start with what it gains on held-out data."""
+    if kept.heldout.value or kept.evidence < NEEDED:
+        return kept
+    return replace(kept, heldout=gain(held_out(without), held_out(fit), np.random.default_rng(SEED)))
