@@ -80,6 +80,7 @@ def _states_logdet(fit: Fit, names: list[str]) -> float:
     return 2 * float(np.log(np.diagonal(normal.band.factor().lower, axis1=1, axis2=2)).sum())
 
 
+@one_thread
 def information(fit: Fit) -> tuple[Array, dict[str, Array]]:
     """Return the covariance (p, p) of all parameters, and every parameter's standard deviations."""
     normal, _ = assemble(fit.model, fit.rows)
