@@ -80,7 +80,7 @@ def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
     findings += said.dropped(imu, lost)
     if knocked and knocked.times.size:
         findings.append(said.struck(imu, knocked))
-    hum = line(pieces, rate, skip["accel"], stds(levels).get("gyro"))
+    hum = line(pieces, rate, skip["accel"], stds(levels))
     if hum:
         findings.append(said.hummed(imu, hum, rate))
     noise = {part: said.noise_now(rest, levels[part], part) for part in UNITS}

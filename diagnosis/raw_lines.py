@@ -7,6 +7,7 @@ frequencies and spans of windows. A resonance driven by motion is broader than a
 neighbourhood; the second to fourth harmonic of a strong line of the motion is no hum.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +21,7 @@ from imubench.diagnosis.raw_noise import densities
 from imubench.diagnosis.raw_samples import Mask
 
 SECONDS = 4.0
-LEAST, LOWEST = 6.0, 13.0  # Hz: above twice what the gyroscope shows of the motion, at most 12 Hz and a line's width
+LEAST, LOWEST = 6.0, 13.0  # Hz: above twice where the motion ends, at most 12 Hz and a line's width
 INNER, OUTER = 1.0, 2.5  # Hz, between which the neighbourhood lies
 FEWEST = 4  # windows of a span
 ALARM = 1e-3  # per recording
@@ -28,7 +29,7 @@ STANDS = float(np.log(6.0))  # over its neighbourhood, in the median window of a
 WANDER = 0.75  # Hz from one window to the next
 BESIDE = 4.0  # Hz, where an amplitude's noise is taken from; a one-second window reaches 2
 HARMONICS, MAIN = (2, 3, 4), 0.3  # multiples, and the share of the strongest line's power
-MOVED = 4.0  # times the gyroscope's noise power, from which a frequency belongs to the motion
+MOVED = 4.0  # times the noise power, from which a frequency belongs to the motion
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Line:
     ratio: float  # of its power to the neighbourhood's
 
 
-def line(stretches: tuple[Stretch, ...], rate: float, skip: Mask, gyro_noise: float | None) -> Line | None:
+def line(stretches: tuple[Stretch, ...], rate: float, skip: Mask, noise: Mapping[str, float]) -> Line | None:
     """Return the strongest hum of a recording, None where there is none or it is too short (12 s) to tell."""
     width = 2 * round(SECONDS * rate / 2)
     power, times = densities(stretches, "accel", width, skip)
@@ -51,7 +52,7 @@ def line(stretches: tuple[Stretch, ...], rate: float, skip: Mask, gyro_noise: fl
         return None
     frequency = np.asarray(np.fft.rfftfreq(width, 1 / rate), dtype=float)
     over = contrast(power, rate / width)
-    lowest = above_motion(stretches, rate, skip, gyro_noise)
+    lowest = above_motion(stretches, rate, skip, noise)
     use = np.flatnonzero((frequency > lowest) & (frequency < rate / 2 - INNER) & ~harmonic(power, frequency))
     span = strongest(over[:, use])
     if span is None:
@@ -60,14 +61,18 @@ def line(stretches: tuple[Stretch, ...], rate: float, skip: Mask, gyro_noise: fl
     return follow(stretches, rate, frequency, over, times, (first, last), int(use[at]))
 
 
-def above_motion(stretches: tuple[Stretch, ...], rate: float, skip: Mask, noise: float | None) -> float:
-    """Return the frequency in Hz from which a line is none of the motion's, by what the gyroscope turns."""
-    if not noise:
+def above_motion(stretches: tuple[Stretch, ...], rate: float, skip: Mask, noise: Mapping[str, float]) -> float:
+    """Return the frequency in Hz from which a line is none of the motion's: twice what exceeds the noise.
+
+    In the gyroscope every line counts as motion, in the accelerometer what is broader than a line.
+    """
+    if noise.keys() != {"gyro", "accel"}:
         return LOWEST
     width = 2 * round(SECONDS * rate / 2)
-    power, _ = densities(stretches, "gyro", width, skip)
     frequency = np.fft.rfftfreq(width, 1 / rate)
-    moved = frequency[np.mean(power, axis=0) > MOVED * noise**2]
+    gyro, accel = (np.mean(densities(stretches, part, width, skip)[0], axis=0) for part in ("gyro", "accel"))
+    broad = median_filter(accel, 2 * round(OUTER / frequency[1]) + 1, mode="nearest")
+    moved = frequency[(gyro > MOVED * noise["gyro"] ** 2) | (broad > MOVED * noise["accel"] ** 2)]
     return float(np.clip(2 * moved[moved < LOWEST].max(initial=0.0) + INNER, LEAST, LOWEST))
 
 

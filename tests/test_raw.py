@@ -1,5 +1,7 @@
 """Raw checks on a small simulator of its own (NumPy, nothing of the effects) and on real recordings."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -7,6 +9,8 @@ from scipy.signal import lfilter
 from imubench.convert.broad import convert as convert_broad
 from imubench.convert.diodem import convert as convert_diodem
 from imubench.diagnosis.raw import check, check_encoder
+from imubench.diagnosis.raw_grid import stretches
+from imubench.diagnosis.raw_noise import white_level
 from imubench.diagnosis.raw_samples import lattice
 from imubench.recording import Encoder, Imu
 
@@ -318,6 +322,18 @@ def test_a_hum_is_found_with_its_frequency_and_amplitude(rate, frequency, size):
     assert error < 0.1 * size + 0.006  # noise of 0.02 in 100 samples: 0.003 for each of cosine and sine
 
 
+def test_a_hum_above_a_slow_motion_is_found_and_a_hand_that_shakes_is_none():
+    slow = imu(53, band=1.0, rate_rms=0.5, accel_rms=0.5, before=humming(np.array([0.3, 0, 0]), 8.5))
+    assert abs(found(slow, "vibration").parameters["frequency"][0] - 8.5) < 0.03
+
+    def shaking(rng, t, gyro, accel):
+        turn, rate = 0.05 * np.sin(2 * np.pi * 9.0 * t), 0.05 * 2 * np.pi * 9.0 * np.cos(2 * np.pi * 9.0 * t)
+        force = [-9.81 * np.sin(turn) - 0.2 * rate**2, 0 * t, 9.81 * np.cos(turn) - 0.2 * (18 * np.pi) ** 2 * turn]
+        return np.stack([0 * t, rate, 0 * t], axis=1), np.stack(force, axis=1)  # a line at 9 Hz, and one at 18
+
+    assert effects(imu(54, before=shaking)) == set()
+
+
 def test_a_resonance_is_no_hum():
     """A mount at 14 Hz, damped by 0.1, that the motion and tremor shake."""
 
@@ -347,6 +363,27 @@ def test_noise_above_the_declared_is_found_with_its_level(part, factor):
     value, error, _ = finding.parameters["std"]
     # the coloured noise's tail above 12 Hz adds up to 2 % of power to the usual level
     assert abs(value - factor * std[part]) < 4 * error + 0.02 * std[part]
+
+
+def test_the_noise_levels_error_is_what_it_says():
+    z = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        time, none = np.arange(2000) / 100, np.zeros(2000, dtype=bool)
+        pieces = stretches(time, rng.normal(size=(2000, 3)), rng.normal(size=(2000, 3)), none)
+        level = white_level(pieces, "gyro", 100.0, none)
+        z.append((level.std - 1) / level.error)
+    assert 0.7 < np.sqrt(np.mean(np.square(z))) < 1.3  # forty draws: 11 % of error, and a tenth for the formula
+
+
+def test_rattling_that_comes_and_goes_is_no_noise():
+    """A dead band or play is rough in motion and quiet at rest; a sensor's noise is there all the time."""
+
+    def rattle(rng, t, gyro, accel):
+        moving = np.abs(np.sin(0.2 * t))[:, None] ** 2
+        return gyro + 0.02 * moving * rng.normal(size=gyro.shape), accel
+
+    assert effects(imu(63, before=rattle)) == set()
 
 
 def test_fast_motion_is_no_noise():
@@ -409,5 +446,6 @@ def test_real_broad(name, recordings):
 def test_real_diodem_says_nothing(segments, mount, recordings):
     recording = convert_diodem(recordings / "diodem" / "trial1", segments=segments, imu=mount)[0].recording
     for sensor in recording.imus:
+        told = replace(sensor, gyro_noise_std=GYRO, accel_noise_std=ACCEL)  # a tenth of what motion leaves above 12 Hz
         checks = check(sensor)
-        assert checks.findings == () and not checks.masks[f"{sensor.name}.accel"].any()
+        assert checks.findings == () and check(told).findings == () and not checks.masks[f"{sensor.name}.accel"].any()
