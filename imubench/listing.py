@@ -1,6 +1,7 @@
 """What this installation knows, by kind."""
 
 from imubench.convert import CONVERTERS
+from imubench.effects import EFFECTS
 from imubench.estimators import ESTIMATORS
 from imubench.models import RIG_FILES
 from imubench.reproduce import PAPERS
@@ -22,6 +23,6 @@ def known() -> dict[str, dict[str, str]]:
         "estimators": {name: e.summary for name, e in ESTIMATORS.items()},
         "profiles": {name: p.summary for name, p in PROFILES.items()},
         "formats": {name: c.summary for name, c in CONVERTERS.items()},
-        "effects": {},
+        "effects": {name: f"{e.place}: {e.law}" for name, e in EFFECTS.items()},
         "claims": {name: p.summary for name, p in PAPERS.items()},
     }
