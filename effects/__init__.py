@@ -27,7 +27,7 @@ VARIANTS: tuple[Effect, ...] = (
 )
 """Every effect with every choice of its settings: what a diagnosis tries."""
 
-EFFECTS: dict[str, Effect] = {effect.name: effect for effect in reversed(VARIANTS)}
+EFFECTS: dict[str, Effect] = dict(reversed({e.name: e for e in reversed(VARIANTS)}.items()))
 """The effects by name, each with the first of its settings."""
 
 
