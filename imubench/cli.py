@@ -5,6 +5,7 @@ Exit codes: 0 done, 1 a limit or claim failed, 2 bad input.
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -167,6 +168,40 @@ def diagnose_command(
     from imubench.cli_diagnose import run as run_diagnosis
 
     run_diagnosis(recording, out or Path("runs") / f"diagnosis-{recording.resolve().name}", console, errors)
+
+
+@app.command("prove")
+def prove_command(
+    cases: Annotated[int, typer.Option(help="How many recordings.", min=1)] = 20,
+    seed: Annotated[
+        int | None, typer.Option(help="The same seed gives the same cases; none: one that nobody knows.")
+    ] = None,
+    diagnosis: Annotated[str | None, typer.Option(help="Another diagnosis: words with {recording} and {out}.")] = None,
+    seconds: Annotated[float | None, typer.Option(help="Recordings of at most so many seconds.", min=5)] = None,
+    timeout: Annotated[float, typer.Option(help="Seconds until a diagnosis is stopped.", min=1)] = 300.0,
+    workers: Annotated[int | None, typer.Option(help="Diagnoses at a time; none: one a core.", min=1)] = None,
+    check: Annotated[Path | None, typer.Option(help="Only check the seals of a finished proof in this folder.")] = None,
+    out: Out = None,
+) -> None:
+    """Blind trials of the diagnosis: proof.json, report.html.
+
+    An independent generator makes recordings with concealed effects. A hash of
+    every truth is published before the first diagnosis starts; each diagnosis
+    runs in a process that has the recording and nothing else. Then the truths
+    are opened, checked against the hashes, and scored.
+
+    After Ctrl-C or a kill the same command goes on where it was. Exit code 1
+    when a guard of limits.toml is passed or a diagnosis tried to see more.
+    """
+    from imubench import cli_prove
+    from imubench.trials.prove import Settings
+
+    if check is not None:
+        raise typer.Exit(cli_prove.check(check, console))
+    settings = Settings(cases, cli_prove.new_seed() if seed is None else seed, timeout=timeout, seconds=seconds)
+    if diagnosis is not None:
+        settings = replace(settings, command=diagnosis)
+    raise typer.Exit(cli_prove.run(settings, out or Path("runs/proof"), workers, console, errors))
 
 
 def _options(pairs: list[str]) -> dict[str, str]:

@@ -76,15 +76,16 @@ def _key(settings: str) -> str:
     """Return a name that changes with the settings and with any line of code that computes."""
     digest = hashlib.sha256(f"{imubench.__version__} {np.__version__} {settings}".encode())
     for package in COMPUTING:
-        for name, content in sorted(_sources(files(package))):
+        for name, content in sorted(sources(files(package))):
             digest.update(f"{package}/{name}".encode() + content)
     return digest.hexdigest()[:16]
 
 
-def _sources(folder: Traversable) -> Iterator[tuple[str, bytes]]:
+def sources(folder: Traversable) -> Iterator[tuple[str, bytes]]:
+    """Yield the name and content of every file below a folder that decides about numbers."""
     for item in folder.iterdir():
         if item.is_dir():
-            yield from ((f"{item.name}/{name}", content) for name, content in _sources(item))
+            yield from ((f"{item.name}/{name}", content) for name, content in sources(item))
         elif item.name.endswith((".py", ".toml", ".xml")):
             yield item.name, item.read_bytes()
 
@@ -116,8 +117,8 @@ def run_parts(parts: Iterable[Part], store: Store, workers: int, report: Report)
 def _compute(parts: list[Part], store: Store, workers: int, report: Report, done: dict[str, Arrays]) -> None:
     context = multiprocessing.get_context("spawn")
     with (
-        _one_thread_each(),
-        ProcessPoolExecutor(min(workers, len(parts)), mp_context=context, initializer=_ignore_interrupts) as pool,
+        one_thread_each(),
+        ProcessPoolExecutor(min(workers, len(parts)), mp_context=context, initializer=ignore_interrupts) as pool,
     ):
         # The longest first, so that no core waits long at the end.
         pending = {pool.submit(p.run, **p.arguments): p for p in sorted(parts, key=lambda p: -p.work)}
@@ -139,7 +140,7 @@ def _compute(parts: list[Part], store: Store, workers: int, report: Report, done
 
 
 @contextmanager
-def _one_thread_each() -> Iterator[None]:
+def one_thread_each() -> Iterator[None]:
     """Have processes that start within this context use one thread for linear algebra."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
@@ -153,7 +154,8 @@ def _one_thread_each() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _ignore_interrupts() -> None:
+def ignore_interrupts() -> None:
+    """Have this process leave Ctrl-C to the one that started it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

@@ -1,0 +1,247 @@
+"""Blind trials from a seed to a folder with everything: cases made, truths sealed, diagnosed, opened, scored."""
+
+import hashlib
+import json
+import multiprocessing
+import platform
+import shutil
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import imubench
+from imubench.answers import write_json
+from imubench.atomic import atomic_directory, atomic_file
+from imubench.diagnosis.result_file import read_diagnosis
+from imubench.errors import InputError
+from imubench.proof.mixture import Question, mixture
+from imubench.reproduce.parts import cores, ignore_interrupts, one_thread_each, sources
+from imubench.trials import blind
+from imubench.trials.figures import Figure, by_strength, figures, reliability
+from imubench.trials.make import made, refuse_leaks, shortened
+from imubench.trials.scoring import CaseScore, failed, score
+from imubench.trials.seal import Truth, check, commitment, folder_hash, salt_of
+
+CODE = (
+    "imubench", "imubench.diagnosis", "imubench.effects", "imubench.estimators", "imubench.models", "imubench.proof",
+    "imubench.sim", "imubench.trials",
+)  # fmt: skip
+ALARM = 1.15**2 * 1.2
+"""The misfit from which its size alone is an alarm: a declared noise right within 15 %, 20 % of coloured noise."""
+
+Report = Callable[[str, int, int], None]
+"""Takes the stage, how many of it are done, and how many there are."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a proof is about."""
+
+    cases: int
+    seed: int
+    command: str = blind.OURS
+    timeout: float = 300.0  # s for a diagnosis
+    seconds: float | None = None  # recordings are at most that long
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Everything that came out."""
+
+    settings: Settings
+    scores: tuple[CaseScore, ...]
+    figures: tuple[Figure, ...]
+    refused: dict[str, tuple[str, ...]]  # case -> what its diagnosis tried and has no business with
+    sealed: str  # SHA-256 of commitments.json
+    how: dict[str, Any]
+
+    @property
+    def fit_for_the_build(self) -> bool:
+        """Whether no guard is passed and nobody cheated."""
+        return not self.refused and not any(f.passed for f in self.figures)
+
+
+def prove(settings: Settings, out: Path, workers: int, report: Report, announce: Callable[[str], None]) -> Proof:
+    """Do the trials and write commitments.json, truths.json, proof.json, report.html and diagnoses/ into `out`.
+
+    `announce` gets the SHA-256 of commitments.json before the first diagnosis starts. Finished diagnoses are kept in a
+    hidden folder beside `out` until the end, so that the same settings go on after a kill.
+    """
+    from imubench.trials.report import page
+
+    home = out.resolve().parent / f".{out.resolve().name}.trials"
+    kept = home / _key(settings)
+    if home.is_dir():
+        for older in home.iterdir():
+            if older != kept:
+                shutil.rmtree(older)
+    names = [f"{i:03d}" for i in range(settings.cases)]
+    questions = dict(zip(names, mixture(settings.seed, settings.cases), strict=True))
+    truths = make_cases(questions, kept / "cases", settings, workers, report)
+    sealed = publish(truths, kept, settings.seed)
+    announce(sealed)
+    runs = diagnose_cases(names, kept, settings, workers, report)
+    commitments = json.loads((kept / "commitments.json").read_text(encoding="utf-8"))["cases"]
+    salts = {name: salt_of(settings.seed, name) for name in names}
+    check(commitments, truths, salts)
+    scores = tuple(scored(name, truths[name], kept / "answers" / name, runs[name]) for name in names)
+    refused = {name: run.refused for name, run in runs.items() if run.refused}
+    proof = Proof(settings, scores, tuple(figures(scores)), refused, sealed, _how(workers))
+    text = page(proof)
+    with atomic_directory(out) as target:
+        shutil.copyfile(kept / "commitments.json", target / "commitments.json")
+        write_json(target / "truths.json", {n: {"salt": salts[n], "truth": truths[n]} for n in names})
+        write_json(target / "proof.json", as_dict(proof))
+        (target / "diagnoses").mkdir()
+        for name in names:
+            answer = kept / "answers" / name / "diagnosis.json"
+            if answer.is_file():
+                shutil.copyfile(answer, target / "diagnoses" / f"{name}.json")
+        (target / "report.html").write_text(text, encoding="utf-8")
+    shutil.rmtree(home, ignore_errors=True)
+    return proof
+
+
+def make_cases(
+    questions: dict[str, Question], folder: Path, settings: Settings, workers: int, report: Report
+) -> dict[str, Truth]:
+    """Make every recording anew under `folder`, and return the truths, which stay in memory."""
+    shutil.rmtree(folder, ignore_errors=True)
+    truths: dict[str, Truth] = {}
+    report("make recordings", 0, len(questions))
+    context = multiprocessing.get_context("spawn")
+    with one_thread_each(), ProcessPoolExecutor(workers, mp_context=context, initializer=ignore_interrupts) as pool:
+        pending = {
+            pool.submit(made, shortened(question, settings.seconds), folder / name / "recording"): name
+            for name, question in questions.items()
+        }
+        try:
+            for future in as_completed(pending):
+                name = pending[future]
+                truths[name] = future.result()
+                refuse_leaks(folder / name / "recording", truths[name])
+                report("make recordings", len(truths), len(questions))
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    return {name: truths[name] for name in questions}
+
+
+def publish(truths: dict[str, Truth], kept: Path, seed: int) -> str:
+    """Write commitments.json, flushed to the disk, and return its SHA-256.
+
+    Where an earlier run has published it, the truths must be those; `InputError` otherwise.
+    """
+    content = {
+        "format": 1,
+        "hash": "SHA-256 of the truth (JSON, sorted keys, no spaces) followed by the salt",
+        "cases": {
+            name: {
+                "truth": commitment(truth, salt_of(seed, name)),
+                "recording": folder_hash(kept / "cases" / name / "recording"),
+            }
+            for name, truth in truths.items()
+        },
+    }
+    file = kept / "commitments.json"
+    if file.is_file():
+        if json.loads(file.read_text(encoding="utf-8")) != content:
+            raise InputError(f"{file}: expected the cases that an earlier run sealed, got others; remove {kept}")
+    else:
+        with atomic_file(file) as partial:
+            write_json(partial, content)
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def diagnose_cases(
+    names: list[str], kept: Path, settings: Settings, workers: int, report: Report
+) -> dict[str, blind.Run]:
+    """Diagnose every case that an earlier run did not finish."""
+    earlier = {name: blind.finished(kept / "answers" / name) for name in names}
+    runs = {name: run for name, run in earlier.items() if run is not None}
+    report("diagnose", len(runs), len(names))
+    children = blind.Children()
+    with ThreadPoolExecutor(workers) as pool:
+        pending: dict[Future[blind.Run], str] = {
+            pool.submit(
+                blind.diagnosed,
+                kept / "cases" / name / "recording",
+                kept / "answers" / name,
+                settings.command,
+                settings.timeout,
+                children,
+            ): name
+            for name in names
+            if name not in runs
+        }
+        try:
+            while pending:
+                for future in wait(pending, return_when=FIRST_COMPLETED)[0]:
+                    runs[pending.pop(future)] = future.result()
+                    report("diagnose", len(runs), len(names))
+        except BaseException:
+            children.stop()
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    return {name: runs[name] for name in names}
+
+
+def scored(name: str, truth: Truth, answer: Path, run: blind.Run) -> CaseScore:
+    """Return the score of one case; a diagnosis that broke off, cheated or broke the interface has none."""
+    if run.refused:
+        return failed(name, truth, run.seconds, f"tried to see more than its recording: {run.refused[0]}")
+    if run.code != 0:
+        return failed(name, truth, run.seconds, run.error)
+    try:
+        return score(name, truth, read_diagnosis(answer), run.seconds, ALARM)
+    except InputError as error:
+        return failed(name, truth, run.seconds, str(error).replace(str(answer), "diagnosis.json"))
+
+
+def as_dict(proof: Proof) -> dict[str, Any]:
+    """Return the content of proof.json."""
+    return {
+        "format": 1,
+        "settings": asdict(proof.settings),
+        "how": proof.how,
+        "commitments_sha256": proof.sealed,
+        "figures": [asdict(f) for f in proof.figures],
+        "detection": [asdict(row) | {"high": min(row.high, 1e9)} for row in by_strength(proof.scores)],
+        "reliability": reliability(proof.scores),
+        "refused": {name: list(what) for name, what in proof.refused.items()},
+        "cases": [asdict(s) for s in proof.scores],
+    }
+
+
+@contextmanager
+def nothing_shown() -> Iterator[Report]:
+    """Hand out a report that shows nothing."""
+    yield lambda stage, done, total: None
+
+
+def _key(settings: Settings) -> str:
+    """Return a name that changes with the settings and with any line of code."""
+    digest = hashlib.sha256(json.dumps([imubench.__version__, np.__version__, asdict(settings)]).encode())
+    for package in CODE:
+        for name, content in sorted(sources(files(package))):
+            digest.update(f"{package}/{name}".encode() + content)
+    return digest.hexdigest()[:16]
+
+
+def _how(workers: int) -> dict[str, Any]:
+    return {
+        "imubench": imubench.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "system": platform.system(),
+        "workers": workers,
+        "cores": cores(),
+        "separation": blind.PROTOCOL,
+        "namespaces": bool(blind.namespaces()),
+    }

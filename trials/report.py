@@ -1,0 +1,114 @@
+"""A proof as one HTML file that needs nothing else: figures, failures first, every case."""
+
+from collections.abc import Callable, Iterable, Sequence
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from imubench.reproduce.paper import Figure as Drawn
+from imubench.reproduce.report import escape, png
+from imubench.trials import drawings
+from imubench.trials.figures import Figure, by_strength, numbers, reliability
+from imubench.trials.scoring import CaseScore, missed
+
+if TYPE_CHECKING:
+    from imubench.trials.prove import Proof
+
+STYLE = (
+    ".open { color: var(--differs); } .none { color: var(--soft); } td { max-width: 30rem; overflow-wrap: anywhere; }"
+)
+FAILURES: dict[str, Callable[[CaseScore], bool]] = {
+    "No diagnosis": lambda s: bool(s.failed),
+    "Named with confidence what is not there": lambda s: bool(s.wrong),
+    "False alarm": lambda s: s.kind == "none" and s.alarm,
+    "Missed, though 5 times the bound or more": missed,
+    "Found, but with a wrong name or place first": lambda s: s.first_right is False,
+    "Two or three effects, not exactly those": lambda s: s.exact is False and not s.failed,
+    "Outside the table, not flagged at its place": lambda s: s.located is False and not s.failed,
+}
+COLUMNS = ("case", "rig", "kind", "truth", "times its bound", "said", "verdict", "s")
+
+
+def page(proof: "Proof") -> str:
+    """Return the report; raises `InputError` where matplotlib is not installed."""
+    style = (files("imubench.reproduce") / "report.css").read_text(encoding="utf-8") + STYLE
+    s = proof.settings
+    asked = [f for f in proof.figures if f.verdict != "none"]
+    met = sum(f.verdict == "holds" for f in asked)
+    again = f"imubench prove --cases {s.cases} --seed {s.seed}" + (f" --seconds {s.seconds:g}" if s.seconds else "")
+    parts = [
+        "<!doctype html><html lang='en'><head><meta charset='utf-8'><title>blind trials</title>",
+        "<meta name='viewport' content='width=device-width, initial-scale=1'>",
+        f"<style>{style}</style></head><body>",
+        f"<h1>{met} of {len(asked)} aims hold in {s.cases} blind cases</h1>",
+        f"<p class='soft'>{escape(_how(proof))}</p>",
+        _refused(proof),
+        "<h2>Figures</h2>" + _figures(proof.figures),
+        "<h2>Detection against strength</h2>",
+        _drawing(lambda: drawings.detection(by_strength(proof.scores), proof.scores), drawings.DETECTION),
+        "<h2>Is the stated confidence right?</h2>",
+        _drawing(lambda: drawings.reliability(reliability(proof.scores)), drawings.RELIABILITY),
+        "<h2>Failures</h2>" + _failures(proof.scores),
+        "<h2>Every case</h2>" + _cases(proof.scores),
+        f"<footer>{escape(again)}; SHA-256 of commitments.json: {proof.sealed}</footer></body></html>\n",
+    ]
+    return "\n".join(parts)
+
+
+def _how(proof: "Proof") -> str:
+    how = proof.how
+    where = "and namespaces without other processes and network" if how["namespaces"] else "(no namespaces here)"
+    return f"Every truth was sealed before the first diagnosis. Each diagnosis: {how['separation']} {where}."
+
+
+def _refused(proof: "Proof") -> str:
+    items = "".join(
+        f"<p><b class='fails'>cheat</b> case {n}: {escape('; '.join(what))}</p>" for n, what in proof.refused.items()
+    )
+    return f"<div class='verdict bad'>{items}</div>" if items else ""
+
+
+def _figures(figures: Sequence[Figure]) -> str:
+    head = "".join(f"<th>{c}</th>" for c in ("verdict", "figure", "here", "95 % interval", "n", "aim", "guard"))
+    rows = "".join(
+        f"<tr><td class='verdict-cell {f.verdict}'>{'' if f.verdict == 'none' else f.verdict}</td>"
+        f"<td>{escape(f.title)}</td><td class='number'>{numbers(f)[0]}</td><td class='number'>{numbers(f)[1]}</td>"
+        f"<td class='number'>{f.n}</td><td class='number'>{escape(f.aim)}</td>"
+        f"<td class='number {'fails' if f.passed else ''}'>{escape(f.guard)}</td></tr>"
+        for f in figures
+    )
+    words = "<p class='soft'>open: missed, but the interval still reaches the aim: too few cases to tell.</p>"
+    return f"<div class='scroll'><table><tr>{head}</tr>{rows}</table></div>{words}"
+
+
+def _drawing(draw: Callable[[], object], text: str) -> str:
+    figure = Drawn(name="drawing", label="", finding="", draw=draw, text=text)  # type: ignore[arg-type]
+    return f"<img alt='{escape(text)}' src='{png(figure)}'><p class='soft'>{escape(text)}</p>"
+
+
+def _failures(scores: Sequence[CaseScore]) -> str:
+    parts = []
+    for title, is_one in FAILURES.items():
+        found = [s for s in scores if is_one(s)]
+        if found:
+            parts.append(f"<h3>{escape(title)}: {len(found)}</h3>{_cases(found)}")
+    return "".join(parts) or "<p>None.</p>"
+
+
+def _cases(scores: Iterable[CaseScore]) -> str:
+    head = "".join(f"<th>{c}</th>" for c in COLUMNS)
+    return f"<div class='scroll'><table><tr>{head}</tr>{''.join(map(_case, scores))}</table></div>"
+
+
+def _case(s: CaseScore) -> str:
+    strength = ", ".join("-" if v is None else f"{v:.3g}" for v in s.strength)
+    cells = (
+        s.name,
+        s.rig,
+        s.kind + ("" if s.observable else ", unobservable"),
+        ", ".join(s.truth) or "nothing",
+        strength,
+        s.failed or ", ".join(s.found) or "nothing",
+        s.verdict,
+        f"{s.seconds:.0f}",
+    )
+    return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
