@@ -46,8 +46,8 @@ def declared(imu: Imu, part: str) -> float | None:
     return imu.gyro_noise_std if part == "gyro" else imu.accel_noise_std
 
 
-def saturated(imu: Imu, part: str, at: Mask, limits: Array, noise: float) -> RawFinding:
-    """Return where the readings `at` (n,) end at `limits` (k,) of axes and sides; `noise` is their std."""
+def saturated(imu: Imu, part: str, at: Mask, limits: Array) -> RawFinding:
+    """Return where the readings `at` (n,) end at `limits` (k,) of axes and sides."""
     limit, spread = float(np.median(limits)), float(np.ptp(limits))
     times = imu.time[at]
     said = f"{at.sum()} samples of {imu.name}'s {part} read {limit:.4g} {UNITS[part]} in size and none more"

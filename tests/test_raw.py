@@ -209,7 +209,7 @@ def test_saturation_of_rounded_readings_is_found():
     assert "saturation" in effects(imu(12, after=after))
 
 
-@pytest.mark.parametrize("step", [0.02, 0.1, 1.0, 4.0])
+@pytest.mark.parametrize("step", [0.02, 0.1, 0.3, 1.0, 4.0])
 @pytest.mark.parametrize("rate_rms", [1e-9, 1.5])
 def test_a_rounded_sensor_is_not_called_clipped_at_rest_or_in_motion(step, rate_rms):
     recording = imu(13, rate_rms=rate_rms, accel_rms=2 * rate_rms, after=rounding(0.1 * step, step))
