@@ -53,7 +53,7 @@ def line(stretches: tuple[Stretch, ...], rate: float, skip: Mask, noise: Mapping
     frequency = np.asarray(np.fft.rfftfreq(width, 1 / rate), dtype=float)
     over = contrast(power, rate / width)
     lowest = above_motion(stretches, rate, skip, noise)
-    use = np.flatnonzero((frequency > lowest) & (frequency < rate / 2 - INNER) & ~harmonic(power, frequency))
+    use = np.flatnonzero((frequency > lowest) & (frequency < rate / 2 - OUTER) & ~harmonic(power, frequency))
     span = strongest(over[:, use])
     if span is None:
         return None
