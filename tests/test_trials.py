@@ -12,7 +12,7 @@ from imubench.errors import InputError
 from imubench.proof.mixture import mixture
 from imubench.trials import blind
 from imubench.trials.make import leaks, made, shortened
-from imubench.trials.prove import Settings, make_cases, prove
+from imubench.trials.prove import Settings, make_cases, prove, publish
 from imubench.trials.seal import check, check_proof, commitment, salt_of
 
 SEED = 5
@@ -98,21 +98,13 @@ def test_an_interrupted_proof_goes_on_where_it_was(tmp_path):
     assert check_proof(tmp_path / "out") == 3
 
 
-def test_other_truths_than_the_sealed_ones_are_refused_on_going_on(tmp_path):
-    settings = Settings(2, SEED, program(tmp_path), seconds=6.0)
-
-    def stop(stage, done, total):
-        if stage == "diagnose":
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        prove(settings, tmp_path / "out", 1, stop, lambda sealed: None)
-    (file,) = tmp_path.glob(".out.trials/*/commitments.json")
-    content = json.loads(file.read_text())
-    content["cases"]["000"]["truth"] = "0" * 64
-    file.write_text(json.dumps(content))
+def test_other_truths_than_the_sealed_ones_are_refused_on_going_on(case, tmp_path):
+    _, truth = case
+    (tmp_path / "cases" / "000" / "recording").mkdir(parents=True)
+    first = publish({"000": truth}, tmp_path, SEED)
+    assert publish({"000": truth}, tmp_path, SEED) == first  # as a run that goes on finds it
     with pytest.raises(InputError, match="expected the cases that an earlier run sealed"):
-        prove(settings, tmp_path / "out", 1, quiet, lambda sealed: None)
+        publish({"000": truth | {"kind": "none"}}, tmp_path, SEED)
 
 
 def test_a_recording_tells_nothing_of_its_truth(case):

@@ -5,9 +5,8 @@ import json
 import multiprocessing
 import platform
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -23,6 +22,7 @@ from imubench.errors import InputError
 from imubench.proof.mixture import Question, mixture
 from imubench.reproduce.parts import cores, ignore_interrupts, one_thread_each, sources
 from imubench.trials import blind
+from imubench.trials.beside import fit_baselines, residual_size, to_leave_out, without
 from imubench.trials.figures import Figure, by_strength, figures, reliability
 from imubench.trials.make import made, refuse_leaks, shortened
 from imubench.trials.scoring import CaseScore, failed, score
@@ -34,6 +34,9 @@ CODE = (
 )  # fmt: skip
 ALARM = 1.15**2 * 1.2
 """The misfit from which its size alone is an alarm: a declared noise right within 15 %, 20 % of coloured noise."""
+
+LEFT_OUT = ("answered", "confidently_wrong", "outside_flagged", "outside_located")
+"""What is asked where the effect is not in the library."""
 
 Report = Callable[[str, int, int], None]
 """Takes the stage, how many of it are done, and how many there are."""
@@ -48,6 +51,8 @@ class Settings:
     command: str = blind.OURS
     timeout: float = 300.0  # s for a diagnosis
     seconds: float | None = None  # recordings are at most that long
+    baselines: bool = False  # L1 and the oracle on the same cases
+    leave_one_out: bool = False  # again, with the effect that was found taken out of the library
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,8 @@ class Proof:
     refused: dict[str, tuple[str, ...]]  # case -> what its diagnosis tried and has no business with
     sealed: str  # SHA-256 of commitments.json
     how: dict[str, Any]
+    beside: dict[str, tuple[CaseScore, ...]]  # baseline -> its scores
+    left_out: tuple[CaseScore, ...] = ()  # of the diagnosis without the effect in its library
 
     @property
     def fit_for_the_build(self) -> bool:
@@ -86,13 +93,21 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
     truths = make_cases(questions, kept / "cases", settings, workers, report)
     sealed = publish(truths, kept, settings.seed)
     announce(sealed)
-    runs = diagnose_cases(names, kept, settings, workers, report)
+    runs = diagnose_cases(dict.fromkeys(names, "-"), "answers", kept, settings, workers, report)
     commitments = json.loads((kept / "commitments.json").read_text(encoding="utf-8"))["cases"]
     salts = {name: salt_of(settings.seed, name) for name in names}
     check(commitments, truths, salts)
     scores = tuple(scored(name, truths[name], kept / "answers" / name, runs[name]) for name in names)
     refused = {name: run.refused for name, run in runs.items() if run.refused}
-    proof = Proof(settings, scores, tuple(figures(scores)), refused, sealed, _how(workers))
+    beside = {"residual size": residual_size(truths, scores, kept / "answers", ALARM)}
+    if settings.baselines:
+        beside |= fit_baselines(truths, kept / "cases", kept / "baselines", workers, report)
+    left_out: tuple[CaseScore, ...] = ()
+    if settings.leave_one_out:
+        asked = to_leave_out(truths, scores)
+        again = diagnose_cases(asked, "left_out", kept, settings, workers, report)
+        left_out = tuple(scored(n, without(truths[n]), kept / "left_out" / n, again[n]) for n in asked)
+    proof = Proof(settings, scores, tuple(figures(scores)), refused, sealed, _how(workers), beside, left_out)
     text = page(proof)
     with atomic_directory(out) as target:
         shutil.copyfile(kept / "commitments.json", target / "commitments.json")
@@ -160,31 +175,36 @@ def publish(truths: dict[str, Truth], kept: Path, seed: int) -> str:
 
 
 def diagnose_cases(
-    names: list[str], kept: Path, settings: Settings, workers: int, report: Report
+    names: dict[str, str], folder: str, kept: Path, settings: Settings, workers: int, report: Report
 ) -> dict[str, blind.Run]:
-    """Diagnose every case that an earlier run did not finish."""
-    earlier = {name: blind.finished(kept / "answers" / name) for name in names}
+    """Diagnose every case that an earlier run did not finish, into `folder`.
+
+    names: case -> effect taken out of the library, - for none.
+    """
+    earlier = {name: blind.finished(kept / folder / name) for name in names}
     runs = {name: run for name, run in earlier.items() if run is not None}
-    report("diagnose", len(runs), len(names))
+    stage = "diagnose" if folder == "answers" else "leave one out"
+    report(stage, len(runs), len(names))
     children = blind.Children()
     with ThreadPoolExecutor(workers) as pool:
         pending: dict[Future[blind.Run], str] = {
             pool.submit(
                 blind.diagnosed,
                 kept / "cases" / name / "recording",
-                kept / "answers" / name,
+                kept / folder / name,
                 settings.command,
                 settings.timeout,
                 children,
+                left_out,
             ): name
-            for name in names
+            for name, left_out in names.items()
             if name not in runs
         }
         try:
             while pending:
                 for future in wait(pending, return_when=FIRST_COMPLETED)[0]:
                     runs[pending.pop(future)] = future.result()
-                    report("diagnose", len(runs), len(names))
+                    report(stage, len(runs), len(names))
         except BaseException:
             children.stop()
             pool.shutdown(wait=True, cancel_futures=True)
@@ -214,15 +234,14 @@ def as_dict(proof: Proof) -> dict[str, Any]:
         "figures": [asdict(f) for f in proof.figures],
         "detection": [asdict(row) | {"high": min(row.high, 1e9)} for row in by_strength(proof.scores)],
         "reliability": reliability(proof.scores),
+        "beside": {b: [asdict(f) for f in figures(scores)] for b, scores in proof.beside.items()},
+        "left_out": {
+            "figures": [asdict(f) for f in figures(proof.left_out) if f.name in LEFT_OUT],
+            "cases": [asdict(s) for s in proof.left_out],
+        },
         "refused": {name: list(what) for name, what in proof.refused.items()},
         "cases": [asdict(s) for s in proof.scores],
     }
-
-
-@contextmanager
-def nothing_shown() -> Iterator[Report]:
-    """Hand out a report that shows nothing."""
-    yield lambda stage, done, total: None
 
 
 def _key(settings: Settings) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from imubench.reproduce.paper import Figure as Drawn
 from imubench.reproduce.report import escape, png
 from imubench.trials import drawings
-from imubench.trials.figures import Figure, by_strength, numbers, reliability
+from imubench.trials.figures import Figure, by_strength, figures, numbers, reliability
 from imubench.trials.scoring import CaseScore, missed
 
 if TYPE_CHECKING:
@@ -25,6 +25,19 @@ FAILURES: dict[str, Callable[[CaseScore], bool]] = {
     "Two or three effects, not exactly those": lambda s: s.exact is False and not s.failed,
     "Outside the table, not flagged at its place": lambda s: s.located is False and not s.failed,
 }
+ALL = ("diagnosis", "residual size", "L1", "oracle")
+COMPARED = {  # which ways are asked: the oracle is told the name, the residual's size has none
+    **dict.fromkeys(("false_alarms_white", "false_alarms_coloured", "false_alarms_misdeclared"), ALL[:3]),
+    **dict.fromkeys(("behind_theory", "detected_strong"), ALL),
+    **dict.fromkeys(("first_right", "in_set", "confidently_wrong"), ("diagnosis", "L1")),
+    "exact_sets": ("diagnosis", "L1", "oracle"),
+    **dict.fromkeys(("outside_flagged", "outside_located"), ("diagnosis", "residual size")),
+    **dict.fromkeys(("error_over_bound", "error_over_bound_mounts", "covered"), ("diagnosis", "oracle")),
+}
+WAYS = (
+    "Residual size: the misfit alone. L1: all effects without states at once, sparse. Oracle: told the effects, fitted "
+    "exactly, found where the evidence asks for it; what it misses the data do not show."
+)
 COLUMNS = ("case", "rig", "kind", "truth", "times its bound", "said", "verdict", "s")
 
 
@@ -47,6 +60,8 @@ def page(proof: "Proof") -> str:
         _drawing(lambda: drawings.detection(by_strength(proof.scores), proof.scores), drawings.DETECTION),
         "<h2>Is the stated confidence right?</h2>",
         _drawing(lambda: drawings.reliability(reliability(proof.scores)), drawings.RELIABILITY),
+        "<h2>Beside other ways, on the same cases</h2>" + _beside(proof),
+        _left_out(proof),
         "<h2>Failures</h2>" + _failures(proof.scores),
         "<h2>Every case</h2>" + _cases(proof.scores),
         f"<footer>{escape(again)}; SHA-256 of commitments.json: {proof.sealed}</footer></body></html>\n",
@@ -78,6 +93,27 @@ def _figures(figures: Sequence[Figure]) -> str:
     )
     words = "<p class='soft'>open: missed, but the interval still reaches the aim: too few cases to tell.</p>"
     return f"<div class='scroll'><table><tr>{head}</tr>{rows}</table></div>{words}"
+
+
+def _beside(proof: "Proof") -> str:
+    ways = {"diagnosis": proof.figures, **{name: figures(scores) for name, scores in proof.beside.items()}}
+    head = "<th>figure</th>" + "".join(f"<th class='number'>{escape(way)}</th>" for way in ways)
+    rows = ""
+    for k, figure in enumerate(proof.figures):
+        if figure.name in COMPARED:
+            cells = "".join(
+                f"<td class='number'>{numbers(of[k])[0] if way in COMPARED[figure.name] else ''}</td>"
+                for way, of in ways.items()
+            )
+            rows += f"<tr><td>{escape(figure.title)}</td>{cells}</tr>"
+    return f"<div class='scroll'><table><tr>{head}</tr>{rows}</table></div><p class='soft'>{escape(WAYS)}</p>"
+
+
+def _left_out(proof: "Proof") -> str:
+    if not proof.left_out:
+        return ""
+    kept = [f for f in figures(proof.left_out) if f.name in ("confidently_wrong", "outside_flagged", "outside_located")]
+    return "<h2>The effect taken out of the library</h2>" + _figures(kept) + _cases(proof.left_out)
 
 
 def _drawing(draw: Callable[[], object], text: str) -> str:

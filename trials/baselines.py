@@ -1,0 +1,142 @@
+"""Other ways to answer, on the same cases, as diagnoses that are scored alike.
+
+residual size   the misfit of the declared model alone: an `unknown` where it is largest, or nothing
+L1              all effects without states at once, from the nominal fit's linear step, sparse by an L1 penalty
+oracle          told the effects of the case: fitted exactly, and found where its evidence asks for it
+
+What the oracle misses the data do not show; what it finds and the diagnosis misses is the diagnosis' own.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from imubench import format1
+from imubench.arrays import Array
+from imubench.diagnosis.blocks import solve_arrow
+from imubench.diagnosis.diagnose import nominal_fit
+from imubench.diagnosis.findings import parameters
+from imubench.diagnosis.fit import Fit, all_rows, assemble
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.refit import information
+from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval
+from imubench.diagnosis.score import score, started
+from imubench.diagnosis.select import NEEDED, candidates, plain_trials, state_trials, with_noise
+from imubench.trials.match import inside
+from imubench.trials.seal import Truth
+
+SURE = 0.95  # what a baseline says of everything that it finds: it has no probabilities
+NO_GAIN = Interval(0.0, (0.0, 0.0))
+ROUNDS = 2000  # of coordinate descent; it stops where nothing moves
+CLOSE = 1e-6  # of a bound
+
+
+def residual_size(ours: Diagnosis, alarm_misfit: float) -> Diagnosis:
+    """Return what the declared model's misfit alone says, from what the diagnosis says of it."""
+    loud = ours.misfit[0] > alarm_misfit and bool(ours.where)
+    return answer(ours.rig, [Finding(UNKNOWN, ours.where[0].at, SURE, {}, NO_GAIN)] if loud else [])
+
+
+def answer(rig: str, found: Sequence[Finding]) -> Diagnosis:
+    """Return the diagnosis that has these findings and says no more."""
+    named = any(f.named for f in found)
+    verdict = "explained" if named else "unexplained" if found else "no mismatch"
+    return Diagnosis(
+        "recording",
+        rig,
+        verdict,  # type: ignore[arg-type]
+        (1.0, 1.0),
+        (),
+        tuple(found),
+        (),
+        FitQuality((1.0, 1.0)),
+        "",
+        0.0,
+    )
+
+
+def both(folder: Path, truth: Truth) -> dict[str, Diagnosis]:
+    """Return what L1 and the oracle say of a recording; the oracle alone reads the truth."""
+    recording, _ = format1.read(folder)
+    fit = nominal_fit(recording)
+    return {"L1": l1(fit), "oracle": oracle(fit, truth)}
+
+
+def l1(fit: Fit) -> Diagnosis:
+    """Return the effects that stay under an L1 penalty, largest first.
+
+    Parameters in units of their own bound; the penalty sqrt(2 log p) is what the largest of p of pure noise reaches.
+    """
+    tried = [h for h in candidates(fit.model) if not h.effect.states]
+    matrix, force, spans = joint(fit, tried)
+    scale = 1 / np.sqrt(np.diagonal(matrix))
+    z = lasso(matrix * np.outer(scale, scale), -force * scale, float(np.sqrt(2 * np.log(len(force)))))
+    sizes = {h: float(np.linalg.norm(z[span])) for h, span in zip(tried, spans, strict=True)}
+    there: dict[tuple[str, str], float] = {}
+    for h, size in sizes.items():
+        if size > CLOSE:
+            there[h.effect.name, h.at] = max(there.get((h.effect.name, h.at), 0.0), size)
+    best = sorted(there, key=lambda place: -there[place])
+    return answer(fit.model.recording.rig, [Finding(name, at, SURE, {}, NO_GAIN) for name, at in best])
+
+
+def joint(fit: Fit, tried: Sequence[Hypothesis]) -> tuple[Array, Array, list[slice]]:
+    """Return the information (k, k) and gradient (k,) of all parameters at once, the motion and the geometry free."""
+    model = fit.model.with_effects((*fit.model.hypotheses, *tried))
+    rows = all_rows(model, started(model, fit.state), fit.noise, fit.anchor, fit.loose)
+    normal, _ = assemble(model, rows)
+    solution = solve_arrow(normal.band, normal.border, normal.corner)
+    front = solution.factor.forward(normal.gradient[:, :, None])
+    gradient = normal.corner_gradient - np.einsum("mbp,mb->p", solution.half, front[:, :, 0])
+    columns = [
+        np.concatenate([np.r_[model.parameters.columns(h.key(p.name))] for p in h.effect.parameters]) for h in tried
+    ]
+    fresh = np.concatenate(columns)
+    old = np.setdiff1d(np.arange(model.parameters.count), fresh)
+    known = np.linalg.solve(solution.schur[np.ix_(old, old)], solution.schur[np.ix_(old, fresh)])
+    matrix = solution.schur[np.ix_(fresh, fresh)] - solution.schur[np.ix_(fresh, old)] @ known
+    ends = np.cumsum([len(c) for c in columns])
+    spans = [slice(int(end) - len(c), int(end)) for c, end in zip(columns, ends, strict=True)]
+    return np.asarray(matrix), np.asarray(gradient[fresh] - known.T @ gradient[old]), spans
+
+
+def lasso(matrix: Array, force: Array, penalty: float) -> Array:
+    """Return z (k,) that minimises z' matrix z / 2 - force' z + penalty |z|_1, the diagonal of matrix being 1."""
+    z = np.zeros(len(force))
+    product = np.zeros(len(force))  # matrix @ z
+    for _ in range(ROUNDS):
+        most = 0.0
+        for k in range(len(z)):
+            open_ = force[k] - product[k] + z[k]
+            new = np.sign(open_) * max(abs(open_) - penalty, 0.0)
+            if new != z[k]:
+                product += matrix[:, k] * (new - z[k])
+                most = max(most, abs(new - z[k]))
+                z[k] = new
+        if most < CLOSE:
+            break
+    return z
+
+
+def oracle(fit: Fit, truth: Truth) -> Diagnosis:
+    """Return what an exact fit of the case's own effects finds, one by one, each where evidence asks for it."""
+    for i in inside(truth):
+        effect = truth["effects"][i]
+        named = [h for h in candidates(fit.model) if (h.effect.name, h.at) == (effect["effect"], effect["at"])]
+        plain, lively = ([h for h in named if bool(h.effect.states) == states] for states in (False, True))
+        trials = plain_trials(fit, score(fit, plain), _quiet) + state_trials(fit, lively, _quiet)
+        best = max(trials, key=lambda t: t.evidence, default=None)
+        if best is not None and best.evidence > NEEDED:
+            fit = with_noise(best)
+    _, std = information(fit)
+    found = [
+        Finding(h.effect.name, h.at, SURE, parameters(h, fit, std), NO_GAIN)
+        for h in fit.model.hypotheses
+        if any((h.effect.name, h.at) == (e["effect"], e["at"]) for e in truth["effects"])
+    ]
+    return answer(fit.model.recording.rig, found)
+
+
+def _quiet(text: str) -> None:
+    """Say nothing."""

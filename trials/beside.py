@@ -1,0 +1,102 @@
+"""What is held beside the diagnosis on the same cases: baselines, and itself without the effect in its library."""
+
+import json
+import multiprocessing
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+
+from imubench.answers import write_json
+from imubench.atomic import atomic_file
+from imubench.diagnosis.result import Diagnosis
+from imubench.diagnosis.result_file import as_dict, read_diagnosis
+from imubench.effects import EFFECTS
+from imubench.errors import InputError
+from imubench.reproduce.parts import ignore_interrupts, one_thread_each
+from imubench.trials import baselines
+from imubench.trials.scoring import CaseScore, failed, score
+from imubench.trials.seal import Truth
+
+FITTED = ("L1", "oracle")
+Report = Callable[[str, int, int], None]
+
+
+def fitted(recording: Path, truth: Truth, kept: Path) -> None:
+    """Put what L1 and the oracle say of a case into `kept`, or why they say nothing."""
+    try:
+        said: Mapping[str, Diagnosis] = baselines.both(recording, truth)
+    except Exception as error:  # a baseline that breaks is counted, it does not stop the trials
+        with atomic_file(kept / "error.json") as partial:
+            write_json(partial, f"{type(error).__name__}: {error}")
+        return
+    for name in FITTED:
+        with atomic_file(kept / f"{name}.json") as partial:
+            write_json(partial, as_dict(said[name]))
+
+
+def fit_baselines(
+    truths: Mapping[str, Truth], cases: Path, folder: Path, workers: int, report: Report
+) -> dict[str, tuple[CaseScore, ...]]:
+    """Return the scores of L1 and the oracle, fitted where an earlier run has not."""
+    open_ones = [n for n in truths if not list((folder / n).glob("*.json"))]
+    done = len(truths) - len(open_ones)
+    report("fit baselines", done, len(truths))
+    context = multiprocessing.get_context("spawn")
+    if open_ones:
+        with (
+            one_thread_each(),
+            ProcessPoolExecutor(workers, mp_context=context, initializer=ignore_interrupts) as pool,
+        ):
+            try:
+                pending = [pool.submit(fitted, cases / n / "recording", truths[n], folder / n) for n in open_ones]
+                for future in as_completed(pending):
+                    future.result()
+                    done += 1
+                    report("fit baselines", done, len(truths))
+            except BaseException:
+                pool.shutdown(wait=True, cancel_futures=True)
+                raise
+    return {b: tuple(_scored(n, truths[n], folder / n, b) for n in truths) for b in FITTED}
+
+
+def _scored(name: str, truth: Truth, folder: Path, baseline: str) -> CaseScore:
+    error = folder / "error.json"
+    if error.is_file():
+        return failed(name, truth, 0.0, str(json.loads(error.read_text(encoding="utf-8"))))
+    return score(name, truth, read_diagnosis(folder / f"{baseline}.json"), 0.0, float("inf"))
+
+
+def residual_size(
+    truths: Mapping[str, Truth], scores: Sequence[CaseScore], answers: Path, alarm: float
+) -> tuple[CaseScore, ...]:
+    """Return the scores of the misfit's size alone, as the diagnoses state it."""
+    out = []
+    for s in scores:
+        truth = truths[s.name]
+        try:
+            said = baselines.residual_size(read_diagnosis(answers / s.name), alarm)
+            out.append(score(s.name, truth, said, 0.0, alarm))
+        except InputError as error:
+            out.append(failed(s.name, truth, 0.0, str(error)))
+    return tuple(out)
+
+
+def to_leave_out(truths: Mapping[str, Truth], scores: Sequence[CaseScore]) -> dict[str, str]:
+    """Return, for each case of a lone effect that was found, the effect to take out of the library.
+
+    Not where the table has a twin of it, which stays and is right; nor where no fit could hold it (a fault that is
+    read off the raw samples is not in what `guard` takes out).
+    """
+    out = {}
+    for s in scores:
+        truth = truths[s.name]
+        if s.kind == "one" and s.observable and s.alarm and len(truth["answers"][0]) == 1:
+            effect = EFFECTS.get(truth["effects"][0]["effect"])
+            if effect is not None and (effect.parameters or effect.states):
+                out[s.name] = effect.name
+    return out
+
+
+def without(truth: Truth) -> Truth:
+    """Return a truth of a lone effect as it stands for a library that does not have it."""
+    return truth | {"kind": "outside", "effects": [truth["effects"][0] | {"inside": False}]}
