@@ -1,4 +1,4 @@
-"""`imubench reproduce`: a bar of what is done, the verdicts, and exit code 1 where a promise fails or a guard is passed."""
+"""`imubench reproduce`: a bar of what is done, the verdicts; exit code 1 where a promise fails or a guard is passed."""
 
 from collections import Counter
 from collections.abc import Iterator

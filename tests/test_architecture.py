@@ -29,7 +29,18 @@ def imports(source: Path) -> set[str]:
 
 
 def test_every_folder_with_code_is_a_listed_package():
-    tops = ("imubench", "models", "sim", "estimators", "scenarios", "reproduce", "effects", "diagnosis", "proof", "trials")
+    tops = (
+        "imubench",
+        "models",
+        "sim",
+        "estimators",
+        "scenarios",
+        "reproduce",
+        "effects",
+        "diagnosis",
+        "proof",
+        "trials",
+    )
     folders = {p.parent.relative_to(ROOT).as_posix() for top in tops for p in (ROOT / top).rglob("*.py")}
     assert folders == set(SETUP["package-dir"].values())
     assert set(SETUP["packages"]) == set(SETUP["package-dir"])
