@@ -181,6 +181,7 @@ def prove_command(
     timeout: Annotated[float, typer.Option(help="Seconds until a diagnosis is stopped.", min=1)] = 300.0,
     workers: Annotated[int | None, typer.Option(help="Diagnoses at a time; none: one a core.", min=1)] = None,
     baselines: Annotated[bool, typer.Option("--baselines", help="L1 and the oracle on the same cases.")] = False,
+    added: Annotated[Path | None, typer.Option(help="Add effects to the real recordings in this folder.")] = None,
     leave_one_out: Annotated[bool, typer.Option("--leave-one-out", help="Again without the effect found.")] = False,
     check: Annotated[Path | None, typer.Option(help="Only check the seals of a finished proof in this folder.")] = None,
     out: Out = None,
@@ -201,7 +202,7 @@ def prove_command(
     if check is not None:
         raise typer.Exit(cli_prove.check(check, console))
     settings = Settings(cases, cli_prove.new_seed() if seed is None else seed, timeout=timeout, seconds=seconds)
-    settings = replace(settings, baselines=baselines, leave_one_out=leave_one_out)
+    settings = replace(settings, baselines=baselines, leave_one_out=leave_one_out, added=str(added or ""))
     if diagnosis is not None:
         settings = replace(settings, command=diagnosis)
     raise typer.Exit(cli_prove.run(settings, out or Path("runs/proof"), workers, console, errors))

@@ -66,8 +66,8 @@ def read_imu(track: Track, at: str, effects: list[Effect], options: Options, rat
             x = x + knocking(time, knocks, channel, stream(seed, f"knocks {at}"))
         x = x + on_the_samples(at, effects, time, channel, stream(seed, f"walk {at} {channel}"))
         x = x + noise(len(time), channel, at, effects, options, rate, stream(seed, f"noise {at} {channel}"))
-        samples[channel] = _digitised(x, channel, at, effects)
-    return _lost(Samples(time, samples["gyro"], samples["accel"]), at, effects, options, stream(seed, f"lost {at}"))
+        samples[channel] = digitised(x, channel, at, effects)
+    return lost(Samples(time, samples["gyro"], samples["accel"]), at, effects, options, stream(seed, f"lost {at}"))
 
 
 def parallel_errors(channel: str, at: str, effects: list[Effect], true: dict[str, Array]) -> Array:
@@ -140,7 +140,8 @@ def _cutoff(channel: str, at: str, effects: list[Effect]) -> float:
     return float(p["cutoff"]) if p and channel in p.get("channels", CHANNELS) else 0.0
 
 
-def _digitised(x: Array, channel: str, at: str, effects: list[Effect]) -> Array:
+def digitised(x: Array, channel: str, at: str, effects: list[Effect]) -> Array:
+    """Return x (m, 3) clipped at `limit` and rounded to `step`."""
     p = find(effects, "saturation", at)
     if p and channel in p["channels"]:
         x = np.clip(x, -float(p["limit"]), float(p["limit"]))
@@ -150,7 +151,7 @@ def _digitised(x: Array, channel: str, at: str, effects: list[Effect]) -> Array:
     return x
 
 
-def _lost(samples: Samples, at: str, effects: list[Effect], options: Options, rng: np.random.Generator) -> Samples:
+def lost(samples: Samples, at: str, effects: list[Effect], options: Options, rng: np.random.Generator) -> Samples:
     """Return the samples without those of gaps and dropouts; a held or repeated one says the last one again."""
     m = len(samples.time)
     missing, held = np.zeros(m, dtype=bool), np.zeros(m, dtype=bool)

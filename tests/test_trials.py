@@ -116,7 +116,7 @@ def test_a_truth_planted_into_a_file_name_or_a_header_is_caught(tmp_path):
     name = question.effects[0][0]
     told = replace(question, options=question.options | {"name": name})
     with pytest.raises(InputError, match=f"does not tell its truth, got word '{name}' in recording.toml"):
-        make_cases({"000": told}, tmp_path / "cases", Settings(1, SEED), 1, quiet)
+        make_cases({"000": told}, tmp_path / "cases", 1, quiet)
     truth = made(question, tmp_path / "recording")
     (tmp_path / "recording" / f"{name}.txt").write_text("")
     assert leaks(tmp_path / "recording", truth) == [f"file '{name}.txt'"]

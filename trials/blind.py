@@ -129,6 +129,8 @@ def diagnosed(
     with tempfile.TemporaryDirectory(prefix="imubench-") as temporary:
         room = Path(temporary).resolve()
         shutil.copytree(recording, room / "recording")
+        for file in (room / "recording").rglob("*"):
+            os.utime(file, (0, 0))  # when it was written tells nothing
         if program.endswith(".py"):
             shutil.copyfile(program, room / "program.py")
         (room / FONTS).mkdir()

@@ -5,9 +5,9 @@ import json
 import multiprocessing
 import platform
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from imubench.trials import blind
 from imubench.trials.beside import fit_baselines, residual_size, to_leave_out, without
 from imubench.trials.figures import Figure, by_strength, figures, reliability
 from imubench.trials.make import made, refuse_leaks, shortened
+from imubench.trials.real import Added, beside, made_real, questions
 from imubench.trials.scoring import CaseScore, failed, score
 from imubench.trials.seal import Truth, check, commitment, folder_hash, salt_of
 
@@ -52,6 +53,7 @@ class Settings:
     timeout: float = 300.0  # s for a diagnosis
     seconds: float | None = None  # recordings are at most that long
     baselines: bool = False  # L1 and the oracle on the same cases
+    added: str = ""  # a folder of real recordings to add effects to, instead of the generator's
     leave_one_out: bool = False  # again, with the effect that was found taken out of the library
 
 
@@ -88,26 +90,26 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
         for older in home.iterdir():
             if older != kept:
                 shutil.rmtree(older)
-    names = [f"{i:03d}" for i in range(settings.cases)]
-    questions = dict(zip(names, mixture(settings.seed, settings.cases), strict=True))
-    truths = make_cases(questions, kept / "cases", settings, workers, report)
+    truths = make_cases(asked_of(settings), kept / "cases", workers, report)
+    names = list(truths)
     sealed = publish(truths, kept, settings.seed)
     announce(sealed)
     runs = diagnose_cases(dict.fromkeys(names, "-"), "answers", kept, settings, workers, report)
     commitments = json.loads((kept / "commitments.json").read_text(encoding="utf-8"))["cases"]
     salts = {name: salt_of(settings.seed, name) for name in names}
     check(commitments, truths, salts)
-    scores = tuple(scored(name, truths[name], kept / "answers" / name, runs[name]) for name in names)
+    judge = in_pairs if settings.added else one_by_one
+    scores = judge(truths, kept / "answers", runs)
     refused = {name: run.refused for name, run in runs.items() if run.refused}
-    beside = {"residual size": residual_size(truths, scores, kept / "answers", ALARM)}
-    if settings.baselines:
-        beside |= fit_baselines(truths, kept / "cases", kept / "baselines", workers, report)
+    others = {} if settings.added else {"residual size": residual_size(truths, scores, kept / "answers", ALARM)}
+    if settings.baselines and not settings.added:
+        others |= fit_baselines(truths, kept / "cases", kept / "baselines", workers, report)
     left_out: tuple[CaseScore, ...] = ()
-    if settings.leave_one_out:
+    if settings.leave_one_out and not settings.added:
         asked = to_leave_out(truths, scores)
         again = diagnose_cases(asked, "left_out", kept, settings, workers, report)
         left_out = tuple(scored(n, without(truths[n]), kept / "left_out" / n, again[n]) for n in asked)
-    proof = Proof(settings, scores, tuple(figures(scores)), refused, sealed, _how(workers), beside, left_out)
+    proof = Proof(settings, scores, tuple(figures(scores)), refused, sealed, _how(workers), others, left_out)
     text = page(proof)
     with atomic_directory(out) as target:
         shutil.copyfile(kept / "commitments.json", target / "commitments.json")
@@ -123,29 +125,34 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
     return proof
 
 
-def make_cases(
-    questions: dict[str, Question], folder: Path, settings: Settings, workers: int, report: Report
-) -> dict[str, Truth]:
+def asked_of(settings: Settings) -> dict[str, Question | Added]:
+    """Return what the settings ask for, by the names of the cases."""
+    if settings.added:
+        return dict(questions(Path(settings.added), settings.seed, settings.cases))
+    mixed = mixture(settings.seed, settings.cases)
+    return {f"{i:03d}": shortened(question, settings.seconds) for i, question in enumerate(mixed)}
+
+
+def make_cases(asked: Mapping[str, Question | Added], folder: Path, workers: int, report: Report) -> dict[str, Truth]:
     """Make every recording anew under `folder`, and return the truths, which stay in memory."""
     shutil.rmtree(folder, ignore_errors=True)
     truths: dict[str, Truth] = {}
-    report("make recordings", 0, len(questions))
+    report("make recordings", 0, len(asked))
     context = multiprocessing.get_context("spawn")
     with one_thread_each(), ProcessPoolExecutor(workers, mp_context=context, initializer=ignore_interrupts) as pool:
         pending = {
-            pool.submit(made, shortened(question, settings.seconds), folder / name / "recording"): name
-            for name, question in questions.items()
+            pool.submit(any_made, question, folder / name / "recording"): name for name, question in asked.items()
         }
         try:
             for future in as_completed(pending):
                 name = pending[future]
                 truths[name] = future.result()
                 refuse_leaks(folder / name / "recording", truths[name])
-                report("make recordings", len(truths), len(questions))
+                report("make recordings", len(truths), len(asked))
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-    return {name: truths[name] for name in questions}
+    return {name: truths[name] for name in asked}
 
 
 def publish(truths: dict[str, Truth], kept: Path, seed: int) -> str:
@@ -210,6 +217,31 @@ def diagnose_cases(
             pool.shutdown(wait=True, cancel_futures=True)
             raise
     return {name: runs[name] for name in names}
+
+
+def any_made(question: Question | Added, folder: Path) -> Truth:
+    """Write the recording of a question of either kind, and return its truth."""
+    return made_real(question, folder) if isinstance(question, Added) else made(question, folder)
+
+
+def one_by_one(truths: Mapping[str, Truth], answers: Path, runs: Mapping[str, blind.Run]) -> tuple[CaseScore, ...]:
+    """Return the score of every case."""
+    return tuple(scored(name, truth, answers / name, runs[name]) for name, truth in truths.items())
+
+
+def in_pairs(truths: Mapping[str, Truth], answers: Path, runs: Mapping[str, blind.Run]) -> tuple[CaseScore, ...]:
+    """Return the score of every case with an effect, beside the diagnosis of the untouched recording."""
+    out = []
+    for name, truth in truths.items():
+        if truth["effects"]:
+            plain_one, run = scored(name, truth, answers / name, runs[name]), runs[name]
+            untouched = scored(truth["base"], truths[truth["base"]], answers / truth["base"], runs[truth["base"]])
+            if untouched.failed or plain_one.failed:
+                out.append(replace(plain_one, failed=plain_one.failed or f"untouched: {untouched.failed}"))
+            else:
+                new = beside(read_diagnosis(answers / name), read_diagnosis(answers / truth["base"]))
+                out.append(score(name, truth, new, run.seconds, ALARM))
+    return tuple(out)
 
 
 def scored(name: str, truth: Truth, answer: Path, run: blind.Run) -> CaseScore:

@@ -1,0 +1,93 @@
+"""Effects added to real recordings, each judged beside the untouched recording's own diagnosis.
+
+A real recording is not clean: its own diagnosis finds something. Only what the recording with the effect has and the
+untouched one has not counts as an answer.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from imubench.diagnosis.result import Diagnosis
+from imubench.errors import InputError
+from imubench.proof.added import add, addable, copy, options_of, read_header, read_samples
+from imubench.proof.case import plain
+from imubench.proof.options import Effect, stream
+from imubench.proof.ranges import STRENGTHS
+from imubench.trials.make import answers, freedom
+from imubench.trials.match import sure
+from imubench.trials.seal import Truth
+
+
+@dataclass(frozen=True)
+class Added:
+    """One case to be made: a recording, and the effect to add; without one it is the untouched recording."""
+
+    recording: Path
+    base: str  # name of the case with the untouched recording
+    effect: str = ""
+    at: str = ""
+    seed: int = 0
+    strength: str = ""
+
+
+def questions(folder: Path, seed: int, n: int) -> dict[str, Added]:
+    """Return every recording below a folder untouched, and n cases with an effect added to one of them, by name.
+
+    Raises `InputError` where there is none. The recordings take turns; names follow a random order, so that a name
+    does not tell which are touched.
+    """
+    recordings = sorted(p.parent for p in folder.rglob("recording.toml"))
+    if not recordings:
+        raise InputError(f"{folder}: expected folders in format 1, got none")
+    for recording in recordings:
+        for imu in read_header(recording)["imu"]:
+            if not imu["file"].endswith(".csv"):
+                raise InputError(f"{recording}: expected CSV files to add effects to, got '{imu['file']}'")
+    rng = stream(seed, "added")
+    recordings = recordings[: max(n, 1)]
+    names = [f"{i:03d}" for i in rng.permutation(len(recordings) + n)]
+    out = {names[i]: Added(r, names[i], seed=int(rng.integers(2**30, 2**31))) for i, r in enumerate(recordings)}
+    for k in range(n):
+        which = k % len(recordings)
+        places = addable(recordings[which])
+        effect, at = places[int(rng.integers(len(places)))]
+        strength = str(rng.choice(STRENGTHS[1:]))
+        out[names[len(recordings) + k]] = Added(
+            recordings[which], names[which], effect, at, int(rng.integers(2**30, 2**31)), strength
+        )
+    return dict(sorted(out.items()))
+
+
+def made_real(question: Added, folder: Path) -> Truth:
+    """Write the recording of a question into the new folder, and return its truth, which no file holds."""
+    q = question
+    header = read_header(q.recording)
+    entry = next((imu for imu in header["imu"] if imu["name"] == q.at), header["imu"][0])
+    options = options_of(header, entry, read_samples(q.recording / entry["file"]))
+    if q.effect:
+        truth = add(q.recording, folder, q.effect, q.at, q.seed, q.strength)
+    else:
+        copy(q.recording, folder)
+        truth = {"format": 1, "seed": q.seed, "rig": header["rig"], "effects": []}
+    effects = [Effect(e["effect"], e["at"], e["parameters"]) for e in truth["effects"]]
+    told = {"rate": entry["rate"], "rate2": None, "colour": 0.0, "misdeclared": 0.0, "declare_noise": True}
+    return truth | {
+        "kind": "one" if effects else "untouched",
+        "observable": True,
+        "strength": q.strength or "untouched",
+        "base": q.base,
+        "answers": [plain(answers(e, options)) for e in effects],
+        "freedom": [freedom(e) for e in effects],
+        "visibility": [None for _ in effects],
+        "bounds": [None for _ in effects],
+        "options": plain(told),
+    }
+
+
+def beside(touched: Diagnosis, untouched: Diagnosis) -> Diagnosis:
+    """Return the diagnosis with only those findings that the untouched recording's own does not have."""
+    known = {(f.effect, f.at) for f in sure(untouched.findings)}
+    new = tuple(f for f in touched.findings if (f.effect, f.at) not in known)
+    named, unnamed = ([f for f in sure(new) if f.named == is_named] for is_named in (True, False))
+    verdict = ("partly explained" if unnamed else "explained") if named else "unexplained" if unnamed else "no mismatch"
+    return replace(touched, findings=new, verdict=verdict)  # type: ignore[arg-type]
