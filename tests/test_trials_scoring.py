@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter, Rejected, Where
+from imubench.trials import drawings
 from imubench.trials.figures import FIGURES, by_strength, figures, judged, power, reliability, wilson
 from imubench.trials.match import deviation, paired
 from imubench.trials.scoring import failed, missed, score
@@ -192,6 +193,13 @@ def test_stated_confidence_is_held_against_what_was_true():
     wrong = scored(truth(effect("accel_bias", "imu2")), said(found("accel_scale", "imu2", 0.92)))
     (row,) = reliability([right, wrong])
     assert (row["n"], row["true"]) == (2, 1) and row["stated"] == pytest.approx(0.935)
+
+
+@pytest.mark.parametrize("n", range(1, 12))
+def test_every_share_can_be_drawn(n):
+    right = scored(truth(effect("accel_bias", "imu2")), said(found("accel_bias", "imu2", 0.95)))
+    scores = [right] * n  # rounding puts the end of some of these intervals below the share of 1
+    drawings.reliability(reliability(scores)), drawings.detection(by_strength(scores), scores)
 
 
 def test_an_aim_missed_by_few_cases_is_open_and_by_many_failed():

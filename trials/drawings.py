@@ -63,5 +63,6 @@ def reliability(rows: Sequence[dict[str, Any]]) -> "Canvas":
 
 
 def _dot(axes: Any, x: float, share: float, interval: tuple[float, ...], n: int) -> None:
-    axes.errorbar([x], [share], [[share - interval[0]], [interval[1] - share]], fmt="o", color=HERE, capsize=3)
+    low, high = max(share - interval[0], 0.0), max(interval[1] - share, 0.0)  # rounding puts a Wilson end at 1 - 1e-16
+    axes.errorbar([x], [share], [[low], [high]], fmt="o", color=HERE, capsize=3)
     axes.annotate(f"n={n}", (x, share), xytext=(6, -12), textcoords="offset points", fontsize=8, color=SOFT)
