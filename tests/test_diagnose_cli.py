@@ -59,7 +59,7 @@ def imubench(*words: object, folder: Path) -> subprocess.CompletedProcess[str]:
         cwd=folder,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=900,
         env={**os.environ, "OMP_NUM_THREADS": "1", "COLUMNS": "200"},
     )
 
@@ -69,6 +69,7 @@ def clean() -> tuple[Recording, Reference]:
     return moved_hinge()
 
 
+@pytest.mark.slow
 def test_the_command_writes_everything_and_prints_the_verdict(clean, tmp_path):
     recording, reference = clean
     write_recording(knocked(recording), tmp_path / "rec", reference)
