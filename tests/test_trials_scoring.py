@@ -208,4 +208,5 @@ def test_an_aim_missed_by_few_cases_is_open_and_by_many_failed():
     assert judged(limit, 0.75, 4, 3).verdict == "open"
     assert judged(limit, 0.75, 400, 300).verdict == "fails"
     assert not judged(limit, 0.75, 400, 300).passed and judged(limit, 0.25, 4, 1).passed
+    assert judged({**limit, "aim": [0.92, 0.97]}, 0.9, 10, 9).verdict == "open"  # the interval has the aim inside
     assert judged(limit, None, 0, 0).verdict == "none"

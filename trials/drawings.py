@@ -31,7 +31,14 @@ def detection(rows: Sequence[PowerRow], scores: Sequence[CaseScore]) -> "Canvas"
     axes = figure.subplots()
     x = np.geomspace(0.5, 1000, 120)
     for freedom, style in zip(FREEDOMS, ("-", "--", ":"), strict=True):
-        axes.plot(x, [power(v, freedom) for v in x], style, color=THEORY, lw=1.2, label=f"theory, {freedom} numbers")
+        axes.plot(
+            x,
+            [power(v, freedom) for v in x],
+            style,
+            color=THEORY,
+            lw=1.2,
+            label=f"theory, {freedom} number{'s' if freedom > 1 else ''}",
+        )
     lone = [s for s in scores if s.kind == "one" and s.strength[0] is not None]
     for s in lone:
         axes.plot(
@@ -43,7 +50,7 @@ def detection(rows: Sequence[PowerRow], scores: Sequence[CaseScore]) -> "Canvas"
         _dot(axes, centre, row.hits / row.n, row.interval, row.n)
         axes.plot([centre], [row.theory], "x", color=THEORY)
     axes.set(xscale="log", xlabel="size over its Cramer-Rao bound", ylabel="share detected", ylim=(-0.1, 1.1))
-    axes.legend(frameon=False, loc="lower right")
+    axes.legend(frameon=False, loc="center left")
     axes.spines[["top", "right"]].set_visible(False)
     return figure
 

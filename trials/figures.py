@@ -109,7 +109,7 @@ def judged(limit: dict[str, Any], value: float | None, n: int, hits: int | None)
     verdict, passed = "none", False
     if value is not None and "aim" in limit:
         good = _within(value, limit["aim"])
-        favourable = interval is not None and any(_within(end, limit["aim"]) for end in interval)
+        favourable = interval is not None and interval[0] <= limit["aim"][1] and limit["aim"][0] <= interval[1]
         verdict = "holds" if good else "open" if favourable else "fails"
     if value is not None and "guard" in limit:
         passed = not _within(value, limit["guard"])
