@@ -123,13 +123,13 @@ def compared(
 
 
 def played(fit: Fit) -> Played:
-    """Return the recovered motion at the knots; where no place is measured the joint stays put and its force is told.
+    """Return the recovered motion, two rows a knot; where no place is measured the joint stays and its force is told.
 
-    Knots reach a little beyond the samples, so that a spline through these rows is the fitted one inside.
+    Two, because a normalised quaternion between knots is no spline of theirs where the motion is rough.
     """
     model = fit.model
     knots = model.tracks.knots
-    time = np.asarray(model.start + knots.start + knots.step * np.arange(knots.count - 4))
+    time = np.asarray(model.start + knots.start + 0.5 * knots.step * np.arange(2 * (knots.count - 5) + 1))
     moment = model.moment(fit.state, time, "")
     first = model.segments(fit.state, moment)["segment1"]
     assert first.turn is not None  # every rig of the fit has an attitude
