@@ -1,0 +1,86 @@
+"""What a recording cannot tell apart, on recordings of the independent generator."""
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.alike import LIKE, MARK, alike, joint, mark, rivals
+from imubench.diagnosis.diagnose import nominal_fit
+from imubench.diagnosis.fit import solve
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.refit import extended, refit
+from imubench.diagnosis.score import score
+from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+SLIDE = {"slide": [0.01, -0.005, 0.004], "twist": [0.0, 0.0, 0.0]}
+
+
+def explained(folder, asked, seed, rig="hinge", **options):
+    """The fit of a generated recording with its effects in the model, and these."""
+    make_case(folder / "case", rig, effects=asked, seed=seed, seconds=12.0, **options)
+    fit = nominal_fit(read(folder / "case")[0])
+    wanted = tuple(Hypothesis(EFFECTS[name].suited(fit.model.recording), at) for name, at, *_ in asked)
+    others = tuple(h for h in fit.model.hypotheses if h.name not in {w.name for w in wanted})
+    fit = refit(fit, (*others, *wanted))
+    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1), wanted
+
+
+@pytest.mark.parametrize(
+    ("asked", "seed", "options", "equal"),
+    [
+        (("moving_centre", "joint"), 3, {}, {("skin_sliding", "imu1")}),
+        (("skin_sliding", "imu1", SLIDE), 3, {}, {("moving_centre", "joint")}),
+        (("axis_coupling", "joint"), 4, {"strength": "strong"}, {("skin_sliding", "imu2")}),
+        (("time_offset", "imu2"), 5, {}, {("time_offset", "imu1")}),
+        (("gravity", "world"), 3, {"base": "fixed"}, {("accel_scale", "imu1"), ("accel_scale", "imu2")}),
+        (("gravity", "world"), 3, {"rig": "pendulum"}, {("accel_scale", "imu1")}),
+        (("accel_scale", "imu1", {"scale": [0.006] * 3}), 5, {"rig": "pendulum"}, {("gravity", "world")}),
+        (("gyro_scale", "imu1"), 6, {}, set()),
+    ],
+)  # fmt: skip
+def test_the_equal_ones_are_named_and_no_others(tmp_path, asked, seed, options, equal):
+    fit, (h,) = explained(tmp_path, [asked], seed, **options)
+    assert {(r.effect, r.at) for r in alike(fit, h)} == equal
+
+
+def test_one_scale_of_all_accelerometers_is_another_gravity(tmp_path):
+    same = {"scale": [0.006] * 3}
+    fit, both = explained(tmp_path, [("accel_scale", "imu1", same), ("accel_scale", "imu2", same)], 5, base="fixed")
+    for h in both:
+        assert ("gravity", "world") in {(r.effect, r.at) for r in alike(fit, h)}
+
+
+def test_the_expected_loss_is_that_of_a_refit(tmp_path):
+    fit, (h,) = explained(tmp_path, [("accel_scale", "imu1")], 6)
+    rival = next(r for r in rivals(fit, h, sure=False) if (r.effect, r.at) == ("accel_scale", "imu2"))
+    begun = extended(fit, (Hypothesis(EFFECTS["accel_scale"], "imu2"),))
+    lost = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=6).cost - fit.cost
+    assert rival.loss > 10 * LIKE
+    assert rival.loss == pytest.approx(lost, abs=3 * np.sqrt(2 * lost))  # the noise's own part of a loss
+
+
+def test_joint_information_is_that_of_the_scores(tmp_path):
+    fit, (h,) = explained(tmp_path, [("gyro_scale", "imu1")], 6)
+    others = [Hypothesis(EFFECTS[name], "imu2") for name in ("gyro_bias", "accel_scale")]
+    begun = extended(fit, (h, *others))
+    both = joint(begun.model, begun.state, fit, others)
+    for s in score(fit, others):
+        at = both.places[s.hypothesis.name]
+        # the same numbers by two ways of elimination
+        np.testing.assert_allclose(both.information[np.ix_(at, at)], s.information, rtol=1e-6)
+        np.testing.assert_allclose(both.gradient[at], s.gradient, rtol=1e-6, atol=1e-6 * np.abs(s.gradient).max())
+
+
+def test_an_effect_explains_its_own_mark(tmp_path):
+    fit, (h,) = explained(tmp_path, [("gyro_bias", "imu2", {"bias": [0.01, -0.02, 0.005]})], 6)
+    bare, still, added = mark(fit, fit.state, [h])
+    assert set(added) == {"imu2.gyro"}
+    begun = extended(fit, (h,))
+    begun_state = type(still)(begun.state.coefficients, begun.state.values)
+    both = joint(begun.model, begun_state, fit, [h], {MARK: added})
+    lost, size = both.explained(both.along(MARK)[:, 0], both.along(h.name))
+    assert bare.hypotheses == ()
+    assert lost < 1.0  # nat: what its prior of 0.05 rad/s costs
+    np.testing.assert_allclose(size, fit.state.values[h.key("bias")], rtol=0.02)  # drawn in by the prior
