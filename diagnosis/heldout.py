@@ -3,16 +3,25 @@
 The recording is cut into blocks of a few seconds. The parameters are fitted on every other block and
 held; on the blocks left out only the motion is fitted. What an effect gains there, it cannot have
 learnt there. Both halves take their turn.
+
+Each half's parameters are one Gauss-Newton step from those of the whole, exact where the rows are linear in
+them. With N, B, C, g, h the normal equations of a half at the whole's solution (splines x, parameters p)::
+
+    [ N   B ] [ x ]     [ g ]
+    [ B'  C ] [ p ] = - [ h ]      learns p from that half,   N' x' = -(g' + B' p)   follows the other with it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.fit import Fit, solve
-from imubench.diagnosis.model import Model
+from imubench.diagnosis.blocks import Solution, solve_arrow
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.rows import Linear, Normal, linearise
+from imubench.diagnosis.splines import SUPPORT
+from imubench.diagnosis.threads import one_thread
 
 BLOCK = 5.0  # s
 BLOCKS = 8  # at least, when the recording is short
@@ -44,25 +53,33 @@ def block_of(time: Array, start: float, end: float) -> NDArray[np.int64]:
     return np.floor(np.clip((time - start) / length, 0, (end - start) / length - 1e-9)).astype(np.int64)
 
 
+@one_thread
 def held_out(fit: Fit) -> Held:
     """Return how a model predicts each half of the recording from the other."""
     span = [r.time for r in fit.measured]
     start, end = min(t.min() for t in span), max(t.max() for t in span)
-    count = int(block_of(np.array([end]), start, end)[0]) + 1
-    cost, size = np.zeros(count), np.zeros(count)
-    parts: dict[str, list[tuple[Array, Array]]] = {}
+    model, count = fit.model, int(block_of(np.array([end]), start, end)[0]) + 1
+    blocks = [block_of(r.time, start, end) for r in fit.measured]
+    parts = [linearise(r, model.tracks, model.parameters) for r in fit.measured]
+    priors = [linearise(r, model.tracks, model.parameters) for r in fit.rows if not r.counts]
+    halves = []
     for half in (0, 1):
-        learnt = solve(_on(fit.model, start, end, half), fit.state, fit.noise, fit.anchor, steps=3)
-        fixed = replace(_on(fit.model, start, end, 1 - half), fixed=learnt.state.values)
-        judged = solve(fixed, replace(fit.state, values=learnt.state.values), fit.noise, fit.anchor, steps=3)
-        for rows in judged.measured:
-            block = block_of(rows.time, start, end)
+        normal = Normal.empty(model.tracks, model.parameters)
+        normal.add([_of(part, block % 2 == half) for part, block in zip(parts, blocks, strict=True)] + priors)
+        normal.fill(model.tracks)
+        halves.append((normal, solve_arrow(normal.band, normal.border, normal.corner)))
+    cost, size = np.zeros(count), np.zeros(count)
+    out: dict[str, list[tuple[Array, Array]]] = {}
+    for half in (0, 1):
+        learnt = _learnt(*halves[half])
+        motion = _followed(*halves[1 - half], learnt)
+        for rows, part, block in zip(fit.measured, parts, blocks, strict=True):
             own = block % 2 == 1 - half
-            square = 0.5 * np.sum(rows.whitened**2, axis=1)
-            cost += np.bincount(block[own], square[own], count)
-            size += np.bincount(block[own], minlength=count) * rows.residual.value.shape[1]
-            parts.setdefault(rows.name, []).append((rows.time[own], rows.whitened[own]))
-    return Held(cost, size, parts)
+            left = _left(_of(part, own), motion, learnt, model.tracks.width)
+            cost += np.bincount(block[own], 0.5 * np.sum(left**2, axis=1), count)
+            size += np.bincount(block[own], minlength=count) * left.shape[1]
+            out.setdefault(rows.name, []).append((rows.time[own], left))
+    return Held(cost, size, out)
 
 
 def gain(before: Held, after: Held, rng: np.random.Generator) -> Gain:
@@ -73,13 +90,27 @@ def gain(before: Held, after: Held, rng: np.random.Generator) -> Gain:
     return Gain(float(blocks.sum()), float(low), float(high), blocks)
 
 
-def _on(model: Model, start: float, end: float, half: int) -> Model:
-    """Return the model with the measurements of every other block only."""
-    masks = {}
-    for name, stamps in model.stamps.items():
-        own = block_of(np.clip(stamps - model.start, start, end), start, end) % 2 == half
-        masks[name] = own if model.masks is None or name not in model.masks else own & model.masks[name]
-    return replace(model, masks=masks)
+def _of(part: Linear, own: NDArray[np.bool_]) -> Linear:
+    """Return some of the rows."""
+    return Linear(part.first[own], part.local[own], part.border[own], part.residual[own])
 
 
-__all__ = ["Gain", "Held", "gain", "held_out"]
+def _learnt(normal: Normal, solution: Solution) -> Array:
+    """Return the step (p,) of the parameters that a half alone would take."""
+    _, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
+    return p[:, 0]
+
+
+def _followed(normal: Normal, solution: Solution, learnt: Array) -> Array:
+    """Return the step (m, b) of the splines on a half whose parameters are given."""
+    pull = normal.gradient + normal.border @ learnt
+    return solution.factor.solve(-pull[:, :, None])[:, :, 0]
+
+
+def _left(part: Linear, motion: Array, learnt: Array, width: int) -> Array:
+    """Return the residuals (n, m) after a step of the splines (m, b) and the parameters (p,)."""
+    knots = motion.reshape(-1, width)[part.first[:, None] + np.arange(SUPPORT)]
+    return np.asarray(part.residual + np.einsum("nmsw,nsw->nm", part.local, knots) + part.border @ learnt)
+
+
+__all__ = ["Gain", "Held", "block_of", "gain", "held_out"]

@@ -77,6 +77,7 @@ class Model:
     offsets: tuple[str, ...] = ()  # sensors whose clock may be off against the first's
     masks: dict[str, NDArray[np.bool_]] | None = None  # per "imu1.gyro" and so on: samples (n,) that count
     fixed: dict[str, Array] | None = None  # parameters that are known and not to be moved
+    tilts: dict[str, Prior] | None = None  # pulls on parameters (diagnosis/tilt.py), no knowledge about them
 
     def with_effects(self, hypotheses: tuple[Hypothesis, ...]) -> "Model":
         """Return the same model with other effects in it, and their states among the splines."""

@@ -5,7 +5,7 @@ each row (the diagonal of the hat matrix), s^2 = sum r^2 / (n - sum h) is unbias
 roughness of the motion from the rows that hold it smooth.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,11 +16,13 @@ from imubench.diagnosis.model import Model, State
 from imubench.diagnosis.rows import CHUNK, KNOTS_PER_BLOCK, Linear
 from imubench.diagnosis.splines import SUPPORT
 from imubench.diagnosis.threads import one_thread
+from imubench.diagnosis.tilt import tilts
 
 FLOOR = 0.85  # of the declared level: a declared noise is right within 15 %
 SMALLEST = 1e-7  # of a unit: no group is taken for exact
 ROUNDS = 3
 LOOSENED = 32.0  # times its estimate: what a clean recording needs to leave nothing that goes with the motion
+FAR, FASTER = 0.3, 0.5  # a relative change of a level, above which so much of it is added
 SAME = 0.05  # relative change of every level that ends the rounds
 
 
@@ -43,40 +45,60 @@ def windows(band: Banded, width: int) -> Array:
     return out
 
 
-def leverages(parts: list[Linear], solution: Solution, width: int) -> list[Array]:
-    """Return the leverage (n, m) of every row."""
-    inverse = windows(solution.factor.inverse(), width)
-    reach = solution.factor.backward(solution.half)  # N^-1 B
-    p = reach.shape[2]
-    reach = reach.reshape(len(reach) * KNOTS_PER_BLOCK, width, p)
-    covariance = np.linalg.inv(solution.schur)
-    out = []
-    for part in parts:
+@dataclass(frozen=True)
+class Spread:
+    """The covariance of a solved fit, as far as single rows see it."""
+
+    windows: Array  # (knots, 6 w, 6 w)
+    reach: Array  # (knots, w, p): N^-1 B
+    shared: Array  # (p, p)
+
+    @classmethod
+    def of(cls, solution: Solution, width: int) -> "Spread":
+        """Return the covariance that a factored arrow matrix stands for."""
+        reach = solution.factor.backward(solution.half)
+        p = reach.shape[2]
+        reach = reach.reshape(len(reach) * KNOTS_PER_BLOCK, width, p)
+        return cls(
+            windows(solution.factor.inverse(), width), reach, np.asarray(np.linalg.inv(solution.schur), dtype=float)
+        )
+
+    def leverage(self, part: Linear) -> Array:
+        """Return the leverage (n, m) of every row."""
         n, m = part.residual.shape
+        width, p = self.reach.shape[1:]
         h = np.empty((n, m))
         for begin in range(0, n, CHUNK):
             some = slice(begin, begin + CHUNK)
             first, local = part.first[some], part.local[some].reshape(-1, m, SUPPORT * width)
-            h[some] = np.sum(np.matmul(local, inverse[np.minimum(first, len(inverse) - 1)]) * local, axis=2)
-            near = reach[first[:, None] + np.arange(SUPPORT)].reshape(len(first), SUPPORT * width, p)
+            h[some] = np.sum(np.matmul(local, self.windows[np.minimum(first, len(self.windows) - 1)]) * local, axis=2)
+            near = self.reach[first[:, None] + np.arange(SUPPORT)].reshape(len(first), SUPPORT * width, p)
             rest = part.border[some] - np.matmul(local, near)
-            h[some] += np.sum((rest @ covariance) * rest, axis=2)
-        out.append(h)
-    return out
+            h[some] += np.sum((rest @ self.shared) * rest, axis=2)
+        return h
+
+
+def factored(fit: Fit) -> tuple[Solution, list[Linear]]:
+    """Return the factored equations of a fit, and its rows."""
+    normal, parts = assemble(fit.model, fit.rows)
+    return solve_arrow(normal.band, normal.border, normal.corner), parts
 
 
 @one_thread
 def levels(fit: Fit) -> tuple[dict[str, float], dict[str, Array]]:
     """Return the noise level of every group that `fit.noise` names, and every row's leverage."""
-    normal, parts = assemble(fit.model, fit.rows)
-    solution = solve_arrow(normal.band, normal.border, normal.corner)
-    hats = leverages(parts, solution, fit.model.tracks.width)
+    return _levels(fit, *factored(fit))
+
+
+def _levels(fit: Fit, solution: Solution, parts: list[Linear]) -> tuple[dict[str, float], dict[str, Array]]:
+    covariance = Spread.of(solution, fit.model.tracks.width)
+    hats = {rows.name: covariance.leverage(part) for rows, part in zip(fit.rows, parts, strict=True)}
     out = {}
-    for rows, hat in zip(fit.rows, hats, strict=True):
+    for rows in fit.rows:
         if rows.name in fit.noise:
-            free = max(rows.residual.value.size - float(hat.sum()), 1.0)
+            free = max(rows.residual.value.size - float(hats[rows.name].sum()), 1.0)
             out[rows.name] = max(fit.noise[rows.name] * fit.loose * np.sqrt(2 * rows.cost / free), SMALLEST)
-    return out, {rows.name: hat for rows, hat in zip(fit.rows, hats, strict=True)}
+    return out, hats
 
 
 def declared(model: Model) -> dict[str, float]:
@@ -92,6 +114,7 @@ def declared(model: Model) -> dict[str, float]:
     return {name: std for name, std in out.items() if std}
 
 
+@one_thread
 def fit_with_noise(
     model: Model,
     state: State,
@@ -106,17 +129,26 @@ def fit_with_noise(
     alike would pull the strokes smooth, and what it takes from them would look like a mismatch.
     """
     floor = {name: FLOOR * std for name, std in declared(model).items()}
+    lawful = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}
     fit = solve(model, state, noise, anchor, steps=4)
     for last in [False] * rounds + [True] * motion:
-        found, _ = levels(fit)
+        solution, parts = factored(fit)
+        found, _ = _levels(fit, solution, parts)
         rough = {name for name in noise if name.startswith("smooth.") and "@" not in name}
         new = {
-            name: old if name in rough and not motion else max(found.get(name, old), floor.get(name, 0.0))
+            name: old
+            if name in lawful or (name in rough and not motion)
+            else max(found.get(name, old), floor.get(name, 0.0))
             for name, old in noise.items()
         }
+        for name in floor.keys() & new.keys():  # far off they fall slowly, as a free state gives way bit by bit
+            ratio = new[name] / noise[name]
+            if abs(np.log(ratio)) > FAR:
+                new[name] = max(new[name] * ratio**FASTER, floor[name])
         if last:
             new |= {name: LOOSENED * new[name] for name in rough}
         change = max(abs(np.log(new[name] / noise[name])) for name in noise)
+        model = replace(model, tilts=tilts(fit, solution.factor, parts))
         noise = new
         fit = solve(model, fit.state, noise, anchor, steps=3)
         if change < SAME and not motion:

@@ -11,6 +11,7 @@ from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Moment
 from imubench.jets import CONSTANT, Jet, cross, dot, variable
 
+TILT = "tilt."
 SMOOTH = {FORCE: 2}  # order of the derivative that is taken for white:
 SMOOTH_ELSE = 4  # accelerations fall with the square of the frequency
 UNIT = 0.1  # how closely an attitude's quaternion keeps its norm; only holds a direction without meaning
@@ -33,6 +34,10 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
     for name, prior in model.priors.items():
         jet = variable((name, CONSTANT), state.values[name]) - prior.start
         yield Rows(f"prior.{name}", np.zeros(1), jet, prior.std, counts=False)
+    for name, tilt in (model.tilts or {}).items():
+        if name in model.priors and name not in (model.fixed or {}):
+            jet = variable((name, CONSTANT), state.values[name]) - tilt.start
+            yield Rows(f"{TILT}{name}", np.zeros(1), jet, tilt.std, counts=False)
     time, step = middles(model), model.tracks.knots.step
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     for name, width in model.tracks.widths.items():

@@ -9,11 +9,16 @@ from imubench.diagnosis.blocks import solve_arrow
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.fit import Fit, all_rows, assemble, solve
 from imubench.diagnosis.model import Hypothesis, Model, State
+from imubench.diagnosis.priors import TILT
+from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.score import started
+from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.threads import one_thread
+from imubench.diagnosis.tilt import states_log_det
 
-STATE_SMOOTH = 1e3  # roughness of an effect's states, before it is estimated
-LOOSE_LAW = 100.0  # of the std of a law that states obey: tightened as fast as the recording says so
+STATE_SMOOTH = 1e3  # roughness of an effect's states without a law, before it is estimated
+LAWFUL_SMOOTH = 1e9  # of a state's size, per s^4 and root Hz: a law alone says how it moves
+LOOSE_LAW = 1.0  # of the std of a law that states obey, before it is estimated
 
 
 def extended(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Array] | None = None) -> Fit:
@@ -24,7 +29,7 @@ def extended(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Arra
     noise = dict(fit.noise)
     for h in hypotheses:
         for s in h.effect.states:
-            noise.setdefault(f"smooth.{h.key(s.name)}", STATE_SMOOTH)
+            noise.setdefault(f"smooth.{h.key(s.name)}", LAWFUL_SMOOTH * s.std if h.effect.lawful else STATE_SMOOTH)
     for rows in equation_rows(model, state):
         noise.setdefault(rows.name, LOOSE_LAW)
     return replace(fit, model=model, state=state, noise=noise)
@@ -56,34 +61,26 @@ def guess_of(h: Hypothesis, estimate: Array) -> dict[str, Array]:
 @one_thread
 def log_evidence(fit: Fit) -> float:
     """Return the Laplace approximation of the log evidence, up to what all models of a recording share."""
-    normal, _ = assemble(fit.model, fit.rows)
+    rows = [r for r in fit.rows if not r.name.startswith(TILT)]
+    normal, _ = assemble(fit.model, rows)
     solution = solve_arrow(normal.band, normal.border, normal.corner)
     own = [n for h in fit.model.hypotheses for s in h.effect.states for n in [h.key(s.name)]]
     loss = 2 * float(np.log(np.diagonal(solution.factor.lower, axis1=1, axis2=2)).sum())
     loss += float(np.linalg.slogdet(solution.schur)[1])
     prior = sum(float(np.log(p.std).sum()) for p in fit.model.priors.values())
-    return -fit.cost - 0.5 * loss - prior + 0.5 * _states_logdet(fit, own)
+    density = sum(noise_density(r) for r in rows if r.counts or r.name == GROUP)
+    return density - sum(r.cost for r in rows) - 0.5 * loss - prior + 0.5 * states_log_det(fit.model, rows, own)
 
 
-def _states_logdet(fit: Fit, names: list[str]) -> float:
-    """Return the log determinant of the states' own prior, the motion given."""
-    if not names:
-        return 0.0
-    from imubench.diagnosis.rows import Normal, Parameters, linearise
-    from imubench.diagnosis.splines import Tracks
-
-    tracks = Tracks(fit.model.tracks.knots, {n: fit.model.tracks.widths[n] for n in names})
-    normal = Normal.empty(tracks, Parameters({}))
-    rows = [r for r in fit.rows if not r.counts and any(n in names for n, _ in r.residual.blocks)]
-    normal.add([linearise(r, tracks, Parameters({})) for r in rows])
-    normal.fill(tracks)
-    return 2 * float(np.log(np.diagonal(normal.band.factor().lower, axis1=1, axis2=2)).sum())
+def noise_density(rows: Rows) -> float:
+    """Return what the noise level takes from the log likelihood: rows of a smaller one are worth more."""
+    return -float(np.sum(np.log(np.broadcast_to(rows.std, rows.residual.value.shape))))
 
 
 @one_thread
 def information(fit: Fit) -> tuple[Array, dict[str, Array]]:
     """Return the covariance (p, p) of all parameters, and every parameter's standard deviations."""
-    normal, _ = assemble(fit.model, fit.rows)
+    normal, _ = assemble(fit.model, [r for r in fit.rows if not r.name.startswith(TILT)])
     covariance = np.asarray(np.linalg.inv(solve_arrow(normal.band, normal.border, normal.corner).schur), dtype=float)
     std = np.sqrt(np.diag(covariance))
     return covariance, {name: std[fit.model.parameters.columns(name)] for name in fit.model.priors}

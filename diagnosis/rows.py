@@ -68,6 +68,11 @@ class Linear:
     border: Array
     residual: Array
 
+    def scatter(self, columns: Array, target: Array) -> None:
+        """Add J' of further columns (n, m, r) to `target` (knots, width, r), J the splines' Jacobian."""
+        for s in range(SUPPORT):
+            np.add.at(target, self.first + s, np.matmul(np.swapaxes(self.local[:, :, s], 1, 2), columns))
+
 
 def linearise(rows: Rows, tracks: Tracks, parameters: Parameters) -> Linear:
     """Return whitened Jacobian and residual of `rows`."""

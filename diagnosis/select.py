@@ -1,18 +1,21 @@
 """Which effects the fit needs: score all, refit the best few exactly, keep what predicts, drop what it does without."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.coherence import follows_motion
-from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.excerpt import excerpt, loudest
+from imubench.diagnosis.fit import Fit, settled, solve
 from imubench.diagnosis.heldout import Gain, Held, gain, held_out
 from imubench.diagnosis.model import Hypothesis, Model
 from imubench.diagnosis.noise import declared, fit_with_noise
-from imubench.diagnosis.refit import extended, guess_of, log_evidence, refit
+from imubench.diagnosis.refit import extended, information, log_evidence, refit
 from imubench.diagnosis.score import Score, score
+from imubench.diagnosis.screen import Screened, obeyed, screen
 from imubench.effects import possible
 
 MOST = 5  # effects in one diagnosis
@@ -21,6 +24,10 @@ NEAR = 0.1  # of the best promise: a score below is not worth a refit
 UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a declared noise explains up to 1.6
 RELATED = 3.0  # of follows_motion, from which they are tried as well; clean recordings stay below 2
 NEEDED = 5.0  # nat of evidence before an effect is looked at on held-out data: odds of 150 for some 60 candidates
+CERTAIN = 30.0  # nat that an effect is worth without looking closer
+SCREENED = 15.0  # s of a recording on which effects with states are tried first
+ROUNDS = 3  # of their noise estimation
+RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
 SEED = 20201  # of the bootstrap, so that a diagnosis repeats itself
 
 
@@ -70,25 +77,65 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None]) -> l
     out = []
     for s in chosen:
         say(f"refitting with {s.hypothesis.name}")
-        tried = refit(fit, (*fit.model.hypotheses, s.hypothesis), guess_of(s.hypothesis, s.estimate))
+        tried = refit(fit, (*fit.model.hypotheses, s.hypothesis))
         out.append(Trial(s.hypothesis, tried, fit.cost - tried.cost, log_evidence(tried) - base))
     return sorted(out, key=lambda t: -t.evidence)
 
 
 def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None]) -> list[Trial]:
-    """Return refits with effects that have a life of their own, noise levels estimated anew, best evidence first."""
-    out = []
-    for h in stateful:
-        say(f"refitting with {h.name}")
-        begun = extended(fit, (*fit.model.hypotheses, h))
-        try:
-            tried = solve(begun.model, begun.state, calm(begun), fit.anchor, steps=4)
-            tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=1)
-            same = solve(fit.model, fit.state, {n: tried.noise[n] for n in fit.noise}, fit.anchor, steps=3)
-        except NotPositiveDefiniteError:
-            continue
-        out.append(Trial(h, tried, same.cost - tried.cost, log_evidence(tried) - log_evidence(same)))
-    return sorted(out, key=lambda t: -t.evidence)
+    """Return refits with effects that have a life of their own, best evidence first; none where none is needed.
+
+    They are screened and tried on the seconds that leave most unexplained; only the best is fitted to all, first in
+    the list. What the others gained there is scaled to the length of the whole.
+    """
+    short = excerpt(fit, *loudest(fit, SCREENED))
+    say("screening effects with states")
+    screened = [s for s in screen(short, stateful) if s.evidence > NEEDED]
+    tried = []
+    for s in [s for s in screened if s.evidence > RIVALS * screened[0].evidence][:TRIED]:
+        say(f"refitting with {s.hypothesis.name}")
+        with suppress(NotPositiveDefiniteError):
+            tried.append(_lively(short, s))
+    tried = sorted((t for t in tried if t.evidence > NEEDED), key=lambda t: -t.evidence)
+    if not tried:
+        return []
+    best, *rest = tried
+    say(f"refitting with {best.hypothesis.name} on the whole recording")
+    try:
+        grown = _grown(fit, best)
+    except NotPositiveDefiniteError:
+        return []
+    scale = grown.evidence / best.evidence
+    return [grown, *(replace(t, gain=t.gain * scale, evidence=t.evidence * scale) for t in rest if scale > 0)]
+
+
+def _lively(fit: Fit, s: Screened) -> Trial:
+    """Return the refit with a state effect, begun as its law says and where the law outweighs the measurements."""
+    h = s.hypothesis
+    begun = extended(fit, (*fit.model.hypotheses, h), s.values)
+    noise = begun.noise | s.rough
+    state = obeyed(begun.model, begun.state, h)[0] if h.effect.lawful else begun.state
+    tried = solve(begun.model, state, calm(replace(begun, noise=noise)), fit.anchor, steps=4)
+    tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)
+    return _against(fit, h, tried)
+
+
+def _grown(fit: Fit, trial: Trial) -> Trial:
+    """Return a trial on a part of the recording as one on all of it."""
+    h = trial.hypothesis
+    guess = {name: value for name, value in trial.fit.state.values.items() if name not in fit.model.priors}
+    begun = extended(fit, (*fit.model.hypotheses, h), guess)
+    state = obeyed(begun.model, begun.state, h)[0] if h.effect.lawful else begun.state
+    noise = begun.noise | trial.fit.noise
+    state = settled(begun.model, state, noise, fit.anchor, fit.loose)
+    tried = fit_with_noise(begun.model, state, noise, fit.anchor, rounds=2)
+    return _against(fit, h, tried)
+
+
+def _against(fit: Fit, h: Hypothesis, tried: Fit) -> Trial:
+    """Return a refit beside the fit without its effect, each at its own noise levels."""
+    won = log_evidence(tried) - log_evidence(fit)
+    return Trial(h, tried, won, won)
 
 
 def calm(fit: Fit) -> dict[str, float]:
@@ -118,12 +165,11 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         scores = score(fit, [h for h in left if not h.effect.states])
         first = first or tuple(scores)
         tried = [t for t in plain_trials(fit, scores, say) if t.evidence > NEEDED]
-        better = with_noise(tried[0]) if tried else fit
-        if misfit(better) > UNEXPLAINED or max(follows_motion(better).values(), default=0.0) > RELATED:
-            lively = state_trials(fit, [h for h in left if h.effect.states and not h.effect.variant], say)
-            lively = [t for t in lively if t.evidence > NEEDED]
-            if lively and (not tried or misfit(lively[0].fit) < misfit(better)):
-                tried, better = lively + tried, with_noise(lively[0])
+        better = with_noise(tried[0].fit) if tried else fit
+        if suspicious(better):
+            lively = state_trials(fit, [h for h in left if h.effect.states and h.effect.variant != "isotropic"], say)
+            if lively and lively[0].evidence > max(NEEDED, log_evidence(better) - log_evidence(fit)):
+                tried, better = lively + tried, lively[0].fit
         if not tried:
             break
         best = tried[0]
@@ -144,9 +190,19 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
     return Selection(nominal, fit, tuple(kept), (*rejected, *dropped), first, start, held_out(fit) if kept else start)
 
 
-def with_noise(trial: Trial) -> Fit:
-    """Return a trial's fit with the noise levels that it leaves."""
-    fit = trial.fit
+def suspicious(fit: Fit) -> bool:
+    """Return whether a sensor or a joint may have a motion of its own that the fit does not know.
+
+    Once such a motion is in, what is left must be more than its law's approximations.
+    """
+    if misfit(fit) > UNEXPLAINED:
+        return True
+    alive = any(h.effect.states for h in fit.model.hypotheses)
+    return not alive and max(follows_motion(fit).values(), default=0.0) > RELATED
+
+
+def with_noise(fit: Fit) -> Fit:
+    """Return a fit with the noise levels that it leaves."""
     return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=3)
 
 
@@ -155,18 +211,14 @@ def prune(
 ) -> tuple[Fit, list[Kept], list[tuple[Hypothesis, float]]]:
     """Return the fit without the effects that it no longer needs, weakest first."""
     dropped: list[tuple[Hypothesis, float]] = []
-    while kept:
-        base = log_evidence(fit)
+    while len(kept) > 1 or any(np.isinf(k.evidence) for k in kept):
         losses = []
         for k in kept:
             say(f"trying to do without {k.hypothesis.name}")
-            rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
-            without = extended(fit, rest)
-            without = solve(without.model, without.state, without.noise, fit.anchor, steps=4)
-            losses.append((base - log_evidence(without), k, without))
-        loss, k, without = min(losses, key=lambda x: x[0])
-        kept = [_judged(replace(k, evidence=loss), without, fit) for loss, k, without in losses]
-        if loss > NEEDED:
+            losses.append((*lost_without(fit, k), k))
+        loss, without, k = min(losses, key=lambda x: x[0])
+        kept = [_judged(replace(k, evidence=loss), without, fit) for loss, without, k in losses]
+        if loss > NEEDED or without is None:
             return fit, kept, dropped
         dropped.append((k.hypothesis, loss))
         kept = [other for other in kept if other.hypothesis != k.hypothesis]
@@ -174,8 +226,43 @@ def prune(
     return fit, kept, dropped
 
 
-def _judged(kept: Kept, without: Fit, fit: Fit) -> Kept:
+def lost_without(fit: Fit, kept: Kept) -> tuple[float, Fit | None]:
+    """Return the evidence lost without an effect, and the fit without; none where the loss is plain before fitting.
+
+    Plain: by the Gaussian about the fit (Savage and Dickey's ratio), or on a part of the recording already.
+    """
+    h = kept.hypothesis
+    if np.isfinite(kept.evidence):
+        if not h.effect.states and not any(p.log for p in h.effect.parameters):
+            loss = about_zero(fit, h)
+        else:
+            short = excerpt(fit, *loudest(fit, SCREENED))
+            loss = log_evidence(short) - log_evidence(_without(short, h))
+        if loss > CERTAIN:
+            return loss, None
+    without = _without(fit, h)
+    return log_evidence(fit) - log_evidence(without), without
+
+
+def _without(fit: Fit, h: Hypothesis) -> Fit:
+    begun = extended(fit, tuple(other for other in fit.model.hypotheses if other != h))
+    return solve(begun.model, begun.state, begun.noise, fit.anchor, steps=4)
+
+
+def about_zero(fit: Fit, h: Hypothesis) -> float:
+    """Return the log ratio of the prior's to the posterior's density where every parameter is at its prior's centre."""
+    covariance, _ = information(fit)
+    at = np.concatenate([np.r_[fit.model.parameters.columns(h.key(p.name))] for p in h.effect.parameters])
+    priors = [fit.model.priors[h.key(p.name)] for p in h.effect.parameters]
+    away = np.concatenate([fit.state.values[h.key(p.name)] for p in h.effect.parameters])
+    away = (away - np.concatenate([p.start for p in priors])) / np.concatenate([p.std for p in priors])
+    std = np.concatenate([p.std for p in priors])
+    own = covariance[np.ix_(at, at)] / np.outer(std, std)
+    return 0.5 * float(away @ np.linalg.solve(own, away)) + 0.5 * float(np.linalg.slogdet(own)[1])
+
+
+def _judged(kept: Kept, without: Fit | None, fit: Fit) -> Kept:
     """Return an effect that was in the model from the start with what it gains on held-out data."""
-    if kept.heldout.value or kept.evidence < NEEDED:
+    if kept.heldout.value or kept.evidence < NEEDED or without is None:
         return kept
     return replace(kept, heldout=gain(held_out(without), held_out(fit), np.random.default_rng(SEED)))

@@ -182,6 +182,11 @@ class Effect:
         """Return the `found` parameters from fitted ones (k,) and states (n, m) sampled every `step` s."""
         return {}
 
+    @property
+    def lawful(self) -> bool:
+        """Whether its states obey a law, and are no free splines."""
+        return type(self).equations is not Effect.equations
+
     def clock(self, time: Jet, p: Values) -> Jet:
         """Return the world's time (n, 1) at stamps (n, 1)."""
         return time

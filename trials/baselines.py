@@ -128,7 +128,7 @@ def oracle(fit: Fit, truth: Truth) -> Diagnosis:
         trials = plain_trials(fit, score(fit, plain), _quiet) + state_trials(fit, lively, _quiet)
         best = max(trials, key=lambda t: t.evidence, default=None)
         if best is not None and best.evidence > NEEDED:
-            fit = with_noise(best)
+            fit = with_noise(best.fit)
     _, std = information(fit)
     found = [
         Finding(h.effect.name, h.at, SURE, parameters(h, fit, std), NO_GAIN)
