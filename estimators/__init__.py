@@ -17,6 +17,7 @@ from imubench.estimators import (
     plug_and_play,
     qmt_axis,
     seel2012,
+    sliding,
     two_imu_centre,
 )
 from imubench.recording import Recording
@@ -127,6 +128,22 @@ ESTIMATORS: dict[str, Estimator] = {
             frick_rahmatalla.estimate,
             "Frick, Rahmatalla, Sensors 18 (2018) 1089 and 2563, as Garcia de Villa et al. (ArVE_d) describe it",
             uncertainty=False,
+        ),
+        Estimator(
+            sliding.NAME,
+            "joint centre, one r a sample: a constant, oscillations of unknown frequency or a spring, by evidence",
+            "joint_vector",
+            1,
+            sliding.estimate,
+            "docs/soft-tissue.md, on the equations of Garcia de Villa et al. with the sensor's own motion in them",
+        ),
+        Estimator(
+            sliding.STREAM,
+            "the same on a stream: the last 8 s fitted again and again",
+            "joint_vector",
+            1,
+            sliding.estimate_stream,
+            "docs/soft-tissue.md",
         ),
         Estimator(
             "hinge-position",
