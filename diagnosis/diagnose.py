@@ -1,8 +1,10 @@
 """From a recording to a diagnosis: fit the motion, weigh what is left, locate it, say what it is."""
 
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from imubench.diagnosis import gather
 from imubench.diagnosis.equations import equation_rows
@@ -14,6 +16,7 @@ from imubench.diagnosis.noise import declared, fit_with_noise
 from imubench.diagnosis.priors import START_SMOOTH
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval, Unseen, Verdict, Where
+from imubench.diagnosis.samples import Sampled, sampled
 from imubench.diagnosis.select import select
 from imubench.diagnosis.start import blind_start, model_of
 from imubench.diagnosis.where import locate
@@ -21,6 +24,7 @@ from imubench.progress import Step, silent
 from imubench.recording import Recording
 
 START_NOISE = {"gyro": 0.3, "accel": 1.0, "angle": 0.01, "position": 0.01, "rotation": 0.02}  # loose: rad/s, m/s^2, ...
+LOOSE_EQUATION = 1e4  # of its std: the sensors say what moves before the equation of motion is asked
 ALLOWED = 1.15**2 * 1.2  # of the declared noise power: a level right within 15 %, 20 % of coloured noise on top
 STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s
@@ -29,8 +33,10 @@ SHORT = 5.0  # s
 def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evidence]:
     """Return what a recording says about the model it was declared with, and what shows it."""
     begin = perf_counter()
+    with step("check the samples"):
+        samples = sampled(recording)
     with step("fit the motion"):
-        fit = nominal_fit(recording)
+        fit = nominal_fit(recording, samples.masks)
     unseen = missing(recording)
     with step("find what was left out"):
         chosen = select(fit) if not unseen else None
@@ -39,7 +45,8 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         after = gather.weighed(chosen.fit) if chosen else before
         traces = gather.traces(before, after if chosen and chosen.kept else None)
         where = locate(traces, regressors(fit))
-    named = findings(chosen) if chosen else ()
+    fitted = findings(chosen) if chosen else ()
+    named = with_samples(fitted, samples)
     rest = unnamed(after, where)
     best = chosen.fit if chosen else fit
     evidence = Evidence(
@@ -52,6 +59,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         notes=(
             f"A spline motion with {fit.model.tracks.knots.count} knots and the mounts were fitted to every sample.",
             "Every effect was scored; the best were fitted exactly and judged on blocks of 5 s that they had not seen.",
+            *samples.notes,
         ),
     )
     verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest)
@@ -72,6 +80,14 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
     return diagnosis, evidence
 
 
+def with_samples(fitted: tuple[Finding, ...], samples: Sampled) -> tuple[Finding, ...]:
+    """Return what the fit found, and what the raw samples show that it did not find itself."""
+    same = {(f.effect, f.at) for f in fitted}
+    stopped = any(f.effect == "end_stop" for f in fitted)
+    raw = samples.findings if stopped else (*samples.findings, *samples.unless_stopped)
+    return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
+
+
 def verdict_of(named: tuple[Finding, ...], rest: tuple[Finding, ...]) -> Verdict:
     """Return the verdict that goes with findings by name and without one."""
     if named:
@@ -79,16 +95,22 @@ def verdict_of(named: tuple[Finding, ...], rest: tuple[Finding, ...]) -> Verdict
     return "unexplained" if rest else "no mismatch"
 
 
-def nominal_fit(recording: Recording) -> Fit:
-    """Return the fit of the model as it was declared, noise levels estimated."""
-    model = model_of(recording)
+def nominal_fit(recording: Recording, masks: dict[str, NDArray[np.bool_]] | None = None) -> Fit:
+    """Return the fit of the model as it was declared, noise levels estimated; `masks` says which samples count."""
+    model = replace(model_of(recording), masks=masks or None)
     model, state, anchor = blind_start(model)
     noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
     noise |= {f"smooth.{name}": START_SMOOTH[name] for name in model.tracks.widths if name in START_SMOOTH}
-    noise |= {r.name: 1.0 for r in equation_rows(model, state)}
+    laws = {r.name: LOOSE_EQUATION for r in equation_rows(model, state)}
+    noise |= laws
     begun = solve(model, state, noise, anchor, enough=1e-3)
     noise |= declared(model)
-    return fit_with_noise(model, begun.state, noise, anchor, motion=True)
+    fit = fit_with_noise(model, begun.state, noise, anchor, motion=True)
+    if not laws:
+        return fit
+    sensors = {name: std for name, std in fit.noise.items() if name not in laws}
+    fit = fit_with_noise(model, fit.state, sensors | dict.fromkeys(laws, 1.0), anchor, rounds=4, only=laws.keys())
+    return fit
 
 
 def unnamed(weighed: gather.Weighed, where: tuple[Where, ...]) -> tuple[Finding, ...]:

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.model import Model, State
+from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.priors import middles
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.swings import swing_rows
+from imubench.effects.effect import Scene
 from imubench.jets import Jet
 
 
@@ -21,11 +22,19 @@ def equation_rows(model: Model, state: State) -> Iterator[Rows]:
 
 def state_rows(model: Model, state: State) -> Iterator[Rows]:
     """Yield what the states of every effect obey, one row an interval."""
+    time = middles(model)
+    for h, scene in scenes(model, state):
+        for law in h.effect.equations(scene, model.values(h, state)):
+            residual = law.residual
+            yield Rows(h.key(law.name), time, residual, np.full(residual.value.shape[1], law.std), counts=False)
+
+
+def scenes(model: Model, state: State) -> Iterator[tuple[Hypothesis, Scene]]:
+    """Yield every effect with states and what it may ask of the rig, in the middle of each interval."""
     hypotheses = [h for h in model.hypotheses if h.effect.states]
     if not hypotheses:
         return
-    time = middles(model)
-    moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
+    moment = Moment(model.tracks, state.coefficients, Jet(middles(model)[:, None]))
     segments = model.segments(state, moment)
     for h in hypotheses:
         imu = next((i for i in model.recording.imus if i.name == h.at), None)
@@ -34,6 +43,4 @@ def state_rows(model: Model, state: State) -> Iterator[Rows]:
         if imu is not None:
             link = model.mount(imu, state, moment, segment)
             scene = replace(scene, mount=link, sensor=segment.child(link))
-        for law in h.effect.equations(scene, model.values(h, state)):
-            residual = law.residual
-            yield Rows(h.key(law.name), time, residual, np.full(residual.value.shape[1], law.std), counts=False)
+        yield h, scene

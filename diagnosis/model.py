@@ -17,6 +17,7 @@ from imubench.jets import CONSTANT, Jet, Turn, rotation, variable
 from imubench.links import ZERO, Link, Motion
 from imubench.recording import Imu, Recording
 
+FURTHEST = 30.0  # of a logarithm: a step that leads beyond is taken back anyhow
 HELD = 1e-6  # of its prior: how far a parameter moves that is fixed
 UNKNOWN_POSITION, UNKNOWN_ROTATION = 0.3, 1.0  # m, rad: priors of a mount that nobody declared
 
@@ -127,7 +128,10 @@ class Model:
         out = {}
         for p in h.effect.parameters:
             jet = variable((h.key(p.name), CONSTANT), state.values[h.key(p.name)])
-            out[p.name] = jet.through(np.exp(jet.value), np.exp(jet.value)) if p.log else jet
+            if p.log:
+                grown = np.exp(np.clip(jet.value, -FURTHEST, FURTHEST))
+                jet = jet.through(grown, grown)
+            out[p.name] = jet
         return out
 
     def at(self, place: str) -> Iterator[Hypothesis]:

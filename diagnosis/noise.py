@@ -5,6 +5,7 @@ each row (the diagonal of the hat matrix), s^2 = sum r^2 / (n - sum h) is unbias
 roughness of the motion from the rows that hold it smooth.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -122,11 +123,13 @@ def fit_with_noise(
     anchor: Array | None,
     rounds: int = ROUNDS,
     motion: bool = False,
+    only: Collection[str] | None = None,
 ) -> Fit:
     """Return the fit in which every group's noise level is its own estimate, at least near the declared one.
 
     The motion's roughness is estimated with `motion`, once, and then loosened: one roughness for rests and strokes
-    alike would pull the strokes smooth, and what it takes from them would look like a mismatch.
+    alike would pull the strokes smooth, and what it takes from them would look like a mismatch. `only` names the
+    groups whose level is estimated, where not all are.
     """
     floor = {name: FLOOR * std for name, std in declared(model).items()}
     lawful = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}
@@ -137,11 +140,12 @@ def fit_with_noise(
         rough = {name for name in noise if name.startswith("smooth.") and "@" not in name}
         new = {
             name: old
-            if name in lawful or (name in rough and not motion)
+            if name in lawful or (name in rough and not motion) or (only is not None and name not in only)
             else max(found.get(name, old), floor.get(name, 0.0))
             for name, old in noise.items()
         }
-        for name in floor.keys() & new.keys():  # far off they fall slowly, as a free state gives way bit by bit
+        # far off they fall slowly, as a free state gives way bit by bit
+        for name in floor.keys() & new.keys() if only is None else ():
             ratio = new[name] / noise[name]
             if abs(np.log(ratio)) > FAR:
                 new[name] = max(new[name] * ratio**FASTER, floor[name])

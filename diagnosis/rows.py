@@ -70,8 +70,12 @@ class Linear:
 
     def scatter(self, columns: Array, target: Array) -> None:
         """Add J' of further columns (n, m, r) to `target` (knots, width, r), J the splines' Jacobian."""
+        order = np.argsort(self.first, kind="stable")
+        starts = np.flatnonzero(np.diff(self.first[order], prepend=-1))
+        knots = self.first[order][starts]
         for s in range(SUPPORT):
-            np.add.at(target, self.first + s, np.matmul(np.swapaxes(self.local[:, :, s], 1, 2), columns))
+            each = np.matmul(np.swapaxes(self.local[order, :, s], 1, 2), columns[order])
+            target[knots + s] += np.add.reduceat(each, starts, axis=0)
 
 
 def linearise(rows: Rows, tracks: Tracks, parameters: Parameters) -> Linear:

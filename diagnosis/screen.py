@@ -15,13 +15,16 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError, Solution, solve_arrow
-from imubench.diagnosis.equations import state_rows
+from imubench.diagnosis.equations import scenes, state_rows
 from imubench.diagnosis.fit import Fit, all_rows, assemble
 from imubench.diagnosis.model import Hypothesis, Model, State
-from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, Normal, Parameters, linearise
+from imubench.diagnosis.priors import middles
+from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, Normal, Parameters, Rows, linearise
 from imubench.diagnosis.score import started
-from imubench.diagnosis.splines import SUPPORT, Tracks
+from imubench.diagnosis.splines import SUPPORT, Moment, Tracks
+from imubench.diagnosis.swings import swing_rows
 from imubench.diagnosis.threads import one_thread
+from imubench.jets import Jet
 
 SMALL = 1e-3  # of its plausible size: how weakly a driven state is held where its law says little
 ROUGH = (1e2, 1e3, 1e4, 1e5)  # of a free state, in its unit per s^4 and root Hz
@@ -97,7 +100,10 @@ def obeyed(model: Model, state: State, h: Hypothesis) -> tuple[State, Array]:
     shared = Parameters({h.key(p.name): p.width for p in h.effect.parameters})
     step = model.tracks.knots.step
     sensitivity = np.zeros(0)
-    for turn in range(PASSES):
+    if not own.widths:
+        return state, np.zeros((model.tracks.knots.count, 0, shared.count))
+    state, passes = followed(model, state, h)
+    for turn in range(passes):
         rows = [r for r in state_rows(model, state) if r.name.startswith(h.key(""))]
         normal = Normal.empty(own, shared)
         normal.add([linearise(r, own, shared) for r in rows])
@@ -106,13 +112,32 @@ def obeyed(model: Model, state: State, h: Hypothesis) -> tuple[State, Array]:
             _held(normal, own, h.key(s.name), SMALL / s.std, step)
         factor = normal.band.factor()
         move = factor.solve(-normal.gradient[:, :, None]).reshape(-1, own.width)
-        if turn + 1 == PASSES:
+        if turn + 1 == passes:
             sensitivity = -factor.solve(normal.border)
         coefficients = state.coefficients.copy()
         for name in own.widths:
             coefficients[:, model.tracks.columns(name)] += move[: own.knots.count, own.columns(name)]
         state = replace(state, coefficients=coefficients)
     return state, sensitivity
+
+
+def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
+    """Return the state with h's splines where the effect itself says they are, and how many solves are left to do."""
+    scene = next(scene for other, scene in scenes(model, state) if other == h)
+    told = h.effect.follow(scene, model.values(h, state))
+    if not told:
+        return state, PASSES
+    time, coefficients = middles(model), state.coefficients.copy()
+    for name, value in told.items():
+        own = Tracks(model.tracks.knots, {h.key(name): value.shape[1]})
+        track = Moment(own, np.zeros((own.knots.count, own.width)), Jet(time[:, None])).track(h.key(name))
+        normal = Normal.empty(own, Parameters({}))
+        normal.add([linearise(Rows("follow", time, track - value, np.ones(own.width)), own, Parameters({}))])
+        normal.fill(own)
+        _held(normal, own, h.key(name), SMALL, 1.0)
+        move = normal.band.factor().solve(-normal.gradient[:, :, None]).reshape(-1, own.width)
+        coefficients[:, model.tracks.columns(h.key(name))] = move[: own.knots.count]
+    return replace(state, coefficients=coefficients), 1
 
 
 def _held(normal: Normal, tracks: Tracks, name: str, weight: float, step: float) -> None:
@@ -131,8 +156,9 @@ def _scored(base: Base, model: Model, state: State, sensitivity: Array, h: Hypot
     blocks, p = len(base.solution.factor.lower), fit.model.parameters.count
     cross, across = np.zeros((blocks * KNOTS_PER_BLOCK, fit.model.tracks.width, k)), np.zeros((p, k))
     corner, gradient = np.zeros((k, k)), np.zeros(k)
-    moves = sensitivity.reshape(-1, own.width, shared.count)
-    for rows in model.measured(state):
+    moves = sensitivity.reshape(-1, own.width, shared.count) if own.width else sensitivity
+    measured = model.measured(state) if h.effect.states else swing_rows(model, state, middles(model))
+    for rows in measured:
         part = base.parts[rows.name]
         now = linearise(replace(rows, std=rows.std * fit.noise[rows.name] * fit.loose), own, shared)
         slopes = now.border + np.einsum("nmsw,nswp->nmp", now.local, moves[now.first[:, None] + np.arange(SUPPORT)])

@@ -5,11 +5,13 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.coherence import follows_motion
 from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit, settled, solve
+from imubench.diagnosis.grids import placed
 from imubench.diagnosis.heldout import Gain, Held, gain, held_out
 from imubench.diagnosis.model import Hypothesis, Model
 from imubench.diagnosis.noise import declared, fit_with_noise
@@ -162,10 +164,13 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         say("scoring every effect")
         taken = {h.name for h in fit.model.hypotheses}
         left = [h for h in everything if h.name not in taken]
-        scores = score(fit, [h for h in left if not h.effect.states])
+        plain, judged = placed(fit, [h for h in left if not h.effect.states])
+        scores = sorted([*score(fit, plain), *judged], key=lambda s: -s.evidence)
         first = first or tuple(scores)
         tried = [t for t in plain_trials(fit, scores, say) if t.evidence > NEEDED]
         better = with_noise(tried[0].fit) if tried else fit
+        if tried and (windows := blind(better, tried[0].hypothesis)):
+            better, fit = with_noise(blinded(better, windows)), blinded(fit, windows)
         if suspicious(better):
             lively = state_trials(fit, [h for h in left if h.effect.states and h.effect.variant != "isotropic"], say)
             if lively and lively[0].evidence > max(NEEDED, log_evidence(better) - log_evidence(fit)):
@@ -188,6 +193,24 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
     )
     start = held_out(first_at_end) if kept else start
     return Selection(nominal, fit, tuple(kept), (*rejected, *dropped), first, start, held_out(fit) if kept else start)
+
+
+def blind(fit: Fit, h: Hypothesis) -> dict[str, NDArray[np.bool_]]:
+    """Return the samples that count besides those in which an effect acts as its law does not say; none: all do."""
+    windows = h.effect.blind({p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters})
+    masks = {}
+    for name, stamps in fit.model.stamps.items():
+        if windows and name.split(".")[0] == h.at:
+            time = stamps - fit.model.start
+            masks[name] = ~np.any([(time >= a) & (time <= b) for a, b in windows], axis=0)
+    return masks
+
+
+def blinded(fit: Fit, counted: dict[str, NDArray[np.bool_]]) -> Fit:
+    """Return the fit on those samples alone, noise levels as they were."""
+    known = fit.model.masks or {}
+    masks = known | {name: mask & known.get(name, mask) for name, mask in counted.items()}
+    return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=3)
 
 
 def suspicious(fit: Fit) -> bool:
@@ -245,8 +268,8 @@ def lost_without(fit: Fit, kept: Kept) -> tuple[float, Fit | None]:
 
 
 def _without(fit: Fit, h: Hypothesis) -> Fit:
-    begun = extended(fit, tuple(other for other in fit.model.hypotheses if other != h))
-    return solve(begun.model, begun.state, begun.noise, fit.anchor, steps=4)
+    short = extended(fit, tuple(other for other in fit.model.hypotheses if other != h))
+    return solve(short.model, short.state, short.noise, fit.anchor, steps=4)
 
 
 def about_zero(fit: Fit, h: Hypothesis) -> float:

@@ -20,6 +20,7 @@ from imubench.recording import Imu, Recording
 
 LEVELLING = 3.0  # s over which the mean specific force is taken for up
 COARSE = 0.004  # s, a clock offset that a linear score could not judge any more
+ALIKE = 0.5  # correlation of both sensors' rates across the hinge, under which they tell nothing of the clocks
 LAG = 0.25  # s, the largest clock offset that is looked for
 EDGE = 0.06 + LAG  # s of spline beyond the first and the last sample, for clocks that are off
 
@@ -106,7 +107,7 @@ def clock_offset(model: Model, one: Imu, two: Imu) -> float:
     inner = a[edge:-edge]
     match = np.array([np.mean(inner * b[edge + k : len(b) - edge + k]) for k in lags])
     best = int(np.argmax(match))
-    if best in (0, len(lags) - 1) or match[best] <= 0:
+    if best in (0, len(lags) - 1) or match[best] < ALIKE * np.sqrt(np.mean(inner**2) * np.mean(b**2)):
         return 0.0
     y = match[best - 1 : best + 2]
     curve = y[0] - 2 * y[1] + y[2]

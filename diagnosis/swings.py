@@ -8,6 +8,8 @@ axis; a ball joint none.
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from imubench.arrays import Array
 from imubench.diagnosis.kinematics import HINGE_AXIS
@@ -18,6 +20,7 @@ from imubench.jets import Jet, cross
 from imubench.recording import STANDARD_GRAVITY, Body
 
 GROUP = "swing.torque"
+STILL, REST = 0.05, 0.3  # rad/s: a mean rate over so many seconds under which a segment is at rest
 SHARE = 0.01  # of the torque of the segment's weight: how closely the equation holds, before it is estimated
 
 
@@ -27,12 +30,21 @@ def inertia_about_joint(body: Body) -> Array:
     return np.asarray(np.diag(body.inertia) + body.mass * (c @ c * np.eye(3) - np.outer(c, c)), dtype=float)
 
 
+def resting(model: Model, time: Array) -> NDArray[np.bool_]:
+    """Return at which of the times (n,) the segment is at rest: friction may hold it where no law says."""
+    imu = model.recording.imus[-1]
+    rate = uniform_filter1d(np.linalg.norm(imu.gyro, axis=1), max(int(REST * imu.rate), 1))
+    return np.asarray(np.interp(time, imu.time - model.start, rate) < STILL, dtype=bool)
+
+
 def swing_rows(model: Model, state: State, time: Array) -> Iterator[Rows]:
     """Yield the equation's residual (n, 1 or 3) N m at those of the times (n,) that lie in a free swing."""
     body = model.recording.body
     inside = np.zeros(len(time), dtype=bool)
     for start, end in model.recording.free_swings:
         inside |= (time >= start - model.start) & (time <= end - model.start)
+    if body is not None and model.recording.imus and inside.any():
+        inside &= ~resting(model, time)
     if body is None or not inside.any():
         return
     time = time[inside]

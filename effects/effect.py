@@ -182,6 +182,10 @@ class Effect:
         """Return the `found` parameters from fitted ones (k,) and states (n, m) sampled every `step` s."""
         return {}
 
+    def blind(self, values: Mapping[str, Array]) -> tuple[tuple[float, float], ...]:
+        """Return the windows in s since the start in which its sensor moves as the law does not say."""
+        return ()
+
     @property
     def lawful(self) -> bool:
         """Whether its states obey a law, and are no free splines."""
@@ -226,6 +230,10 @@ class Effect:
     def equations(self, scene: Scene, p: Values) -> list[Equation]:
         """Return what the effect's states obey."""
         return []
+
+    def follow(self, scene: Scene, p: Values) -> dict[str, Array]:
+        """Return states (n, m) that follow from the motion alone, where no linear solve of the law would find them."""
+        return {}
 
     def corrupt(
         self, time: Array, gyro: Array, accel: Array, parameters: Mapping[str, Array], rng: np.random.Generator

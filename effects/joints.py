@@ -17,6 +17,7 @@ from imubench.links import Link, shift, small_turn, spin
 
 REACHED = 0.98  # of the time within what is reported as a range
 STOP, EDGE = 0.1, 0.02  # of backlash's range: over which its stops take hold, and begin to
+RANGES = np.array([0.003, 0.006, 0.012, 0.025, 0.05])  # rad, of backlash, where a fit may begin
 CREEP = 1e-3  # rad/s, below which the joint counts as still
 BAND = (0.05, 0.95)  # of the power below the ends of what is reported as a band
 
@@ -107,6 +108,13 @@ class Backlash(Effect):
         u = gap / p["range"]
         stops = beyond(u - (1 - STOP), EDGE) - beyond(-u - (1 - STOP), EDGE)
         return [Equation("gap", rate - turning + magnitude(turning, CREEP) * stops * (1 / STOP), 0.05)]
+
+    def grid(self, seconds: float) -> dict[str, Array]:
+        return {"range": RANGES}
+
+    def follow(self, scene: Scene, p: Values) -> dict[str, Array]:
+        angle = scene.turned()[0].value[:, 0]
+        return {"gap": (angle - self.played(angle, float(p["range"].value[0, 0])))[:, None]}
 
     @staticmethod
     def played(angle: Array, range_: float) -> Array:

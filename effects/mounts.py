@@ -7,6 +7,8 @@ that slips goes half as far; skin slides a few centimetres and turns some degree
 (0.02 m/rad, 0.1 rad/rad).
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from imubench.arrays import Array
@@ -15,6 +17,7 @@ from imubench.jets import Jet, rotation
 from imubench.links import Link, shift, small_turn
 
 SLIP = 0.2  # s that a mount takes to slip
+LONGEST = 0.3  # s that it may take: how it moves in between is not known
 
 
 class MountPose(Effect):
@@ -54,6 +57,10 @@ class MountShift(Effect):
 
     def grid(self, seconds: float) -> dict[str, Array]:
         return {"time": np.arange(0.5, max(seconds - 0.5, 0.6), 0.5)}
+
+    def blind(self, values: Mapping[str, Array]) -> tuple[tuple[float, float], ...]:
+        start = float(values["time"][0])
+        return ((start - LONGEST / 2, start + LONGEST),)
 
     def mount(self, link: Link, scene: Scene, p: Values) -> Link:
         step = slipped(scene.time, p["time"])

@@ -1,0 +1,111 @@
+"""Effects that are far from linear in one parameter: where to begin with it.
+
+A hum's frequency is read off the residual's spectrum, the moment of a slip off what a fixed mount error would
+explain from each moment on, a stop's angle off a grid of whole stops. From there the score and the refit go on.
+"""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from imubench.arrays import Array
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.model import Hypothesis, Model
+from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Parameters, Rows, linearise
+from imubench.diagnosis.score import Score, started
+from imubench.diagnosis.screen import Base, driven
+from imubench.diagnosis.splines import Tracks
+from imubench.diagnosis.threads import one_thread
+from imubench.effects import EFFECTS
+from imubench.effects.mounts import slipped
+from imubench.jets import Jet
+
+APART = (2.0, 0.3, 0.05)  # s between the moments of a slip that are compared, closer and closer
+NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
+LOWEST = 1.0  # Hz, under which a hum is part of the motion
+
+
+@one_thread
+def placed(fit: Fit, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
+    """Return hypotheses at their best starts, ready to be scored, and the scores of those that a score cannot judge."""
+    out, judged = [], []
+    base = Base.of(fit)
+    for h in hypotheses:
+        if h.effect.name == "vibration":
+            found = hum(fit, h.at)
+            if found:
+                out.append(replace(h, effect=h.effect.starting(frequency=found)))
+        elif h.effect.name == "mount_shift":
+            out.append(replace(h, effect=h.effect.starting(time=slip(base, h.at))))
+        elif h.effect.name == "end_stop":
+            found_stop = driven(base, h)
+            if found_stop is not None:
+                starts = {n.split(".", 1)[1]: v for n, v in found_stop.values.items()}
+                at = replace(h, effect=h.effect.starting(angle=starts["angle"]))
+                none = np.zeros(0)
+                judged.append(Score(at, found_stop.evidence, found_stop.evidence, none, none, none, none))
+        else:
+            out.append(h)
+    return out, judged
+
+
+def hum(fit: Fit, at: str) -> float:
+    """Return the frequency in Hz of the strongest line in an accelerometer's residual; 0 where there is none to see."""
+    rows = next(r for r in fit.measured if r.name == f"{at}.accel")
+    if len(rows.time) < 4 * NEIGHBOURS:
+        return 0.0
+    step = float(np.median(np.diff(rows.time)))
+    grid = np.arange(rows.time[0], rows.time[-1], step)
+    left = np.stack([np.interp(grid, rows.time, x) for x in rows.whitened.T], axis=1)
+    frequency = np.fft.rfftfreq(4 * len(grid), step)
+    power = np.sum(np.abs(np.fft.rfft(left * np.hanning(len(grid))[:, None], 4 * len(grid), axis=0)) ** 2, axis=1)
+    level = median_filter(power, 4 * NEIGHBOURS, mode="nearest")
+    ratio = np.where(frequency > LOWEST, power / np.maximum(level, 1e-12), 0.0)
+    return float(frequency[np.argmax(ratio)])
+
+
+def slip(base: Base, at: str) -> float:
+    """Return the moment in s from which on a change of the mount would explain most."""
+    fit = base.fit
+    pose = Hypothesis(EFFECTS["mount_pose"], at)
+    model = fit.model.with_effects((*fit.model.hypotheses, pose))
+    shared = Parameters({pose.key(p.name): p.width for p in pose.effect.parameters})
+    prior = np.concatenate([np.full(p.width, p.std) for p in EFFECTS["mount_shift"].parameters[:2]])
+    rows = [r for r in model.measured(started(model, fit.state)) if r.name.startswith(f"{at}.")]
+    begin, end = min(float(r.time[0]) for r in rows), max(float(r.time[-1]) for r in rows)
+    moments = np.arange(begin + APART[0], end - APART[0] / 2, APART[0])
+    for wide, close in pairwise(APART):
+        best = moments[int(np.argmax(_slips(base, rows, model, shared, prior, moments)))]
+        moments = np.arange(best - wide, best + wide, close)
+    return float(moments[int(np.argmax(_slips(base, rows, model, shared, prior, moments)))])
+
+
+def _slips(base: Base, rows: list[Rows], model: Model, shared: Parameters, prior: Array, moments: Array) -> list[float]:
+    """Return what a change of the mount from each of the moments on promises, in nat."""
+    fit, width = base.fit, shared.count
+    k = width * len(moments)
+    blocks, p = len(base.solution.factor.lower), fit.model.parameters.count
+    cross, across = np.zeros((blocks * KNOTS_PER_BLOCK, fit.model.tracks.width, k)), np.zeros((p, k))
+    corner, gradient = np.zeros((k, k)), np.zeros(k)
+    for r in rows:
+        part = base.parts[r.name]
+        whitened = replace(r, std=r.std * fit.noise[r.name] * fit.loose)
+        border = linearise(whitened, Tracks(model.tracks.knots, {}), shared).border
+        after = np.stack([slipped(Jet(r.time[:, None]), Jet(np.array([[t]])))[0].value[:, 0] for t in moments], axis=1)
+        columns = (border[:, :, None, :] * after[:, None, :, None]).reshape(*border.shape[:2], k)
+        part.scatter(columns, cross)
+        flat = columns.reshape(-1, k)
+        across += part.border.reshape(-1, p).T @ flat
+        corner += flat.T @ flat
+        gradient += flat.T @ part.residual.reshape(-1)
+    schur = base.solution.complement(cross.reshape(blocks, -1, k), across, corner)
+    return [_promise(schur[s, s], gradient[s], prior) for s in (slice(i, i + width) for i in range(0, k, width))]
+
+
+def _promise(information: Array, gradient: Array, prior: Array) -> float:
+    """Return the evidence in nat of parameters with this information (k, k) and gradient (k,)."""
+    matrix = information * np.outer(prior, prior) + np.eye(len(prior))
+    pull = gradient * prior
+    return 0.5 * float(pull @ np.linalg.solve(matrix, pull)) - 0.5 * float(np.linalg.slogdet(matrix)[1])

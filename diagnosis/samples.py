@@ -1,0 +1,49 @@
+"""What the raw samples of a recording say before any fit: findings, and which samples a fit leaves out."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imubench.diagnosis import raw
+from imubench.diagnosis.raw_findings import RawFinding
+from imubench.diagnosis.result import Finding, Interval, Parameter
+from imubench.recording import Recording
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """The raw checks of every IMU and encoder together."""
+
+    findings: tuple[Finding, ...]
+    masks: dict[str, NDArray[np.bool_]]  # "imu1.gyro" -> samples (n,) that count
+    unless_stopped: tuple[Finding, ...] = ()  # knocks that are findings only where no end stop is
+    notes: tuple[str, ...] = field(default=())
+
+
+def sampled(recording: Recording) -> Sampled:
+    """Return what the raw samples of a recording say."""
+    checks = [raw.check(imu, recording.free_swings) for imu in recording.imus]
+    checks += [raw.check_encoder(encoder) for encoder in recording.encoders]
+    said = [f for c in checks for f in c.findings]
+    masks = {name: ~mask for c in checks for name, mask in c.masks.items() if mask.any()}
+    stops = [f for f in said if f.effect == "impacts" and stop_like(recording, f)]
+    for c in checks:
+        if any(f in stops for f in c.findings):
+            for name, struck in c.struck.items():
+                masks[name] = masks[name] | struck  # a stop of the joint is to be fitted, not left out
+    firm = tuple(_finding(f) for f in said if f not in stops)
+    return Sampled(firm, masks, tuple(_finding(f) for f in stops), tuple(f.evidence for f in said))
+
+
+def stop_like(recording: Recording, knocks: RawFinding) -> bool:
+    """Return whether every knock falls into a free swing, where an end stop knocks as well."""
+    times = np.atleast_1d(knocks.parameters["times"][0])
+    inside = [any(a <= t <= b for a, b in recording.free_swings) for t in times]
+    return recording.body is not None and bool(inside) and all(inside)
+
+
+def _finding(f: RawFinding) -> Finding:
+    """Return a raw check's result as a finding; it comes from the samples alone, so nothing is held out."""
+    parameters = {name: Parameter(value, std, unit) for name, (value, std, unit) in f.parameters.items()}
+    return Finding(f.effect, f.at, f.confidence, parameters, Interval(0.0, (0.0, 0.0)))
