@@ -1,0 +1,156 @@
+"""What terms promise before any is fitted: their information with motion, geometry and effects free to follow."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.alike import joint
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.refit import extended
+from imubench.diagnosis.rows import Rows
+from imubench.diagnosis.spectra import spectrum
+from imubench.diagnosis.swings import GROUP
+from imubench.diagnosis.terms import CHANNELS, Term, Unknown, UnknownTorque, interpolated, jumps, terms
+from imubench.recording import Imu
+
+LIKELY = 2  # terms whose triples are searched for a jump, and those that drift
+JUMPS = 20  # times of a jump that are tried, twice
+TRIED = 8  # terms whose information is taken exactly
+SIZES = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)  # of weights, in noise standard deviations
+SEEN = 0.4  # of a signal's power that motion cannot follow, a first guess to rank by
+COLOUR, SLOWEST = 0.2, 0.5  # of the noise's power, and Hz: coloured noise that is no mismatch
+ENOUGH = 5.0  # nat that an effect has to be worth beside a term
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A term, or a channel of one, and what it promises."""
+
+    term: Term
+    std: float
+    evidence: float  # nat, with noise as coloured as it may be
+    white: float  # nat, with white noise
+
+
+def promising(fit: Fit) -> tuple[list[Guess], int]:
+    """Return terms and single channels of terms, the best evidence on white noise first, and how many were tried."""
+    every = terms(fit)
+    tried = sum(len(set(t.channel)) + 1 for t in every)
+    ranked = sorted(every, key=lambda t: -_best(*_plain(fit, t), t).evidence)[:TRIED]
+    guesses = _exact(fit, ranked)
+    guesses.sort(key=lambda g: -g.evidence)
+    likely = [g.term for g in guesses if g.evidence > ENOUGH]
+    triples = {(t.at, t.part) for i, t in enumerate(likely) if i < LIKELY or t.drift}
+    for imu in fit.model.recording.imus:
+        for part in CHANNELS:
+            if (imu.name, part) in triples:
+                guesses += _jumped(fit, imu, part)
+                tried += 4 * JUMPS  # of three channels, or all
+    return sorted(guesses, key=lambda g: -g.white), 2 * tried  # of two sizes: neighbours are hardly another
+
+
+def _jumped(fit: Fit, imu: Imu, part: str) -> list[Guess]:
+    """Return the best jump of one triple, sought on a grid and then on a finer one."""
+    low, high = (float(t) - fit.model.start for t in (imu.time[0], imu.time[-1]))
+    for _ in range(2):
+        step = (high - low) / (JUMPS + 1)
+        starts = np.asarray(low + step * np.arange(1, JUMPS + 1), dtype=float)
+        tried = _exact(fit, jumps(fit, imu, part, starts))
+        best = max(range(JUMPS), key=lambda i: tried[i].evidence)
+        low, high = starts[best] - step, starts[best] + step
+    return [tried[best]]
+
+
+def _exact(fit: Fit, chosen: Sequence[Term]) -> list[Guess]:
+    """Return what terms promise once motion, geometry and effects have followed them; a drift, beyond colour."""
+    hypotheses = [hypothesis_of(t, 1.0) for t in chosen]
+    begun = extended(fit, (*fit.model.hypotheses, *hypotheses))
+    both = joint(begun.model, begun.state, fit, hypotheses)
+    out = []
+    for term, h in zip(chosen, hypotheses, strict=True):
+        at = both.places[h.name]
+        louder = colour(fit, term) if term.drift else 1.0
+        out.append(_best(both.information[np.ix_(at, at)], both.gradient[at], term, louder))
+    return out
+
+
+def hypothesis_of(term: Term, std: float) -> Hypothesis:
+    """Return a term as an effect at its place, its weights' prior `std`."""
+    kind = UnknownTorque if term.part == "torque" else Unknown
+    return Hypothesis(kind(term, std), term.at)
+
+
+def _plain(fit: Fit, term: Term) -> tuple[Array, Array]:
+    """Return information (k, k) and gradient (k,) of a term as if motion could follow a share of it everywhere."""
+    total, force = np.zeros((term.count, term.count)), np.zeros(term.count)
+    for rows, signal in signals_of(fit, term):
+        total += signal.T @ signal
+        force += signal.T @ rows.whitened.reshape(-1)
+    return SEEN * total, force
+
+
+def signals_of(fit: Fit, term: Term) -> list[tuple[Rows, Array]]:
+    """Return the rows that a term enters, and its whitened signals (n m, k) there; a torque's sign turned."""
+    names = {GROUP: "torque"} if term.part == "torque" else {f"{term.at}.{p}": p for p in term.signals}
+    out = []
+    for rows in fit.rows:
+        if rows.name in names:
+            known = term.signals[names[rows.name]]
+            n, m = rows.residual.value.shape
+            values = interpolated(rows.time, term.time, known.reshape(len(known), -1)).reshape(n, -1, term.count)
+            if rows.name == GROUP:
+                values = -np.broadcast_to(values, (n, m, term.count))
+            std = np.broadcast_to(rows.std, (n, m))
+            out.append((rows, (values / std[:, :, None]).reshape(n * m, term.count)))
+    return out
+
+
+def _best(matrix: Array, gradient: Array, term: Term, louder: float = 1.0) -> Guess:
+    """Return the whole term or the one channel of it, and the size of its weights, that have most evidence.
+
+    `louder`: how much louder than white the noise may be there.
+    """
+    out, white = Guess(term, 1.0, -np.inf, -np.inf), -np.inf
+    channels = sorted(set(term.channel))
+    for channel in [None, *channels] if len(channels) > 1 else [None]:
+        own = np.arange(term.count) if channel is None else np.flatnonzero(np.array(term.channel) == channel)
+        values, vectors = np.linalg.eigh(matrix[np.ix_(own, own)])
+        values, pull = np.maximum(values, 0.0), (vectors.T @ gradient[own]) ** 2
+        chosen = term if channel is None else term.only(channel)
+        for std in SIZES:
+            grown = 1 + std**2 * values
+            won, price = 0.5 * float(np.sum(std**2 * pull / grown)), 0.5 * float(np.sum(np.log(grown)))
+            white = max(white, won - price)
+            if won / louder - price > out.evidence:
+                out = Guess(chosen, std, won / louder - price, 0.0)
+    return replace(out, white=white)
+
+
+def colour(fit: Fit, term: Term) -> float:
+    """Return how much louder than white noise a fit's residuals are where a term has its power, at least 1.
+
+    At most, and for a drift always, what first-order noise of `COLOUR` of the white one's power and a corner from
+    `SLOWEST` up would add, at the corner where it adds most: `COLOUR` / (pi step corner) / (1 + (f / corner)^2).
+    """
+    over = under = 0.0
+    for rows, signal in signals_of(fit, term):
+        n, m = rows.residual.value.shape
+        f, density = spectrum(rows.time, rows.whitened)
+        white = np.median(density[f > 0.5 * f[-1]], axis=0)
+        _, power = spectrum(rows.time, signal.reshape(n, -1))
+        power = power.reshape(len(f), m, term.count)
+        use = power.sum(axis=2)
+        slow = np.maximum(f, SLOWEST)
+        most = COLOUR / (np.pi * float(np.median(np.diff(rows.time))) * slow) / (1 + (f / slow) ** 2)
+        louder = np.broadcast_to(1 + most[:, None], density.shape)
+        if not term.drift:
+            louder = np.minimum(density / np.maximum(white, 1e-300), louder)
+        over += float(np.sum(use * louder))
+        under += float(np.sum(use))
+    return max(over / under, 1.0) if under > 0 else 1.0
+
+
+__all__ = ["ENOUGH", "Guess", "colour", "hypothesis_of", "promising", "signals_of"]

@@ -1,0 +1,215 @@
+"""Terms without a name: smooth functions of what a recording shows anyway, for what no effect explains.
+
+A term adds sum_k c_k phi_k(t) to the readings of one IMU, or to the torque in free swings. Its signals phi are
+computed once, from a fit, and held; the fit then finds c. Signals are in units of the noise, so that a weight says
+how many standard deviations of noise its signal is worth.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.bases import KINKS, WIDTHS, curve, drifts, even, kinked, play, shaking
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.kinematics import HINGE
+from imubench.diagnosis.priors import middles
+from imubench.diagnosis.splines import Moment
+from imubench.diagnosis.swings import GROUP, swing_rows
+from imubench.effects.effect import Effect, Error, Parameter, Place, Reading, Scene, Values
+from imubench.jets import Jet, skew
+from imubench.recording import Imu
+
+HARMONICS = 12  # of the joint's angle
+CHANNELS = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z")}
+
+
+@dataclass(frozen=True)
+class Term:
+    """Signals that something unknown may consist of."""
+
+    at: str  # imu1, imu2, joint
+    part: str  # gyro, accel, torque, or both of an IMU
+    goes_with: str  # in words
+    time: Array  # (n,) s on the splines
+    signals: Mapping[str, Array]  # gyro, accel (n, 3, k) in their units, or torque (n, k)
+    channel: tuple[int, ...]  # of each signal: the channel that it enters, -1 for several
+    drift: bool = False  # so slow that its own fit takes what colour the noise has there
+
+    @property
+    def count(self) -> int:
+        """How many weights it has."""
+        return len(self.channel)
+
+    def only(self, channel: int) -> "Term":
+        """Return the part that enters one channel."""
+        own = np.flatnonzero(np.array(self.channel) == channel)
+        signals = {part: s[..., own] for part, s in self.signals.items()}
+        return Term(self.at, self.part, self.goes_with, self.time, signals, (channel,) * len(own), self.drift)
+
+
+class Unknown(Effect):
+    """Something at an IMU that no effect explains, as a term."""
+
+    name, law = "unknown", "reads + sum_k weight_k phi_k(t), phi_k held"
+    place: ClassVar[Place] = "imu"
+
+    def __init__(self, term: Term, std: float) -> None:
+        self.term = term
+        self.variant = f"{term.part}, {term.goes_with}, {sorted(set(term.channel))}"
+        self.parameters = (Parameter("weight", (term.count,), "1", std),)
+
+    def added(self, part: str, time: Jet, p: Values) -> Jet | None:
+        """Return what the term adds to one part's readings (n, 3) or torque (n, 1); a clock's error moves nothing."""
+        signal = self.term.signals.get(part)
+        if signal is None:
+            return None
+        flat = signal.reshape(len(signal), -1)
+        at = interpolated(time.value[:, 0], self.term.time, flat).reshape(len(time.value), -1, self.term.count)
+        weight = p["weight"]
+        value = np.einsum("nmk,k->nm", at, weight.value[0])
+        return Jet(value, {key: np.matmul(at, d[0]) for key, d in weight.blocks.items()})
+
+    def error(self, reading: Reading, p: Values) -> Error:
+        """Return the term's part of the readings."""
+        return Error(self.added("gyro", reading.time, p), self.added("accel", reading.time, p))
+
+
+class UnknownTorque(Unknown):
+    """The same at the joint, in free swings."""
+
+    law, place = "torque sum_k weight_k phi_k(t), phi_k held", "joint"
+    needs = ("free_swings",)
+
+    def torque(self, scene: Scene, p: Values) -> Jet | None:
+        """Return the term's torque (n, 3) about the joint's axis."""
+        size = self.added("torque", scene.time, p)
+        return None if size is None else size * scene.jointed()[1]
+
+
+def interpolated(time: Array, known: Array, values: Array) -> Array:
+    """Return values (n, m) at times (n,), straight between those at the known times, held beyond."""
+    after = np.clip(np.searchsorted(known, time), 1, len(known) - 1)
+    share = np.clip((time - known[after - 1]) / (known[after] - known[after - 1]), 0.0, 1.0)[:, None]
+    return np.asarray(values[after - 1] * (1 - share) + values[after] * share)
+
+
+def terms(fit: Fit) -> list[Term]:
+    """Return every term that is tried on a fit."""
+    out = [term for imu in fit.model.recording.imus for term in sensor_terms(fit, imu)]
+    return [term for term in (*out, *torque_terms(fit)) if term.count]
+
+
+def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
+    """Yield the terms at one IMU."""
+    model, state = fit.model, fit.state
+    moment = model.moment(state, imu.time, imu.name)
+    segment = model.segments(state, moment)["segment2" if imu.name == "imu2" else "segment1"]
+    reading = model.reading(imu, state, moment, segment)
+    turning = segment.child(model.mount(imu, state, moment, segment)).accel.value
+    time, n = moment.time.value[:, 0], len(imu.time)
+    sensed = {
+        "gyro": np.broadcast_to(reading.gyro.value, (n, 3)),
+        "accel": np.broadcast_to(reading.accel.value, (n, 3)),
+    }
+    turning = np.broadcast_to(turning, (n, 3))
+    fast = {"gyro": shaking(sensed["gyro"], imu.rate), "accel": shaking(sensed["accel"], imu.rate)}
+    if model.rig.hinge:
+        angle, rate = (moment.track(HINGE, order).value[:, 0] for order in range(2))
+    for part, x in sensed.items():
+        unit = fit.noise[f"{imu.name}.{part}"]
+        make = _Maker(imu.name, part, time, unit)
+        slope = np.gradient(x, time, axis=0)
+        widths = np.std(x, axis=0) * np.array(WIDTHS)[:, None]
+        lags = [play(x, w) - x for w in widths]
+        yield make.each("its own reading", [kinked(x[:, i]) for i in range(3)])
+        yield make.each(
+            "its own reading and where it came from", [even(*(lag[:, i] for lag in lags)) for i in range(3)]
+        )
+        signs = [np.tanh(x / np.maximum(share * np.std(x, axis=0), 1e-12)) for share in KINKS]
+        yield make.alike("its own reading, by one law for all axes", [x, x * np.abs(x), x**3, *signs])
+        yield make.alike("its own reading and where it came from, by one law for all axes", lags)
+        yield make.every(
+            "how the sensor turns and is pushed, a little later",
+            even(*x.T, *slope.T, *np.gradient(slope, time, axis=0).T),
+        )
+        yield make.every("angular acceleration", even(*turning.T))
+        yield make.every("shaking", np.concatenate([even(*fast[part].T), even(*fast["accel"].T)], axis=1))
+        yield replace(make.every("time", drifts(time)), drift=True)
+        if model.rig.hinge:
+            yield make.every("the hinge angle", curve(angle))
+            yield make.every("the hinge rate", kinked(rate))
+    late = drifts(time)
+    turned = [np.einsum("nk,nij->nijk", late, skew(x)).reshape(n, 3, -1) for x in sensed.values()]
+    unit = 0.01  # rad, of a mount that turns
+    signals = {part: unit * s for part, s in zip(sensed, turned, strict=True)}
+    yield Term(imu.name, "both", "time: the sensor turns slowly", time, signals, (-1,) * signals["gyro"].shape[2])
+
+
+@dataclass(frozen=True)
+class _Maker:
+    """Makes terms of one triple."""
+
+    at: str
+    part: str
+    time: Array
+    unit: float
+
+    def every(self, goes_with: str, basis: Array) -> Term:
+        """Return the term in which each channel is a function of the same signals (n, k)."""
+        return self.each(goes_with, [basis] * 3)
+
+    def alike(self, goes_with: str, signals: list[Array]) -> Term:
+        """Return the term in which one law adds its signals (n, 3) to all channels."""
+        each = [self.unit * x / max(float(np.sqrt(np.mean(x**2))), 1e-12) for x in signals]
+        return Term(self.at, self.part, goes_with, self.time, {self.part: np.stack(each, axis=2)}, (-1,) * len(each))
+
+    def each(self, goes_with: str, bases: list[Array]) -> Term:
+        """Return the term in which each channel is a function of its own signals (n, k)."""
+        total = sum(b.shape[1] for b in bases)
+        signals, channel, at = np.zeros((len(self.time), 3, total)), [], 0
+        for i, basis in enumerate(bases):
+            signals[:, i, at : at + basis.shape[1]] = self.unit * basis
+            channel += [i] * basis.shape[1]
+            at += basis.shape[1]
+        return Term(self.at, self.part, goes_with, self.time, {self.part: signals}, tuple(channel))
+
+
+def jumps(fit: Fit, imu: Imu, part: str, starts: Array) -> list[Term]:
+    """Return jumps of one triple's readings at times (m,) s on the splines."""
+    time = imu.time - fit.model.start
+    make = _Maker(imu.name, part, time, fit.noise[f"{imu.name}.{part}"])
+    return [
+        replace(
+            make.every(f"time: a jump at {start + fit.model.start:.2f} s", 1.0 * (time >= start)[:, None]), drift=True
+        )
+        for start in starts
+    ]
+
+
+def torque_terms(fit: Fit) -> Iterator[Term]:
+    """Yield the terms of the torque in free swings."""
+    model, state = fit.model, fit.state
+    rows = list(swing_rows(model, state, middles(model)))
+    if not rows:
+        return
+    time = rows[0].time
+    moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
+    segment = model.segments(state, moment)["segment2" if model.rig.hinge else "segment1"]
+    angle, rate, _ = (x.value[:, 0] for x in model.scene(moment, segment).turned())
+    unit = fit.noise.get(GROUP, 1.0) * float(np.mean(rows[0].std))
+    waves = [f(k * angle) for k in range(1, HARMONICS + 1) for f in (np.sin, np.cos)]
+    bases: dict[str, Callable[[], Array]] = {
+        "the joint's angle, again and again": lambda: np.stack(waves, axis=1),
+        "the joint's angle": lambda: curve(angle - np.mean(angle)),
+        "the joint's rate": lambda: kinked(rate),
+        "time": lambda: drifts(time),
+    }
+    for words, basis in bases.items():
+        b = basis()
+        yield Term("joint", "torque", words, time, {"torque": unit * b}, (0,) * b.shape[1], words == "time")
+
+
+__all__ = ["CHANNELS", "Term", "Unknown", "UnknownTorque", "jumps", "terms"]

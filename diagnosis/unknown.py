@@ -1,0 +1,174 @@
+"""What no effect explains: found by terms without a name, fitted exactly, and judged on data they have not seen.
+
+Every term is held against the residuals; for the best its information is taken with motion, geometry and effects
+free to follow, its weights' size chosen by evidence, and all of it or one channel of it refitted. Coloured noise
+looks like slow terms: what is left of the residuals' colour after the refit divides the gain.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imubench.diagnosis.blocks import NotPositiveDefiniteError
+from imubench.diagnosis.evidence import Trace
+from imubench.diagnosis.findings import MOST_SURE, SOFT
+from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.heldout import Gain, gain, held_out
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.noise import declared, fit_with_noise
+from imubench.diagnosis.refit import extended, information, log_evidence, refit
+from imubench.diagnosis.regressors import regressors
+from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
+from imubench.diagnosis.select import SEED
+from imubench.diagnosis.term_scores import ENOUGH, Guess, colour, hypothesis_of, promising, signals_of
+from imubench.diagnosis.terms import CHANNELS, Term, Unknown
+from imubench.diagnosis.where import SMALL, locate
+
+NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
+MOST = 2  # unknowns in one diagnosis
+REFITTED = 2  # terms at most
+ALLOWED = 1.15**2 * 1.2  # of the declared noise power: a level right within 15 %, 20 % of coloured noise on top
+SURELY = 0.9  # confidence in noise power beyond that, which no term explains
+UNITS = {"gyro": "rad/s", "accel": "m/s^2", "torque": "N m"}
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A term in the fit."""
+
+    hypothesis: Hypothesis
+    term: Term
+    fit: Fit
+    evidence: float  # nat, colour and the number of terms taken off
+    heldout: Gain
+
+
+def unknowns(
+    fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] = lambda _: None
+) -> tuple[tuple[Finding, ...], Fit]:
+    """Return what a fit with all its named effects leaves unexplained, and the fit with terms for it.
+
+    Effects that only stood in for such a term are no longer in its model.
+
+    `where` says where the nominal fit's residuals were; it serves where no term is found for what is left.
+    """
+    found: list[Fitted] = []
+    while len(found) < MOST:
+        say("looking for something without a name")
+        best = found_in(fit)
+        if best is None:
+            break
+        found.append(best)
+        fit = superseded(best.fit, say)
+    out = [finding(f) for i, f in enumerate(found) if f.term.at not in {g.term.at for g in found[:i]}]
+    return (*out, *loud(fit, where, {f.at for f in out})), fit
+
+
+def found_in(fit: Fit) -> Fitted | None:
+    """Return the best term with its refit, None where none has the evidence or predicts."""
+    guesses, tried = promising(fit)
+    price = float(np.log(max(tried, 1)))
+    for guess in [g for g in guesses if g.evidence > NEEDED + price][:REFITTED]:
+        try:
+            done = fitted(fit, guess, price)
+        except NotPositiveDefiniteError:
+            continue
+        if done.evidence > NEEDED and done.heldout.low > 0:
+            return done
+    return None
+
+
+def superseded(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Fit:
+    """Return the fit without the effects that only stood in for the terms which it has now."""
+    for h in [h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown)]:
+        say(f"trying to do without {h.name}")
+        begun = extended(fit, tuple(other for other in fit.model.hypotheses if other != h))
+        try:
+            without = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=4)
+            if log_evidence(fit) - log_evidence(without) < ENOUGH:
+                fit = without
+        except NotPositiveDefiniteError:
+            continue
+    return fit
+
+
+def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
+    """Return a term's exact refit, its evidence less `price`, and what it predicts."""
+    h = hypothesis_of(guess.term, guess.std)
+    tried = refit(fit, (*fit.model.hypotheses, h), steps=4)
+    better = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=2)
+    ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
+    predicted = gain(held_out(ruler), held_out(better), np.random.default_rng(SEED))
+    won = ruler.cost - better.cost
+    freedom = won - (log_evidence(better) - log_evidence(ruler))
+    evidence = won / colour(better, guess.term) - freedom - price
+    return Fitted(h, guess.term, better, evidence, predicted)
+
+
+def finding(found: Fitted) -> Finding:
+    """Return a fitted term as a finding."""
+    sure = MOST_SURE / (1 + float(np.exp(-(min(found.evidence, 1e3) - NEEDED) / SOFT)))
+    won = found.heldout
+    return Finding(
+        UNKNOWN,
+        found.term.at,
+        max(sure, 0.5),
+        sizes(found),
+        Interval(won.value, (min(won.low, won.value), max(won.high, won.value))),
+        where=place(found),
+    )
+
+
+def sizes(found: Fitted) -> dict[str, Parameter]:
+    """Return the RMS of what a term adds, by part, with its standard deviation."""
+    h, fit = found.hypothesis, found.fit
+    columns = fit.model.parameters.columns(h.key("weight"))
+    covariance = information(fit)[0][columns, columns]
+    weight = fit.state.values[h.key("weight")]
+    out = {}
+    for part, signal in found.term.signals.items():
+        flat = signal.reshape(-1, found.term.count)
+        square = flat.T @ flat / len(signal)
+        size = float(np.linalg.norm(flat @ weight)) / len(signal) ** 0.5
+        slope = square @ weight / max(size, 1e-300)
+        std = max(float(slope @ covariance @ slope), 0.0) ** 0.5
+        out[f"{part}_rms"] = Parameter(np.array(size), np.array(std), UNITS[part])
+    return out
+
+
+def place(found: Fitted) -> Where:
+    """Return where a term acts: its channels by their power over the noise, and the bands and windows of what it is."""
+    h, fit, term = found.hypothesis, found.fit, found.term
+    weight = fit.state.values[h.key("weight")]
+    traces, adds = [], []
+    for rows, signal in signals_of(fit, term):
+        n, m = rows.residual.value.shape
+        adds.append((signal @ weight).reshape(n, m))
+        part = rows.name.split(".")[1]
+        named = CHANNELS.get(part, ("x", "y", "z"))[:m]
+        traces.append(
+            Trace(term.at, part, named, UNITS[part], rows.time + fit.model.start, adds[-1] + rows.whitened, 1.0)
+        )
+    seen = locate(traces, {} if term.part == "torque" else regressors(fit))
+    if seen:
+        return replace(seen[0], depends_on=term.goes_with)
+    names = [c for t in traces for c in t.channels]
+    power = np.concatenate([np.sum(x**2, axis=0) for x in adds])
+    order = np.argsort(-power)
+    shares = {names[i]: float(power[i] / power.sum()) for i in order if power[i] > SMALL * power.sum()}
+    return Where(term.at, shares, (), (), term.goes_with, 1.0)
+
+
+def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
+    """Return the place where noise is louder than declared though no term explains it, the loudest one."""
+    told = declared(fit.model)
+    over = {n: (fit.noise[n] / std) ** 2 for n, std in told.items() if n in fit.noise and n.split(".")[0] not in known}
+    sensors = {n.split(".")[0] for n, power in over.items() if power > ALLOWED}
+    chosen = next((w for w in where if w.at in sensors), None)
+    if chosen is None:
+        return []
+    return [Finding(UNKNOWN, chosen.at, SURELY, {}, Interval(0.0, (0.0, 0.0)), where=chosen)]
+
+
+__all__ = ["Fitted", "Guess", "found_in", "promising", "unknowns"]

@@ -1,0 +1,137 @@
+"""What no effect explains, on physics of the independent generator that the table of effects does not have."""
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.bases import curve, drifts, kinked, play
+from imubench.diagnosis.diagnose import nominal_fit
+from imubench.diagnosis.fit import all_rows
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.refit import extended, refit
+from imubench.diagnosis.result import UNKNOWN, Where
+from imubench.diagnosis.terms import Unknown, UnknownTorque, terms
+from imubench.diagnosis.unknown import loud, unknowns
+from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+
+def fitted(folder, asked, seed, rig="hinge", seconds=12.0, **options):
+    make_case(folder / "case", rig, effects=asked, seed=seed, seconds=seconds, **options)
+    return nominal_fit(read(folder / "case")[0])
+
+
+@pytest.fixture(scope="module")
+def swinging(tmp_path_factory):
+    """A hinge on a fixed base with a torque that follows its angle twelve times a turn."""
+    folder = tmp_path_factory.mktemp("swinging")
+    return fitted(folder, [("cogging", "joint", {"torque": 0.26, "cogs": 12.0})], 13, base="fixed", swing=True)
+
+
+def test_functions_are_nothing_at_zero():
+    x = np.append(np.random.default_rng(0).normal(size=200), 0.0)
+    for basis in (curve(x), kinked(x)):
+        np.testing.assert_allclose(basis[-1], 0.0, atol=1e-14)  # rounding
+    np.testing.assert_allclose(drifts(np.linspace(3.0, 20.0, 300))[0], 0.0, atol=1e-14)
+
+
+def test_play_follows_only_beyond_its_width():
+    x = np.array([0.0, 0.5, 1.0, 2.0, 1.5, 0.5, -2.0])[:, None]
+    np.testing.assert_allclose(play(x, np.array([1.0]))[:, 0], [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, -1.0])
+
+
+def test_a_term_s_rows_are_linear_in_its_weights(swinging):
+    chosen = [t for t in terms(swinging) if t.part in ("torque", "both") or t.goes_with == "its own reading"]
+    assert {t.part for t in chosen} == {"gyro", "accel", "both", "torque"}
+    rng = np.random.default_rng(1)
+    for term in chosen:
+        effect = (UnknownTorque if term.part == "torque" else Unknown)(term, 1.0)
+        h = Hypothesis(effect, term.at)
+        begun = extended(swinging, (h,))
+        key, step = h.key("weight"), rng.normal(size=term.count)
+        before = all_rows(begun.model, begun.state, begun.noise, begun.anchor)
+        moved = type(begun.state)(begun.state.coefficients, begun.state.values | {key: step})
+        after = all_rows(begun.model, moved, begun.noise, begun.anchor)
+        changed = 0
+        for one, two in zip(before, after, strict=True):
+            block = one.residual.blocks.get((key, -1))
+            if block is not None:
+                change = two.residual.value - one.residual.value
+                scale = np.abs(change).max()
+                np.testing.assert_allclose(change, block @ step, atol=1e-9 * scale)  # linear: rounding alone
+                changed += not one.name.startswith("prior") and scale > 0
+        clamped = term.at == "imu1"  # its gyroscope reads nothing that a turn could show in
+        assert changed == (2 if term.part == "both" and not clamped else 1), term.goes_with
+
+
+def test_a_cogging_joint_is_found_by_its_angle(swinging):
+    found, fit = unknowns(swinging)
+    assert [(f.effect, f.at) for f in found] == [(UNKNOWN, "joint")]
+    assert found[0].where.depends_on == "the joint's angle, again and again"
+    assert found[0].heldout_gain.ci[0] > 0
+    # a sine of 0.26 N m has an RMS of 0.18 where the swing passes all of it
+    assert found[0].parameters["torque_rms"].value == pytest.approx(0.18, rel=0.2)
+    assert sum(isinstance(h.effect, UnknownTorque) for h in fit.model.hypotheses) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "at", "seed", "options", "words"),
+    [
+        ("bias_jump", "imu1", 5, {}, "time: a jump at 4.5"),  # at 4.53 s
+        ("cubic", "imu2", 4, {"strength": "strong"}, "its own reading"),
+        ("hysteresis", "imu2", 6, {}, "its own reading and where it came from"),
+        ("rectification", "imu1", 7, {"strength": "strong"}, "shaking"),
+        ("cross_talk", "imu2", 8, {}, "how the sensor turns and is pushed, a little later"),
+        ("dead_band", "imu1", 9, {}, "its own reading"),
+        ("thermal_walk", "imu2", 20, {}, "time"),
+        ("creep", "imu1", 11, {}, "time: the sensor turns slowly"),
+    ],
+)
+def test_what_the_table_does_not_have_is_found_where_it_is(tmp_path, name, at, seed, options, words):
+    found, _ = unknowns(fitted(tmp_path, [(name, at)], seed, **options))
+    assert found[0].at == at
+    assert found[0].where.at == at
+    assert found[0].where.depends_on.startswith(words)
+    assert found[0].heldout_gain.ci[0] > 0
+    assert found[0].confidence > 0.9
+
+
+@pytest.mark.slow
+def test_a_scale_that_stood_in_for_a_cubic_sensor_gives_way(tmp_path):
+    """A cubic accelerometer at imu2, which the selection takes for a scale of the other one."""
+    fit = fitted(tmp_path, [("cubic", "imu2")], 16)
+    fit = refit(fit, (*fit.model.hypotheses, Hypothesis(EFFECTS["accel_scale"], "imu1")))
+    found, after = unknowns(fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1))
+    assert [f.at for f in found] == ["imu2"]
+    assert {h.effect.name for h in after.model.hypotheses} == {UNKNOWN}
+
+
+@pytest.mark.parametrize("options", [{}, {"colour": 0.2}, {"rig": "pendulum", "colour": 0.2}])
+def test_noise_alone_raises_nothing(tmp_path, options):
+    assert unknowns(fitted(tmp_path, [], 31, **options))[0] == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [32, 33, 34])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"colour": 0.2, "misdeclared": -0.15, "rest": 0.5},
+        {"colour": 0.2, "band": 8.0},
+        {"colour": 0.2, "base": "fixed"},
+    ],
+)
+def test_coloured_noise_alone_raises_nothing(tmp_path, seed, options):
+    assert unknowns(fitted(tmp_path, [], seed, **options))[0] == ()
+
+
+def test_noise_too_loud_for_what_is_declared_is_told_where_it_is(swinging):
+    where = Where("imu2", {"gyr_x": 0.9}, (), (), "nothing clear", 0.9)
+    louder = dict(swinging.noise)
+    assert loud(swinging, [where], set()) == []
+    louder["imu2.gyro"] *= 2
+    (told,) = loud(type(swinging)(**{**vars(swinging), "noise": louder}), [where], set())
+    assert (told.effect, told.at, told.where) == (UNKNOWN, "imu2", where)
+    assert loud(type(swinging)(**{**vars(swinging), "noise": louder}), [where], {"imu2"}) == []
