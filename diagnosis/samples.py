@@ -28,10 +28,6 @@ def sampled(recording: Recording) -> Sampled:
     said = [f for c in checks for f in c.findings]
     masks = {name: ~mask for c in checks for name, mask in c.masks.items() if mask.any()}
     stops = [f for f in said if f.effect == "impacts" and stop_like(recording, f)]
-    for c in checks:
-        if any(f in stops for f in c.findings):
-            for name, struck in c.struck.items():
-                masks[name] = masks[name] | struck  # a stop of the joint is to be fitted, not left out
     firm = tuple(_finding(f) for f in said if f not in stops)
     return Sampled(firm, masks, tuple(_finding(f) for f in stops), tuple(f.evidence for f in said))
 

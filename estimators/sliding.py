@@ -55,7 +55,7 @@ def rows_of(imu: Imu, acceleration: Array) -> Rows:
     w = imu.gyro_noise_std if imu.gyro_noise_std is not None else gyro_noise(imu.gyro)
     a = imu.accel_noise_std if imu.accel_noise_std is not None else gyro_noise(imu.accel)
     noise = max(w, LEAST_NOISE), max(a, LEAST_NOISE)
-    return Rows(imu.time, imu.gyro, acceleration, imu.accel - acceleration, *noise)
+    return Rows(imu.time, imu.gyro, imu.accel, imu.accel - acceleration, *noise)
 
 
 class SlidingStream:
@@ -102,7 +102,7 @@ class SlidingStream:
 
     def _refit(self) -> None:
         time, w, f, a = (np.array(x) for x in zip(*self._samples, strict=True))
-        rows = Rows(time, w, a, f - a, *self.noise)
+        rows = Rows(time, w, f, f - a, *self.noise)
         if self.fit is None or self._count % CONTEST == 0:
             self.fit = best(rows, self.kinds)
         elif isinstance(self.fit, Spring):
@@ -115,7 +115,7 @@ class SlidingStream:
 
     def _carry(self, fit: Spring, f: Array, dt: float) -> None:
         """Take d one step on under f."""
-        turn = 2 * np.pi * fit.frequency
+        turn = 2 * np.pi * np.array(fit.frequency)
         stay = np.exp(-dt * turn / (2 * fit.damping))
         self._offset = stay * self._offset + (1 - stay) * f / turn**2
 
@@ -128,7 +128,7 @@ class SlidingStream:
             return np.asarray(r[0])
         self.covariance = self.fit.covariances[-1]
         before, now = self._samples[-5], self._samples[-1]
-        theta = -self.fit.parameters[5] * (now[1] - before[1]) / (now[0] - before[0])
+        theta = -self.fit.parameters[sliding_spring.SOFT] * (now[1] - before[1]) / (now[0] - before[0])
         r = self.fit.parameters[:3] + self._offset
         return np.asarray(r - np.cross(theta, r))
 
@@ -144,7 +144,8 @@ def estimate(recording: Recording, gravity: How = "ukf", kinds: tuple[str, ...] 
     details = {"samples": float(imu.time.size), "residual_power": fit.noise}
     details |= {f"evidence_{kind}": one.evidence for kind, one in zip(kinds, found, strict=True)}
     if isinstance(fit, Spring):
-        details |= {"spring_frequency": fit.frequency, "spring_damping": fit.damping}
+        details |= {f"spring_frequency_{axis}": f for axis, f in zip("xyz", fit.frequency, strict=True)}
+        details["spring_damping"] = fit.damping
     else:
         details |= {f"frequency_{i + 1}": float(f) for i, f in enumerate(fit.frequency)}
     if not identifiable(imu, acceleration):

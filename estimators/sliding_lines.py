@@ -19,6 +19,7 @@ R_STD = 0.5  # m, of r0 before any sample
 LINE_STD = 0.03  # m, of each number of A and B before any sample: the most that soft tissue is said to move
 LOWEST, HIGHEST = 0.1, 6.0  # Hz
 LINES = 4  # at most
+FIXED = 9  # numbers besides the lines: r0, and six of gravity
 ROUNDS = 6  # of the fixed point for the power of the noise
 
 
@@ -67,7 +68,7 @@ class Lines:
     noise: float  # residual power over that of the declared noise
     start: float  # s, what time counts from
     frequency: Array  # (lines,) Hz
-    coefficients: Array  # (3 + 6 lines,) m: r0, then for each line and axis A and B
+    coefficients: Array  # (9 + 6 lines,): r0 in m, six errors of gravity in m/s^2, for each line and axis A and B in m
     covariance: Array  # of the coefficients and the frequencies
 
     @property
@@ -88,8 +89,8 @@ def design(time: Array, frequency: Array, coefficients: Array) -> tuple[Array, A
     """Return the derivatives (n, 3, p) of r and of r' by coefficients and frequencies, in this order."""
     values = oscillations(time, frequency)
     n, lines = time.size, frequency.size
-    fixed = np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3, 3))
-    sizes = coefficients[3:].reshape(lines, 3, 2)
+    fixed = np.broadcast_to(np.eye(3, FIXED), (n, 3, FIXED)), np.zeros((n, 3, FIXED))
+    sizes = coefficients[FIXED:].reshape(lines, 3, 2)
     by = [np.einsum("nls,las->nal", x, sizes) for x in values[2:]]
     r, rate = (np.concatenate([f, _spread(x), d], axis=2) for f, x, d in zip(fixed, values[:2], by, strict=True))
     return r, rate
@@ -106,7 +107,8 @@ class _Search:
         self.choice = float(np.log(2 * self.length * (HIGHEST - LOWEST)))  # nat: one of so many frequencies
         n = self.time.size
         fixed = np.broadcast_to(np.eye(3), (n, 3, 3))
-        self.A = R_STD * rows.predicted(fixed, np.zeros((n, 3, 3)), felt)
+        rigid = R_STD * rows.predicted(fixed, np.zeros((n, 3, 3)), felt)
+        self.A = np.hstack([rigid, rows.gravity[1] * rows.tilted])
         self.best = self._weigh(self.A)
 
     def _weigh(self, A: Array) -> float:
@@ -157,14 +159,15 @@ class _Search:
         """Move each frequency once more beside the others: a new one may explain what an old one was bent to."""
         width = 0.25 / self.length
         for i in range(self.frequency.size):
-            own = slice(3 + 6 * i, 9 + 6 * i)
+            own = slice(FIXED + 6 * i, FIXED + 6 + 6 * i)
             self.frequency[i], _ = self._refined(np.delete(self.A, own, axis=1), self.frequency[i], width)
             self.A[:, own] = self._columns(self.frequency[i : i + 1])
         self.best = self._weigh(self.A) - self.choice * self.frequency.size
 
     def answer(self) -> Lines:
         """Return the fit, with a covariance that counts the frequencies among what is unknown."""
-        prior = np.concatenate([np.full(3, R_STD), np.full(6 * self.frequency.size, LINE_STD)])
+        gravity = np.full(6, self.rows.gravity[1])
+        prior = np.concatenate([np.full(3, R_STD), gravity, np.full(6 * self.frequency.size, LINE_STD)])
         A, count = self.A, self.frequency.size
         weight, x, power = evidence(A.T @ A, A.T @ self.y, float(self.y @ self.y), self.y.size)
         coefficients = prior * x

@@ -13,6 +13,10 @@ Each is multiplied by cubic B-splines b and summed up, derivatives moved onto b:
 formed. A spline is two samples wide or more between knots, so that its spectrum is zero where a sum differs from an
 integral. w is the gyroscope's record smoothed by splines of degree 7, as dense as its evidence asks for. Rows are
 whitened by the noise of the accelerometer and by what smoothing leaves of the gyroscope's.
+
+Gravity: an orientation filter's `up` wanders, and what is left of gravity in a would pass for sliding. So w is summed
+up to a turn R0(t) from the first sample on, in which gravity rests; `up` gives its mean there, and its scatter there is
+the std of what may be wrong with it, a constant and a drift, which are fitted along. An exact `up` hardly scatters.
 """
 
 from dataclasses import dataclass, field
@@ -23,11 +27,13 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.interpolate import BSpline, make_lsq_spline
 
+from imubench import rotations
 from imubench.arrays import Array
 from imubench.errors import InputError
 from imubench.estimators.mrvs import solve_differenced
 
 KNOTS = 0.04  # s between splines: passes half of the amplitude at 9 Hz
+LEAST_TILT = 0.002  # m/s^2, at least
 LEAST = 40  # samples, about as many as give a dozen splines of rows
 SPACINGS = (0.5, 0.35, 0.25, 0.18, 0.125, 0.09, 0.0625, 0.045)  # s between knots of the smoothed rates
 DEGREE = 7  # so that the fourth derivative is smooth too
@@ -78,8 +84,8 @@ class Rows:
 
     time: Array  # (n,) s
     gyro: Array  # (n, 3) rad/s
-    acceleration: Array  # (n, 3) m/s^2, gravity taken out
-    up: Array  # (n, 3) m/s^2, what was taken out: gravity as an accelerometer at rest reads it, sensor axes
+    accel: Array  # (n, 3) m/s^2, specific force
+    up: Array  # (n, 3) m/s^2, gravity as an accelerometer at rest reads it, sensor axes; by an orientation filter
     gyro_noise_std: float  # rad/s per sample
     accel_noise_std: float  # m/s^2 per sample
     step: float = field(init=False)  # s
@@ -108,6 +114,46 @@ class Rows:
     def rate(self) -> Array:
         """The smoothed w (n, 3) in rad/s."""
         return np.asarray(self.motion(self.time))
+
+    @cached_property
+    def turn(self) -> Array:
+        """R0 (n, 3, 3), from the sensor at each sample to the sensor at the first."""
+        summed, w = self.motion.antiderivative()(self.time), self.rate
+        steps = np.diff(summed, axis=0) + self.step**2 / 12 * np.cross(w[:-1], w[1:])
+        turns = [np.eye(3)]
+        for step in rotations.to_matrix(rotations.exp(steps)):
+            turns.append(turns[-1] @ step)
+        return np.stack(turns)
+
+    @cached_property
+    def gravity(self) -> tuple[Array, float]:
+        """Gravity (3,) in the axes of the first sample, and the std in m/s^2 of what is wrong with it."""
+        at_first = np.einsum("nij,nj->ni", self.turn, self.up)
+        mean = at_first.mean(axis=0)
+        return mean, float(np.sqrt(np.mean((at_first - mean) ** 2))) + LEAST_TILT
+
+    @cached_property
+    def steady(self) -> Array:
+        """Gravity (n, 3) in m/s^2 in sensor axes, at rest in the axes of the first sample."""
+        return np.asarray(np.einsum("nji,j->ni", self.turn, self.gravity[0]))
+
+    @cached_property
+    def acceleration(self) -> Array:
+        """The acceleration (n, 3) in m/s^2, `steady` taken out."""
+        return self.accel - self.steady
+
+    @cached_property
+    def tilts(self) -> Array:
+        """What may be wrong with `steady`: an error (n, 3, 6) of 1 m/s^2 along each axis, constant, then drifting."""
+        back = np.swapaxes(self.turn, 1, 2)
+        drift = np.linspace(-1.0, 1.0, self.time.size)
+        return np.concatenate([back, drift[:, None, None] * back], axis=2)
+
+    @cached_property
+    def tilted(self) -> Array:
+        """What `tilts` make of the left side: (rows * 3, 6)."""
+        b = self.operators[0]
+        return self._white((b @ self.tilts.reshape(self.time.size, -1)).reshape(b.shape[0], 3, 6))
 
     @cached_property
     def rigid(self) -> Array:
