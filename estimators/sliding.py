@@ -2,7 +2,8 @@
 
 Three kinds of r are fitted, each a constant at its simplest: oscillations of unknown frequency that the accelerometer
 feels, the same unfelt, and a spring (sliding_lines.py, sliding_spring.py; equations in sliding_rows.py). The one of the
-largest evidence answers. Where nothing moves, that is the constant.
+largest evidence answers. Where nothing moves, that is the constant. Where none explains the samples, there is no
+covariance.
 
 What no method can tell: R(t)^T c for a constant c of the world may be added to any felt r(t), since the centre then
 still is at rest. A sensor that sags by c is such a case: only a model of why it moves tells r then. docs/soft-tissue.md
@@ -30,6 +31,7 @@ WINDOW = 8.0  # s, of the last samples that a stream fits
 FIRST = 2.0  # s, before a stream answers
 EVERY = 0.5  # s, between two fits of the kind that answers
 CONTEST = 4  # fits, between two of all kinds
+UNEXPLAINED = 2.0  # times the noise's power in the residuals: no kind of r is right then, nor its covariance
 LEAST_NOISE = 1e-6  # rad/s or m/s^2: a record without noise is fitted as if it had this much
 
 Fit = Lines | Spring
@@ -150,6 +152,9 @@ def estimate(recording: Recording, gravity: How = "ukf", kinds: tuple[str, ...] 
         details |= {f"frequency_{i + 1}": float(f) for i, f in enumerate(fit.frequency)}
     if not identifiable(imu, acceleration):
         return Estimate("joint_vector", NAME, r.mean(axis=0)[None], None, STILL, "not identifiable", details=details)
+    if fit.noise > UNEXPLAINED:
+        why = f"no kind of r explains the samples: what is left has {fit.noise:.3g} times the power of the noise"
+        return Estimate("joint_vector", NAME, r[:, None], None, why, time=imu.time, details=details)
     return Estimate("joint_vector", NAME, r[:, None], covariance, time=imu.time, details=details)
 
 

@@ -287,6 +287,28 @@ def test_the_covariance_is_right_where_its_model_is():
     assert low < np.sum(squares) < high
 
 
+def recording_of(rows):
+    imu = Imu("imu1", rows.time, rows.gyro, rows.accel, RATE, *NOISE)
+    return Recording("limb", "pendulum", (imu,))
+
+
+def test_what_an_orientation_filter_leaves_of_gravity_is_fitted_along():
+    rows, r = recorded(lambda t: slide(t, BIG), seed=7)
+    found = sliding.estimate(recording_of(rows), "ukf")  # which takes the first, moving, sample for up: 0.2 rad
+    assert np.linalg.norm(found.value[:, 0] - r, axis=1).mean() < 0.0015  # m; as with a known orientation
+    assert found.covariance is not None
+    assert found.details["residual_power"] == pytest.approx(1.0, abs=0.15)  # 741 rows: 0.05 is one sigma
+
+
+def test_an_r_that_no_kind_explains_has_no_covariance():
+    rng = np.random.default_rng(0)
+    parts = [(0.004 * rng.normal(size=3), f, rng.uniform(0, 6)) for f in rng.uniform(0.3, 3, size=16)]
+    rows, _ = recorded(lambda t: slide(t, *parts), seed=8)
+    found = sliding.estimate(recording_of(rows))
+    assert found.covariance is None
+    assert "no kind of r explains the samples" in found.no_covariance_because
+
+
 # --- on a stream ---
 
 
