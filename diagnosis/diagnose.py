@@ -12,20 +12,20 @@ from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.findings import findings, rejected
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.kinematics import Rig
-from imubench.diagnosis.noise import declared, fit_with_noise
+from imubench.diagnosis.noise import declared, declared_by, fit_with_noise
 from imubench.diagnosis.priors import START_SMOOTH
 from imubench.diagnosis.regressors import regressors
-from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval, Unseen, Verdict, Where
-from imubench.diagnosis.samples import Sampled, sampled
+from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Unseen, Verdict
+from imubench.diagnosis.samples import Sampled, heard, sampled
 from imubench.diagnosis.select import select
 from imubench.diagnosis.start import blind_start, model_of
+from imubench.diagnosis.unknown import unknowns
 from imubench.diagnosis.where import locate
 from imubench.progress import Step, silent
 from imubench.recording import Recording
 
 START_NOISE = {"gyro": 0.3, "accel": 1.0, "angle": 0.01, "position": 0.01, "rotation": 0.02}  # loose: rad/s, m/s^2, ...
 LOOSE_EQUATION = 1e4  # of its std: the sensors say what moves before the equation of motion is asked
-ALLOWED = 1.15**2 * 1.2  # of the declared noise power: a level right within 15 %, 20 % of coloured noise on top
 STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s
 
@@ -36,19 +36,20 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
     with step("check the samples"):
         samples = sampled(recording)
     with step("fit the motion"):
-        fit = nominal_fit(recording, samples.masks)
+        fit = nominal_fit(heard(recording, samples.findings), samples.masks)
     unseen = missing(recording)
     with step("find what was left out"):
         chosen = select(fit) if not unseen else None
+    told, now = declared_by(recording), declared(fit.model)
     with step("weigh and locate what is left"):
-        before = gather.weighed(fit)
-        after = gather.weighed(chosen.fit) if chosen else before
-        traces = gather.traces(before, after if chosen and chosen.kept else None)
-        where = locate(traces, regressors(fit))
-    fitted = findings(chosen) if chosen else ()
-    named = with_samples(fitted, samples)
-    rest = unnamed(after, where)
-    best = chosen.fit if chosen else fit
+        before = gather.weighed(fit, told)
+        where = locate(gather.traces(before), regressors(fit))
+        rest, best = unknowns(chosen.fit, where) if chosen else ((), fit)
+        after = gather.weighed(best, now)
+        kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
+        fitted = tuple(f for f in (findings(chosen) if chosen else ()) if (f.effect, f.at) in kept)
+        named = with_samples(fitted, samples)
+        traces = gather.traces(before, after if named or rest else None)
     evidence = Evidence(
         recording,
         traces,
@@ -111,12 +112,6 @@ def nominal_fit(recording: Recording, masks: dict[str, NDArray[np.bool_]] | None
     sensors = {name: std for name, std in fit.noise.items() if name not in laws}
     fit = fit_with_noise(model, fit.state, sensors | dict.fromkeys(laws, 1.0), anchor, rounds=4, only=laws.keys())
     return fit
-
-
-def unnamed(weighed: gather.Weighed, where: tuple[Where, ...]) -> tuple[Finding, ...]:
-    """Return what no effect explains, where it is largest, if it is more than a declared noise may be off."""
-    loud = {level.group.split(".")[0] for level in weighed.levels if (level.left / level.used) ** 2 > ALLOWED}
-    return tuple(Finding(UNKNOWN, w.at, 0.9, {}, Interval(0.0, (0.0, 0.0)), where=w) for w in where[:1] if w.at in loud)
 
 
 def missing(recording: Recording) -> tuple[Unseen, ...]:

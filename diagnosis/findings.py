@@ -3,31 +3,20 @@
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.alike import alike
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.priors import middles
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
 from imubench.diagnosis.select import NEEDED, Selection
+from imubench.diagnosis.separate import separation
 from imubench.diagnosis.splines import Moment
 from imubench.effects import EFFECTS
 from imubench.jets import Jet
 
-CLOSE = 10.0  # nat of evidence within which a rival is taken for equally good
 SOFT = 2.0  # nat, how fast confidence grows beyond what is needed; not yet calibrated
 MOST_SURE = 0.98
-
-TWINS: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
-    ("moving_centre", "joint"): (("skin_sliding", "imu1"),),
-    ("skin_sliding", "imu1"): (("moving_centre", "joint"),),
-    ("axis_coupling", "joint"): (("skin_sliding", "imu2"),),
-    ("skin_sliding", "imu2"): (("axis_coupling", "joint"),),
-    ("time_offset", "imu1"): (("time_offset", "imu2"),),
-    ("time_offset", "imu2"): (("time_offset", "imu1"),),
-    ("clock_skew", "imu1"): (("clock_skew", "imu2"),),
-    ("clock_skew", "imu2"): (("clock_skew", "imu1"),),
-}
-"""What no recording of a free-base hinge could tell from each other, the first two at least to first order."""
 
 
 def findings(selection: Selection) -> tuple[Finding, ...]:
@@ -37,14 +26,8 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
     out = []
     for kept in sorted(selection.kept, key=lambda k: -k.heldout.value):
         h, gain = kept.hypothesis, kept.heldout
-        equal = {
-            (t.hypothesis.effect.name, t.hypothesis.at): t.evidence
-            for t in kept.rivals
-            if kept.evidence - t.evidence < CLOSE
-        }
-        if recording.rig == "hinge" and recording.base == "free" and not recording.encoders and not recording.poses:
-            equal |= dict.fromkeys(TWINS.get((h.effect.name, h.at), ()), gain.value)
-        equal.pop((h.effect.name, h.at), None)
+        others = alike(selection.fit, h)
+        same = [Rejected(r.effect, r.at, gain.value - r.loss) for r in others]
         sure = MOST_SURE / (1 + float(np.exp(-(min(kept.evidence, 1e3) - NEEDED) / SOFT)))
         out.append(
             Finding(
@@ -53,7 +36,8 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
                 max(sure, 0.5),
                 parameters(h, selection.fit, std),
                 Interval(gain.value, (gain.low, gain.high)),
-                tuple(Rejected(name, at, value) for (name, at), value in equal.items()),
+                tuple(same),
+                separation(selection.fit, h, [Hypothesis(EFFECTS[r.effect].suited(recording), r.at) for r in others]),
             )
         )
     return tuple(out)

@@ -10,7 +10,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.evidence import Comparison, Level, Played, Pose, Trace
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import FORCE, HINGE
-from imubench.diagnosis.noise import declared, levels
+from imubench.diagnosis.noise import levels
 from imubench.diagnosis.quiet import quiet_level
 from imubench.diagnosis.rows import Rows
 
@@ -49,10 +49,9 @@ class Weighed:
         return power / sum(r.residual.value.size for r in self.fit.measured)
 
 
-def weighed(fit: Fit) -> Weighed:
-    """Return a fit beside the noise: the declared level, or where there is none the quietest moments' one."""
+def weighed(fit: Fit, known: Mapping[str, float]) -> Weighed:
+    """Return a fit beside the noise by group: the known level, or where there is none the quietest moments' one."""
     left, leverage = levels(fit)
-    known = declared(fit.model)
     quiet = {f"{i.name}.gyro": quiet_level(i.time, i.gyro) for i in fit.model.recording.imus}
     quiet |= {f"{i.name}.accel": quiet_level(i.time, i.accel) for i in fit.model.recording.imus}
     table = []

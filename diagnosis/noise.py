@@ -18,6 +18,7 @@ from imubench.diagnosis.rows import CHUNK, KNOTS_PER_BLOCK, Linear
 from imubench.diagnosis.splines import SUPPORT
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.tilt import tilts
+from imubench.recording import Recording
 
 FLOOR = 0.85  # of the declared level: a declared noise is right within 15 %
 SMALLEST = 1e-7  # of a unit: no group is taken for exact
@@ -103,9 +104,13 @@ def _levels(fit: Fit, solution: Solution, parts: list[Linear]) -> tuple[dict[str
 
 
 def declared(model: Model) -> dict[str, float]:
-    """Return the noise levels that the recording declares, by group."""
+    """Return the noise levels that a model's recording declares, by group."""
+    return declared_by(model.recording)
+
+
+def declared_by(recording: Recording) -> dict[str, float]:
+    """Return the noise levels that a recording declares, by group."""
     out: dict[str, float | None] = {}
-    recording = model.recording
     for imu in recording.imus:
         out |= {f"{imu.name}.gyro": imu.gyro_noise_std, f"{imu.name}.accel": imu.accel_noise_std}
     for encoder in recording.encoders:

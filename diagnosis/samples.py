@@ -1,6 +1,7 @@
 """What the raw samples of a recording say before any fit: findings, and which samples a fit leaves out."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,3 +44,23 @@ def _finding(f: RawFinding) -> Finding:
     """Return a raw check's result as a finding; it comes from the samples alone, so nothing is held out."""
     parameters = {name: Parameter(value, std, unit) for name, (value, std, unit) in f.parameters.items()}
     return Finding(f.effect, f.at, f.confidence, parameters, Interval(0.0, (0.0, 0.0)))
+
+
+def heard(recording: Recording, findings: tuple[Finding, ...]) -> Recording:
+    """Return the recording with its noise declared as the raw samples have it, rounding in it."""
+    imus = []
+    for imu in recording.imus:
+        own = [f for f in findings if f.at == imu.name]
+        gyro, accel = (_level(own, part, unit) for part, unit in (("gyro", "rad/s"), ("accel", "m/s^2")))
+        known = (imu.gyro_noise_std, imu.accel_noise_std)
+        both = (gyro(known[0]) if known[0] else None, accel(known[1]) if known[1] else None)
+        imus.append(replace(imu, gyro_noise_std=both[0], accel_noise_std=both[1]))
+    return replace(recording, imus=tuple(imus))
+
+
+def _level(findings: list[Finding], part: str, unit: str) -> Callable[[float], float]:
+    """Return how a declared noise std of one triple is to be read."""
+    loud = [float(f.parameters["std"].value) for f in findings if f.effect == f"{part}_noise"]
+    steps = [f.parameters["step"] for f in findings if f.effect == "quantisation"]
+    rounding = max([0.0, *(float(p.value) / float(np.sqrt(12)) for p in steps if p.unit == unit)])
+    return lambda told: float(np.hypot(max([told, *loud]), rounding))
