@@ -182,8 +182,10 @@ def prove_command(
     workers: Annotated[int | None, typer.Option(help="Diagnoses at a time; none: one a core.", min=1)] = None,
     baselines: Annotated[bool, typer.Option("--baselines", help="L1 and the oracle on the same cases.")] = False,
     added: Annotated[Path | None, typer.Option(help="Add effects to the real recordings in this folder.")] = None,
+    real: Annotated[Path | None, typer.Option(help="Recordings with sealed sidecars in this folder instead.")] = None,
     leave_one_out: Annotated[bool, typer.Option("--leave-one-out", help="Again without the effect found.")] = False,
     check: Annotated[Path | None, typer.Option(help="Only check the seals of a finished proof in this folder.")] = None,
+    seal: Annotated[Path | None, typer.Option(help="Only seal NAME.truth.json beside the recording NAME.")] = None,
     out: Out = None,
 ) -> None:
     """Blind trials of the diagnosis: proof.json, report.html.
@@ -201,8 +203,14 @@ def prove_command(
 
     if check is not None:
         raise typer.Exit(cli_prove.check(check, console))
-    settings = Settings(cases, cli_prove.new_seed() if seed is None else seed, timeout=timeout, seconds=seconds)
-    settings = replace(settings, baselines=baselines, leave_one_out=leave_one_out, added=str(added or ""))
+    if seal is not None:
+        raise typer.Exit(cli_prove.seal(seal, console))
+    if seed is None:
+        seed = 0 if real else cli_prove.new_seed()  # nothing is drawn for recordings that are there
+    settings = Settings(cases, seed, timeout=timeout, seconds=seconds)
+    settings = replace(
+        settings, baselines=baselines, leave_one_out=leave_one_out, added=str(added or ""), real=str(real or "")
+    )
     if diagnosis is not None:
         settings = replace(settings, command=diagnosis)
     raise typer.Exit(cli_prove.run(settings, out or Path("runs/proof"), workers, console, errors))

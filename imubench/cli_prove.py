@@ -14,6 +14,7 @@ from imubench.reproduce.parts import cores
 from imubench.trials.figures import numbers
 from imubench.trials.prove import Proof, Report, Settings, prove
 from imubench.trials.seal import check_proof
+from imubench.trials.sealed import seal as seal_truth
 
 COLOURS = {"holds": "green", "fails": "red", "open": "yellow", "none": "dim"}
 
@@ -43,6 +44,14 @@ def run(settings: Settings, out: Path, workers: int | None, console: Console, er
 def check(folder: Path, console: Console) -> int:
     """Check the seals of a finished proof and return the exit code."""
     console.print(f"{check_proof(folder)} seals of {folder} are those of its truths")
+    return 0
+
+
+def seal(written: Path, console: Console) -> int:
+    """Seal a documented truth and return the exit code."""
+    name = written.name.removesuffix(".truth.json")
+    console.print(f"sealed: {seal_truth(written)}", soft_wrap=True)
+    console.print(f"publish {name}.commitment.json, keep {name}.sealed.json back until the diagnosis is done")
     return 0
 
 

@@ -189,6 +189,12 @@ def _covered(scores: Sequence[CaseScore]) -> Counted:
     return share(abs(z) <= Z95 for s in scores for e in s.errors for z in e.over_std)
 
 
+def _named(scores: Sequence[CaseScore]) -> Counted:
+    """Return the share of the effects of these cases that have a finding of their own."""
+    hits, n = sum(s.named for s in scores), sum(len(s.truth) for s in scores)
+    return (hits / n if n else None), n, hits
+
+
 FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
     "answered": lambda scores: share(not s.failed for s in scores),
     "false_alarms_white": _silent("white"),
@@ -214,6 +220,8 @@ FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
     "unobservable_said": lambda scores: share(
         s.verdict in ("unobservable", "no mismatch") for s in scores if not s.observable
     ),
+    "real_silent": _silent("real"),
+    "real_named": lambda scores: _named([s for s in scores if s.noise == "real"]),
     "seconds": lambda scores: middle(s.seconds for s in scores),
 }
 """What is counted, by its name in limits.toml."""

@@ -7,7 +7,7 @@ import platform
 import shutil
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -17,25 +17,23 @@ import numpy as np
 import imubench
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory, atomic_file
-from imubench.diagnosis.result_file import read_diagnosis
 from imubench.errors import InputError
 from imubench.proof.mixture import Question, mixture
 from imubench.reproduce.parts import cores, ignore_interrupts, one_thread_each, sources
 from imubench.trials import blind
 from imubench.trials.beside import fit_baselines, residual_size, to_leave_out, without
 from imubench.trials.figures import Figure, by_strength, figures, reliability
+from imubench.trials.judge import ALARM, in_pairs, one_by_one, scored
 from imubench.trials.make import made, refuse_leaks, shortened
-from imubench.trials.real import Added, beside, made_real, questions
-from imubench.trials.scoring import CaseScore, failed, score
+from imubench.trials.real import Added, made_real, questions
+from imubench.trials.scoring import CaseScore
 from imubench.trials.seal import Truth, check, commitment, folder_hash, salt_of
+from imubench.trials.sealed import as_scored, opened, publish_sealed
 
 CODE = (
     "imubench", "imubench.diagnosis", "imubench.effects", "imubench.estimators", "imubench.models", "imubench.proof",
     "imubench.sim", "imubench.trials",
 )  # fmt: skip
-ALARM = 1.15**2 * 1.2
-"""The misfit from which its size alone is an alarm: a declared noise right within 15 %, 20 % of coloured noise."""
-
 LEFT_OUT = ("answered", "confidently_wrong", "outside_flagged", "outside_located")
 """What is asked where the effect is not in the library."""
 
@@ -54,6 +52,7 @@ class Settings:
     seconds: float | None = None  # recordings are at most that long
     baselines: bool = False  # L1 and the oracle on the same cases
     added: str = ""  # a folder of real recordings to add effects to, instead of the generator's
+    real: str = ""  # a folder of recordings with sealed sidecars, instead of the generator's
     leave_one_out: bool = False  # again, with the effect that was found taken out of the library
 
 
@@ -90,14 +89,22 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
         for older in home.iterdir():
             if older != kept:
                 shutil.rmtree(older)
-    truths = make_cases(asked_of(settings), kept / "cases", workers, report)
-    names = list(truths)
-    sealed = publish(truths, kept, settings.seed)
+    truths: dict[str, Truth] = {}
+    if settings.real:
+        names, sealed = publish_sealed(Path(settings.real), kept, settings.seconds)
+    else:
+        truths = make_cases(asked_of(settings), kept / "cases", workers, report)
+        names, sealed = list(truths), publish(truths, kept, settings.seed)
     announce(sealed)
     runs = diagnose_cases(dict.fromkeys(names, "-"), "answers", kept, settings, workers, report)
     commitments = json.loads((kept / "commitments.json").read_text(encoding="utf-8"))["cases"]
     salts = {name: salt_of(settings.seed, name) for name in names}
+    if settings.real:
+        truths, salts = opened(Path(settings.real), names)
     check(commitments, truths, salts)
+    told = truths
+    if settings.real:
+        truths = {n: as_scored(truths[n], kept / "cases" / n / "recording") for n in names}
     judge = in_pairs if settings.added else one_by_one
     scores = judge(truths, kept / "answers", runs)
     refused = {name: run.refused for name, run in runs.items() if run.refused}
@@ -113,7 +120,7 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
     text = page(proof)
     with atomic_directory(out) as target:
         shutil.copyfile(kept / "commitments.json", target / "commitments.json")
-        write_json(target / "truths.json", {n: {"salt": salts[n], "truth": truths[n]} for n in names})
+        write_json(target / "truths.json", {n: {"salt": salts[n], "truth": told[n]} for n in names})
         write_json(target / "proof.json", as_dict(proof))
         (target / "diagnoses").mkdir()
         for name in names:
@@ -222,38 +229,6 @@ def diagnose_cases(
 def any_made(question: Question | Added, folder: Path) -> Truth:
     """Write the recording of a question of either kind, and return its truth."""
     return made_real(question, folder) if isinstance(question, Added) else made(question, folder)
-
-
-def one_by_one(truths: Mapping[str, Truth], answers: Path, runs: Mapping[str, blind.Run]) -> tuple[CaseScore, ...]:
-    """Return the score of every case."""
-    return tuple(scored(name, truth, answers / name, runs[name]) for name, truth in truths.items())
-
-
-def in_pairs(truths: Mapping[str, Truth], answers: Path, runs: Mapping[str, blind.Run]) -> tuple[CaseScore, ...]:
-    """Return the score of every case with an effect, beside the diagnosis of the untouched recording."""
-    out = []
-    for name, truth in truths.items():
-        if truth["effects"]:
-            plain_one, run = scored(name, truth, answers / name, runs[name]), runs[name]
-            untouched = scored(truth["base"], truths[truth["base"]], answers / truth["base"], runs[truth["base"]])
-            if untouched.failed or plain_one.failed:
-                out.append(replace(plain_one, failed=plain_one.failed or f"untouched: {untouched.failed}"))
-            else:
-                new = beside(read_diagnosis(answers / name), read_diagnosis(answers / truth["base"]))
-                out.append(score(name, truth, new, run.seconds, ALARM))
-    return tuple(out)
-
-
-def scored(name: str, truth: Truth, answer: Path, run: blind.Run) -> CaseScore:
-    """Return the score of one case; a diagnosis that broke off, cheated or broke the interface has none."""
-    if run.refused:
-        return failed(name, truth, run.seconds, f"tried to see more than its recording: {run.refused[0]}")
-    if run.code != 0:
-        return failed(name, truth, run.seconds, run.error)
-    try:
-        return score(name, truth, read_diagnosis(answer), run.seconds, ALARM)
-    except InputError as error:
-        return failed(name, truth, run.seconds, str(error).replace(str(answer), "diagnosis.json"))
 
 
 def as_dict(proof: Proof) -> dict[str, Any]:

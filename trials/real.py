@@ -15,6 +15,7 @@ from imubench.proof.options import Effect, stream
 from imubench.proof.ranges import STRENGTHS
 from imubench.trials.make import answers, freedom
 from imubench.trials.match import sure
+from imubench.trials.scoring import verdict_of
 from imubench.trials.seal import Truth
 
 
@@ -88,6 +89,4 @@ def beside(touched: Diagnosis, untouched: Diagnosis) -> Diagnosis:
     """Return the diagnosis with only those findings that the untouched recording's own does not have."""
     known = {(f.effect, f.at) for f in sure(untouched.findings)}
     new = tuple(f for f in touched.findings if (f.effect, f.at) not in known)
-    named, unnamed = ([f for f in sure(new) if f.named == is_named] for is_named in (True, False))
-    verdict = ("partly explained" if unnamed else "explained") if named else "unexplained" if unnamed else "no mismatch"
-    return replace(touched, findings=new, verdict=verdict)  # type: ignore[arg-type]
+    return replace(touched, findings=new, verdict=verdict_of(new))

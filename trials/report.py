@@ -47,12 +47,13 @@ def page(proof: "Proof") -> str:
     s = proof.settings
     asked = [f for f in proof.figures if f.verdict != "none"]
     met = sum(f.verdict == "holds" for f in asked)
-    again = f"imubench prove --cases {s.cases} --seed {s.seed}" + (f" --seconds {s.seconds:g}" if s.seconds else "")
+    source = "--real DIR" if s.real else f"--cases {s.cases} --seed {s.seed}"
+    again = f"imubench prove {source}" + (f" --seconds {s.seconds:g}" if s.seconds else "")
     parts = [
         "<!doctype html><html lang='en'><head><meta charset='utf-8'><title>blind trials</title>",
         "<meta name='viewport' content='width=device-width, initial-scale=1'>",
         f"<style>{style}</style></head><body>",
-        f"<h1>{met} of {len(asked)} aims hold in {s.cases} blind cases</h1>",
+        f"<h1>{met} of {len(asked)} aims hold in {len(proof.scores)} blind cases</h1>",
         f"<p class='soft'>{escape(_how(proof))}</p>",
         _refused(proof),
         "<h2>Figures</h2>" + _figures(proof.figures),

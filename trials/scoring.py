@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from imubench.diagnosis.result import Diagnosis, Finding
+from imubench.diagnosis.result import Diagnosis, Finding, Verdict
 from imubench.trials.match import ParameterError, holds, inside, names, paired, parameter_errors, sure, true
 from imubench.trials.seal import Truth
 
@@ -22,7 +22,7 @@ class CaseScore:
     kind: str  # none, one, several, outside
     rig: str
     observable: bool
-    noise: str  # white, coloured, misdeclared
+    noise: str  # white, coloured, misdeclared, real
     truth: list[str]  # "effect at place"
     strength: list[float | None]  # over the Cramer-Rao bound
     freedom: list[int]  # numbers that an effect has
@@ -35,6 +35,7 @@ class CaseScore:
     first_right: bool | None = None  # the strongest finding names a lone effect
     in_set: bool | None = None  # a lone effect is the strongest finding or one of its equivalents
     set_size: int | None = None
+    named: int = 0  # effects with a finding of their own
     exact: bool | None = None  # all of several effects and nothing else
     wrong: tuple[str, ...] = ()  # named with confidence 0.9 or more, and not there
     beliefs: tuple[tuple[float, bool], ...] = ()  # every finding's confidence, and whether it is true
@@ -48,13 +49,14 @@ def asked(name: str, truth: Truth, seconds: float) -> dict[str, Any]:
     """Return what a score says of the case itself."""
     options = truth["options"]
     off = abs(options["misdeclared"]) if options["declare_noise"] else 0.0
+    level = "misdeclared" if off >= MISDECLARED else "white"
     return {
         "name": name,
         "kind": truth["kind"],
         "rig": truth["rig"],
         "observable": truth["observable"],
-        "noise": "coloured" if options["colour"] > 0 else "misdeclared" if off >= MISDECLARED else "white",
-        "truth": [f"{e['effect']} at {e['at']}" for e in truth["effects"]],
+        "noise": truth.get("noise") or ("coloured" if options["colour"] > 0 else level),
+        "truth": truth.get("told") or [f"{e['effect']} at {e['at']}" for e in truth["effects"]],
         "strength": truth["visibility"],
         "freedom": truth["freedom"],
         "seconds": seconds,
@@ -89,6 +91,7 @@ def score(name: str, truth: Truth, d: Diagnosis, seconds: float, alarm_misfit: f
         first_right=names(truth["answers"][0], first.effect, first.at) if lone and first else None,
         in_set=holds(truth["answers"][0], first) if lone and first else None,
         set_size=1 + len(first.equivalent) if lone and first else None,
+        named=len(pairs),
         exact=exact(truth, found, pairs) if kind == "several" else None,
         wrong=tuple(f"{f.effect} at {f.at}" for f in found if confidently_wrong(truth, found, f)),
         beliefs=tuple((round(f.confidence, 4), true(truth, d.findings, f)) for f in d.findings),
@@ -102,6 +105,12 @@ def score(name: str, truth: Truth, d: Diagnosis, seconds: float, alarm_misfit: f
 def exact(truth: Truth, found: Sequence[Finding], pairs: dict[int, Finding]) -> bool:
     """Return whether every effect has a finding of its own, and no finding is left over."""
     return len(pairs) == len(inside(truth)) == len(found)
+
+
+def verdict_of(findings: Sequence[Finding]) -> Verdict:
+    """Return the verdict that goes with some findings of a diagnosis."""
+    named, unnamed = ([f for f in sure(findings) if f.named == is_named] for is_named in (True, False))
+    return ("partly explained" if unnamed else "explained") if named else "unexplained" if unnamed else "no mismatch"
 
 
 def confidently_wrong(truth: Truth, found: Sequence[Finding], finding: Finding) -> bool:
