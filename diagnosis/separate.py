@@ -107,6 +107,7 @@ def shown(fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], stage: Stage
     noise = {GROUP: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
     swing = _swing(fit, recording, next(iter(kept.values()))) if stage.free else None
     still = laid(model, stage, swing)
+    model = read(model, still)
     bare = replace(fit, model=model, state=still, noise=noise)
     marks = {}
     for name, h in kept.items():
@@ -197,6 +198,13 @@ def laid(model: Model, stage: Stage, swing: Swing | None) -> State:
     for name in model.tracks.widths:
         coefficients[:, model.tracks.columns(name)] = targets[name]
     return State(coefficients, {name: prior.start.copy() for name, prior in model.priors.items()})
+
+
+def read(model: Model, state: State) -> Model:
+    """Return the model of a recording in which the IMUs have measured what the model says."""
+    told = {r.name: r.residual.value for r in model.measured(state)}  # the model less nothing
+    imus = tuple(replace(i, gyro=told[f"{i.name}.gyro"], accel=told[f"{i.name}.accel"]) for i in model.recording.imus)
+    return replace(model, recording=replace(model.recording, imus=imus))
 
 
 def _swing(fit: Fit, recording: Recording, h: Hypothesis) -> Swing:
