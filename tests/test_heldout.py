@@ -1,0 +1,48 @@
+"""Held-out prediction by one linear step, against fitting each half."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.diagnose import nominal_fit
+from imubench.diagnosis.fit import solve
+from imubench.diagnosis.heldout import block_of, gain, held_out
+from imubench.diagnosis.refit import refit
+from imubench.diagnosis.score import score
+from imubench.diagnosis.select import candidates
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+
+def exact(fit):
+    """Return the cost of every block, its parameters fitted to the other half in full."""
+    start = min(r.time.min() for r in fit.measured)
+    end = max(r.time.max() for r in fit.measured)
+    cost = np.zeros(int(block_of(np.array([end]), start, end)[0]) + 1)
+
+    def on(half):
+        stamps = {n: np.clip(t - fit.model.start, start, end) for n, t in fit.model.stamps.items()}
+        return replace(fit.model, masks={n: block_of(t, start, end) % 2 == half for n, t in stamps.items()})
+
+    for half in (0, 1):
+        learnt = solve(on(half), fit.state, fit.noise, fit.anchor, steps=3)
+        model = replace(on(1 - half), fixed=learnt.state.values)
+        judged = solve(model, replace(fit.state, values=learnt.state.values), fit.noise, fit.anchor, steps=3)
+        for rows in judged.measured:
+            block = block_of(rows.time, start, end)
+            own = block % 2 == 1 - half
+            cost += np.bincount(block[own], 0.5 * np.sum(rows.whitened**2, axis=1)[own], len(cost))
+    return cost
+
+
+def test_one_linear_step_predicts_as_fitting_each_half_does(tmp_path):
+    make_case(tmp_path / "r", "hinge", [("accel_scale", "imu1")], 5, seconds=12.0)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    best = score(fit, [h for h in candidates(fit.model) if h.effect.name == "accel_scale"])[0].hypothesis
+    better = refit(fit, (*fit.model.hypotheses, best))
+    won = gain(held_out(fit), held_out(better), np.random.default_rng(0))
+    full = float(np.sum(exact(fit) - exact(better)))
+    assert best.at == "imu1"
+    assert won.low > 0
+    assert won.value == pytest.approx(full, rel=0.1)  # linear but for the product of scale and attitude

@@ -1,0 +1,88 @@
+"""Effects with states of their own are found by their laws, on an excerpt; slips and hums where they happen."""
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.diagnose import nominal_fit
+from imubench.diagnosis.excerpt import cut, excerpt, loudest
+from imubench.diagnosis.grids import hum, slip
+from imubench.diagnosis.screen import Base, screen
+from imubench.diagnosis.select import RIVALS, TRIED, candidates, state_trials
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory):
+    """Return a function that makes a case and fits the model as declared to it, each case once."""
+    done = {}
+
+    def make(*effects, seed=3, seconds=12.0, rig="hinge", **options):
+        key = (effects, seed, seconds, rig)
+        if key not in done:
+            folder = tmp_path_factory.mktemp("case") / "r"
+            truth = make_case(folder, rig, list(effects), seed, seconds=seconds, **options)
+            recording = read(folder)[0]
+            done[key] = (recording, nominal_fit(recording), truth)
+        return done[key]
+
+    return make
+
+
+def lively(fit):
+    return [h for h in candidates(fit.model) if h.effect.states and h.effect.variant != "isotropic"]
+
+
+@pytest.mark.parametrize(("effect", "at", "key"), [("soft_mount", "imu2", "frequency"), ("joint_play", "joint", None)])
+def test_the_right_law_is_refitted_from_near_its_parameter(fitted, effect, at, key):
+    _, fit, truth = fitted((effect, at))
+    found = screen(fit, lively(fit))
+    tried = [s for s in found if s.evidence > RIVALS * found[0].evidence][:TRIED]  # a filter looks like a stiff spring
+    best = next(s for s in tried if (s.hypothesis.effect.name, s.hypothesis.at) == (effect, at))
+    if key is not None:
+        true = np.asarray(truth["effects"][0]["parameters"][key])
+        seen = np.exp(best.values[best.hypothesis.key(key)])
+        assert np.all(np.abs(np.log(seen / true)) < 0.45)  # the grid's points are 0.4 apart
+        assert 0.5 < best.amount < 1.5  # 1 by the law; the fit's motion has taken some of it in
+
+
+def test_a_clean_recording_promises_no_state(fitted):
+    _, fit, _ = fitted()
+    assert screen(fit, lively(fit))[0].evidence < 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("effect", "at"), [("soft_mount", "imu2"), ("rocking_mount", "imu1")])
+def test_a_spring_is_fitted_from_its_screening(fitted, effect, at):
+    _, fit, truth = fitted((effect, at), seed=32, seconds=16.0)
+    best = state_trials(fit, lively(fit), lambda _: None)[0]
+    assert best.hypothesis.name == f"{effect}@{at}"
+    true = truth["effects"][0]["parameters"]
+    for key, tolerance in (("frequency", 0.08), ("damping_ratio", 1.2)):  # of the logarithm
+        seen = np.exp(best.fit.state.values[best.hypothesis.key(key)])
+        assert np.all(np.abs(np.log(seen / np.asarray(true[key]))) < tolerance), key
+
+
+def test_an_excerpt_is_the_fit_of_its_samples(fitted):
+    recording, fit, _ = fitted(("soft_mount", "imu2"))
+    short = excerpt(fit, 3.0, 8.0)
+    for rows in short.measured:
+        whole = next(r for r in fit.measured if r.name == rows.name)
+        same = (whole.time >= 3.0) & (whole.time <= 8.0)
+        np.testing.assert_allclose(rows.whitened, whole.whitened[same], atol=1e-6)  # the same splines, sliced
+    part = cut(recording, short.model.start + 3.0, short.model.start + 8.0)
+    assert part.imus[0].time[0] >= short.model.start + 3.0
+    start, end = loudest(fit, 4.0)
+    assert end - start == pytest.approx(4.0)
+
+
+def test_a_slip_is_dated(fitted):
+    _, fit, truth = fitted(("mount_shift", "imu2"), seed=100, seconds=15.0)
+    true = float(truth["effects"][0]["parameters"]["time"])
+    assert slip(Base.of(fit), "imu2") == pytest.approx(true - fit.model.start, abs=0.3)  # it takes up to 0.3 s
+
+
+def test_a_hum_is_heard(fitted):
+    _, fit, truth = fitted(("vibration", "imu1"), seed=101)
+    true = float(truth["effects"][0]["parameters"]["frequency"])
+    assert hum(fit, "imu1") == pytest.approx(true, abs=0.1)  # a line of 12 s is 0.08 Hz wide
