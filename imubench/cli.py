@@ -183,6 +183,7 @@ def prove_command(
     baselines: Annotated[bool, typer.Option("--baselines", help="L1 and the oracle on the same cases.")] = False,
     added: Annotated[Path | None, typer.Option(help="Add effects to the real recordings in this folder.")] = None,
     real: Annotated[Path | None, typer.Option(help="Recordings with sealed sidecars in this folder instead.")] = None,
+    crime: Annotated[bool, typer.Option("--crime", help="Again with data from the project's own simulator.")] = False,
     leave_one_out: Annotated[bool, typer.Option("--leave-one-out", help="Again without the effect found.")] = False,
     check: Annotated[Path | None, typer.Option(help="Only check the seals of a finished proof in this folder.")] = None,
     seal: Annotated[Path | None, typer.Option(help="Only seal NAME.truth.json beside the recording NAME.")] = None,

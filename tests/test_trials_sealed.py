@@ -86,6 +86,7 @@ def test_a_proof_on_sealed_recordings_end_to_end(folder, tmp_path):
     assert (tuesday.kind, tuesday.alarm, tuesday.wrong) == ("none", True, ("soft_mount at imu2",))
     figure = {f.name: (f.value, f.n) for f in done.figures}
     assert figure["real_silent"] == (1.0, 1) and figure["real_named"] == (1.0, 1)
+    assert figure["real_located"] == (1.0, 1)
     assert figure["false_alarms_white"] == (None, 0)
     assert check_proof(tmp_path / "out") == 2
 

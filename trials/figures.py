@@ -189,9 +189,9 @@ def _covered(scores: Sequence[CaseScore]) -> Counted:
     return share(abs(z) <= Z95 for s in scores for e in s.errors for z in e.over_std)
 
 
-def _named(scores: Sequence[CaseScore]) -> Counted:
-    """Return the share of the effects of these cases that have a finding of their own."""
-    hits, n = sum(s.named for s in scores), sum(len(s.truth) for s in scores)
+def _of_effects(counts: Sequence[tuple[int, int]]) -> Counted:
+    """Return the share of effects with a hit, from the hits and effects of each case."""
+    hits, n = sum(hit for hit, _ in counts), sum(there for _, there in counts)
     return (hits / n if n else None), n, hits
 
 
@@ -221,7 +221,8 @@ FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
         s.verdict in ("unobservable", "no mismatch") for s in scores if not s.observable
     ),
     "real_silent": _silent("real"),
-    "real_named": lambda scores: _named([s for s in scores if s.noise == "real"]),
+    "real_located": lambda scores: _of_effects([(s.pointed, len(s.truth)) for s in scores if s.noise == "real"]),
+    "real_named": lambda scores: _of_effects([(s.named, len(s.truth)) for s in scores if s.noise == "real"]),
     "seconds": lambda scores: middle(s.seconds for s in scores),
 }
 """What is counted, by its name in limits.toml."""

@@ -7,7 +7,7 @@ import platform
 import shutil
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from imubench.proof.mixture import Question, mixture
 from imubench.reproduce.parts import cores, ignore_interrupts, one_thread_each, sources
 from imubench.trials import blind
 from imubench.trials.beside import fit_baselines, residual_size, to_leave_out, without
+from imubench.trials.crime import SUFFIX, Simulated, compared, made_simulated, simulable, twice
 from imubench.trials.figures import Figure, by_strength, figures, reliability
 from imubench.trials.judge import ALARM, in_pairs, one_by_one, scored
 from imubench.trials.make import made, refuse_leaks, shortened
@@ -53,6 +54,7 @@ class Settings:
     baselines: bool = False  # L1 and the oracle on the same cases
     added: str = ""  # a folder of real recordings to add effects to, instead of the generator's
     real: str = ""  # a folder of recordings with sealed sidecars, instead of the generator's
+    crime: bool = False  # the same questions again, played by the project's own `sim`
     leave_one_out: bool = False  # again, with the effect that was found taken out of the library
 
 
@@ -68,6 +70,8 @@ class Proof:
     how: dict[str, Any]
     beside: dict[str, tuple[CaseScore, ...]]  # baseline -> its scores
     left_out: tuple[CaseScore, ...] = ()  # of the diagnosis without the effect in its library
+    simulated: tuple[CaseScore, ...] = ()  # of the same questions played by `sim`
+    not_simulated: dict[str, str] = field(default_factory=dict)  # case -> why `sim` cannot
 
     @property
     def fit_for_the_build(self) -> bool:
@@ -107,6 +111,9 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
         truths = {n: as_scored(truths[n], kept / "cases" / n / "recording") for n in names}
     judge = in_pairs if settings.added else one_by_one
     scores = judge(truths, kept / "answers", runs)
+    simulated = tuple(s for s in scores if s.name.endswith(SUFFIX))
+    scores = tuple(s for s in scores if s not in simulated)
+    truths = {s.name: truths[s.name] for s in scores}
     refused = {name: run.refused for name, run in runs.items() if run.refused}
     others = {} if settings.added else {"residual size": residual_size(truths, scores, kept / "answers", ALARM)}
     if settings.baselines and not settings.added:
@@ -116,7 +123,10 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
         asked = to_leave_out(truths, scores)
         again = diagnose_cases(asked, "left_out", kept, settings, workers, report)
         left_out = tuple(scored(n, without(truths[n]), kept / "left_out" / n, again[n]) for n in asked)
-    proof = Proof(settings, scores, tuple(figures(scores)), refused, sealed, _how(workers), others, left_out)
+    proof = Proof(
+        settings, scores, tuple(figures(scores)), refused, sealed, _how(workers), others, left_out, simulated,
+        _not_simulated(settings),
+    )  # fmt: skip
     text = page(proof)
     with atomic_directory(out) as target:
         shutil.copyfile(kept / "commitments.json", target / "commitments.json")
@@ -132,15 +142,24 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
     return proof
 
 
-def asked_of(settings: Settings) -> dict[str, Question | Added]:
+def asked_of(settings: Settings) -> dict[str, Question | Added | Simulated]:
     """Return what the settings ask for, by the names of the cases."""
     if settings.added:
         return dict(questions(Path(settings.added), settings.seed, settings.cases))
     mixed = mixture(settings.seed, settings.cases)
-    return {f"{i:03d}": shortened(question, settings.seconds) for i, question in enumerate(mixed)}
+    asked: dict[str, Question] = {f"{i:03d}": shortened(question, settings.seconds) for i, question in enumerate(mixed)}
+    return {**asked, **(twice(asked) if settings.crime else {})}
 
 
-def make_cases(asked: Mapping[str, Question | Added], folder: Path, workers: int, report: Report) -> dict[str, Truth]:
+def _not_simulated(settings: Settings) -> dict[str, str]:
+    if not settings.crime:
+        return {}
+    return {n: why for n, q in asked_of(settings).items() if isinstance(q, Question) and (why := simulable(q))}
+
+
+def make_cases(
+    asked: Mapping[str, Question | Added | Simulated], folder: Path, workers: int, report: Report
+) -> dict[str, Truth]:
     """Make every recording anew under `folder`, and return the truths, which stay in memory."""
     shutil.rmtree(folder, ignore_errors=True)
     truths: dict[str, Truth] = {}
@@ -226,9 +245,11 @@ def diagnose_cases(
     return {name: runs[name] for name in names}
 
 
-def any_made(question: Question | Added, folder: Path) -> Truth:
-    """Write the recording of a question of either kind, and return its truth."""
-    return made_real(question, folder) if isinstance(question, Added) else made(question, folder)
+def any_made(question: Question | Added | Simulated, folder: Path) -> Truth:
+    """Write the recording of a question of any kind, and return its truth."""
+    if isinstance(question, Added):
+        return made_real(question, folder)
+    return made_simulated(question, folder) if isinstance(question, Simulated) else made(question, folder)
 
 
 def as_dict(proof: Proof) -> dict[str, Any]:
@@ -245,6 +266,11 @@ def as_dict(proof: Proof) -> dict[str, Any]:
         "left_out": {
             "figures": [asdict(f) for f in figures(proof.left_out) if f.name in LEFT_OUT],
             "cases": [asdict(s) for s in proof.left_out],
+        },
+        "crime": {
+            "figures": compared(proof.scores, proof.simulated) if proof.simulated else [],
+            "cases": [asdict(s) for s in proof.simulated],
+            "not_simulated": proof.not_simulated,
         },
         "refused": {name: list(what) for name, what in proof.refused.items()},
         "cases": [asdict(s) for s in proof.scores],

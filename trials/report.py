@@ -1,5 +1,6 @@
 """A proof as one HTML file that needs nothing else: figures, failures first, every case."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING
@@ -7,6 +8,7 @@ from typing import TYPE_CHECKING
 from imubench.reproduce.paper import Figure as Drawn
 from imubench.reproduce.report import escape, png
 from imubench.trials import drawings
+from imubench.trials.crime import compared
 from imubench.trials.figures import Figure, by_strength, figures, numbers, reliability
 from imubench.trials.scoring import CaseScore, missed
 
@@ -38,6 +40,10 @@ WAYS = (
     "Residual size: the misfit alone. L1: all effects without states at once, sparse. Oracle: told the effects, fitted "
     "exactly, found where the evidence asks for it; what it misses the data do not show."
 )
+CRIME = (
+    "Shares as numbers from 0 to 1, over the cases that were played both ways: effects, places, strengths, levels of "
+    "noise and declared facts are the same, the motion is the simulator's."
+)
 COLUMNS = ("case", "rig", "kind", "truth", "times its bound", "said", "verdict", "s")
 
 
@@ -63,6 +69,7 @@ def page(proof: "Proof") -> str:
         _drawing(lambda: drawings.reliability(reliability(proof.scores)), drawings.RELIABILITY),
         "<h2>Beside other ways, on the same cases</h2>" + _beside(proof),
         _left_out(proof),
+        _crime(proof),
         "<h2>Failures</h2>" + _failures(proof.scores),
         "<h2>Every case</h2>" + _cases(proof.scores),
         f"<footer>{escape(again)}; SHA-256 of commitments.json: {proof.sealed}</footer></body></html>\n",
@@ -115,6 +122,27 @@ def _left_out(proof: "Proof") -> str:
         return ""
     kept = [f for f in figures(proof.left_out) if f.name in ("confidently_wrong", "outside_flagged", "outside_located")]
     return "<h2>The effect taken out of the library</h2>" + _figures(kept) + _cases(proof.left_out)
+
+
+def _crime(proof: "Proof") -> str:
+    if not proof.simulated:
+        return ""
+    rows = "".join(
+        f"<tr><td>{escape(row['title'])}</td>"
+        + "".join(f"<td class='number'>{_number(row[k])}</td>" for k in ("generator_value", "sim_value", "difference"))
+        + f"<td class='number'>{row['generator_n']}, {row['sim_n']}</td></tr>"
+        for row in compared(proof.scores, proof.simulated)
+        if row["generator_n"] or row["sim_n"]
+    )
+    head = "".join(f"<th>{c}</th>" for c in ("figure", "generator", "own simulator", "difference", "n"))
+    left = Counter(proof.not_simulated.values()).most_common()
+    words = f"<p class='soft'>{escape(CRIME)} Not played: {escape(', '.join(f'{why} ({n})' for why, n in left))}.</p>"
+    title = "<h2>The inverse crime: the same questions from the project's own simulator</h2>"
+    return f"{title}<div class='scroll'><table><tr>{head}</tr>{rows}</table></div>{words}{_cases(proof.simulated)}"
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
 
 
 def _drawing(draw: Callable[[], object], text: str) -> str:

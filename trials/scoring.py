@@ -36,6 +36,7 @@ class CaseScore:
     in_set: bool | None = None  # a lone effect is the strongest finding or one of its equivalents
     set_size: int | None = None
     named: int = 0  # effects with a finding of their own
+    pointed: int = 0  # effects at whose place something is found, named or not
     exact: bool | None = None  # all of several effects and nothing else
     wrong: tuple[str, ...] = ()  # named with confidence 0.9 or more, and not there
     beliefs: tuple[tuple[float, bool], ...] = ()  # every finding's confidence, and whether it is true
@@ -92,6 +93,7 @@ def score(name: str, truth: Truth, d: Diagnosis, seconds: float, alarm_misfit: f
         in_set=holds(truth["answers"][0], first) if lone and first else None,
         set_size=1 + len(first.equivalent) if lone and first else None,
         named=len(pairs),
+        pointed=sum(any(f.at == a["at"] for f in found for a in answers) for answers in truth["answers"]),
         exact=exact(truth, found, pairs) if kind == "several" else None,
         wrong=tuple(f"{f.effect} at {f.at}" for f in found if confidently_wrong(truth, found, f)),
         beliefs=tuple((round(f.confidence, 4), true(truth, d.findings, f)) for f in d.findings),

@@ -23,7 +23,7 @@ from typing import Any
 
 from imubench import format1
 from imubench.answers import write_json
-from imubench.atomic import atomic_file
+from imubench.atomic import MARKER, atomic_file
 from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.result import PLACES, UNKNOWN, Diagnosis
 from imubench.effects import EFFECTS
@@ -100,6 +100,7 @@ def publish_sealed(folder: Path, kept: Path, seconds: float | None) -> tuple[lis
                 start = min(i.time[0] for i in recording.imus)
                 recording = cut(recording, start, start + seconds)
             format1.write_recording(replace(recording, name="recording"), copy, reference)
+            (copy / MARKER).unlink()  # no part of a recording
         public["diagnosed"] = folder_hash(copy)
     content = {
         "format": 1,
