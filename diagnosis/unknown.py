@@ -146,7 +146,7 @@ def place(found: Fitted) -> Where:
         n, m = rows.residual.value.shape
         adds.append((signal @ weight).reshape(n, m))
         part = rows.name.split(".")[1]
-        named = CHANNELS.get(part, ("x", "y", "z"))[:m]
+        named = CHANNELS.get(part, ("torque",) if m == 1 else ("torque_x", "torque_y", "torque_z"))
         traces.append(
             Trace(term.at, part, named, UNITS[part], rows.time + fit.model.start, adds[-1] + rows.whitened, 1.0)
         )

@@ -171,6 +171,8 @@ def left_over(evidence: Evidence, finding: Finding) -> "Drawing | None":
         return None
     at, shares = finding.where.at, finding.where.channels
     channel = max(shares, key=lambda c: shares[c])
+    if not any(t.at == at and channel in t.channels for t in evidence.traces):
+        return None  # a torque: no sensor reads it
     trace, column = evidence.trace(at, channel)
     factor, unit = printed(trace.unit)
     values = factor * (trace.before if trace.after is None else trace.after)[:, column]
