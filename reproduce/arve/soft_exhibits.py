@@ -20,6 +20,11 @@ def exhibits(s: Soft) -> tuple[Figure | Table, ...]:
     return (maps(s), explanations(s), sprung(s), shown(s), bounds(s), limits(s))
 
 
+def counted(number: int, what: str) -> str:
+    """Return "1 run", "2 runs"."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
 def mid(s: Soft, kind: str, method: str, gyro: float = 1.0) -> Array:
     """Return |dr| in mm (frequencies, phases) at 20 mm."""
     return np.asarray(1e3 * s.maps[kind, gyro][method][s.extent.amplitudes.index(MID)])
@@ -42,8 +47,8 @@ def maps(s: Soft) -> Figure:
     text = (
         "Mean |Δr| of a record over the slide's frequency and amplitude (that of x and z; y has a quarter). Top: the "
         "accelerometer feels the slide. Bottom: it does not, as the paper has it. The orientation is known, the sensor "
-        f"has its noise; means over {s.extent.phases} phase(s). White line: 20 mm, a tenth of |r|, the paper's limit "
-        "of what is useful. One colour scale; its ends are open."
+        f"has its noise; means over {counted(s.extent.phases, 'phase')}. The paper's limit of what is "
+        "useful is a tenth of |r|, 20 mm. One colour scale; its ends are open."
     )
     return Figure("soft-maps", "Maps", finding, text, lambda: soft_draw.maps(s))
 
@@ -106,7 +111,7 @@ def shown(s: Soft) -> Table:
     batch, stream = (1e3 * max(f[m].max() for f in s.shown.values()) for m in ("sliding", "stream"))
     finding = f"Over all cases sliding is {batch:.1f} mm off at most, its stream {stream:.1f} mm"
     text = (
-        f"Mean |Δr| in mm; {s.extent.seeds} run(s) of other noise and phase each. The stream is judged from "
+        f"Mean |Δr| in mm; {counted(s.extent.seeds, 'run')} of other noise and phase each. The stream is judged from "
         f"{SETTLED:g} s on, the rest over the record. ArVE_d has its covariances for a constant r where r is constant. "
         "Chosen: the kind of r of the largest evidence."
     )
