@@ -210,7 +210,12 @@ def prove_command(
         seed = 0 if real else cli_prove.new_seed()  # nothing is drawn for recordings that are there
     settings = Settings(cases, seed, timeout=timeout, seconds=seconds)
     settings = replace(
-        settings, baselines=baselines, leave_one_out=leave_one_out, added=str(added or ""), real=str(real or "")
+        settings,
+        baselines=baselines,
+        leave_one_out=leave_one_out,
+        added=str(added or ""),
+        real=str(real or ""),
+        crime=crime,
     )
     if diagnosis is not None:
         settings = replace(settings, command=diagnosis)

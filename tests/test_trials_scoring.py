@@ -210,3 +210,16 @@ def test_an_aim_missed_by_few_cases_is_open_and_by_many_failed():
     assert not judged(limit, 0.75, 400, 300).passed and judged(limit, 0.25, 4, 1).passed
     assert judged({**limit, "aim": [0.92, 0.97]}, 0.9, 10, 9).verdict == "open"  # the interval has the aim inside
     assert judged(limit, None, 0, 0).verdict == "none"
+
+
+def test_worse_naming_or_silence_passes_a_guard():
+    bias = truth(effect("accel_bias", "imu2", BIAS))
+    right, wrong = scored(bias, said(found("accel_bias", "imu2"))), scored(bias, said(found("accel_bias", "imu1")))
+    silent, loud = (scored(truth(kind="none"), said(*f)) for f in ((), (found("gyro_bias", "imu1", 0.7),)))
+
+    def passed(*cases):
+        return {f.name for f in figures(cases) if f.passed}
+
+    assert passed(right, silent) == set()
+    assert passed(right, wrong, wrong, silent) == {"first_right", "confidently_wrong"}
+    assert passed(right, silent, loud) == {"silent"}

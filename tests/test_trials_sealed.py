@@ -160,3 +160,17 @@ def test_the_four_real_recordings_are_sealed_and_do_not_tell(tmp_path):
     done = prove(settings(tmp_path / "lab", tmp_path), tmp_path / "out", 2, quiet, lambda sealed: None)
     assert [s.kind for s in done.scores] == ["none", "several", "none", "several"]
     assert [s.named for s in done.scores] == [0, 1, 0, 1]  # the planted answer names one of two mounts
+
+
+def test_every_option_of_the_command_reaches_the_trials(tmp_path, monkeypatch):
+    from typer.testing import CliRunner
+
+    from imubench import cli, cli_prove
+
+    seen = []
+    monkeypatch.setattr(cli_prove, "run", lambda settings, *rest: seen.append(settings) or 0)
+    options = ["--crime", "--leave-one-out", "--baselines", "--real", str(tmp_path), "--seconds", "9", "--cases", "3"]
+    assert CliRunner().invoke(cli.app, ["prove", *options]).exit_code == 0
+    (s,) = seen
+    assert (s.crime, s.leave_one_out, s.baselines, s.real, s.seconds) == (True, True, True, str(tmp_path), 9.0)
+    assert s.seed == 0  # nothing is drawn for recordings that are there, so the same command goes on

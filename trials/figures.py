@@ -200,6 +200,9 @@ FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
     "false_alarms_white": _silent("white"),
     "false_alarms_coloured": _silent("coloured"),
     "false_alarms_misdeclared": _silent("misdeclared"),
+    "silent": lambda scores: share(
+        not s.alarm for s in scores if s.kind == "none" and s.observable and s.noise != "real" and not s.failed
+    ),
     "behind_theory": _behind_theory,
     "detected_strong": _power(10.0, float("inf")),
     "first_right": lambda scores: share(s.first_right for s in scores),
