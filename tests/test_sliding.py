@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2, multivariate_normal
 
 from imubench.errors import InputError
-from imubench.estimators import sliding, sliding_lines, sliding_spring
+from imubench.estimators import sliding, sliding_ekf, sliding_lines, sliding_spring
 from imubench.estimators.centre_ekf import covariances_of
 from imubench.estimators.centre_runs import track
 from imubench.estimators.sliding import SlidingStream, answer, best
@@ -209,6 +209,15 @@ def test_the_springs_rate_is_the_derivative_of_its_r():
     assert_allclose(rate[1:-1][50:-50], numbers[50:-50], atol=0.03 * np.abs(rate).max())  # (2 pi 5 Hz step)^2 / 6
 
 
+@pytest.mark.parametrize("part", ["predicted", "measured"])
+def test_derivatives_of_the_filter(part):
+    x = np.random.default_rng(2).normal(size=sliding_ekf.STATES)
+    step = {"predicted": lambda y: sliding_ekf.predicted(y, 0.013), "measured": sliding_ekf.measured}[part]
+    h = 1e-6 * np.eye(x.size)
+    numbers = np.stack([(step(x + e)[0] - step(x - e)[0]) / 2e-6 for e in h], axis=1)
+    assert_allclose(step(x)[1], numbers, atol=1e-7)  # rounding over 1e-6, and its square
+
+
 # --- evidence ---
 
 
@@ -333,6 +342,15 @@ def test_a_stream_converges(kind):
     assert stream.fit.name == kind
     assert errors.mean() < 0.003  # m; asked for are 10 mm, 2 s after the first answer 0.2 to 2 are reached
     assert np.linalg.eigvalsh(stream.covariance).min() > 0
+
+
+def test_a_filter_bank_follows_a_fast_slide():
+    rows, r = recorded(lambda t: slide(t, (BIG[0], 2.7, 0.0)), seed=6, duration=6.0)
+    bank = sliding_ekf.SlidingBank()
+    found = np.array([bank.update(w, a, 0.01) for w, a in zip(rows.gyro, rows.accel - rows.up, strict=True)])
+    assert np.linalg.norm(found - r, axis=1)[400:].mean() < 0.01  # m, what is asked of a stream; 4.7 mm after 4 to 6 s
+    with pytest.raises(InputError, match=r"sliding filter: expected a time step > 0 s, got -1\.0"):
+        bank.update(rows.gyro[0], rows.accel[0], -1.0)
 
 
 def test_a_stream_refuses_a_time_that_stands():

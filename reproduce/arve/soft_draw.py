@@ -33,10 +33,11 @@ def maps(s: Soft) -> "Drawing":
 
     figure = Canvas(figsize=(14, 5.2), layout="constrained")
     panels = figure.subplots(2, len(METHODS), sharex=True, sharey=True)
-    x, y = s.extent.frequencies, [f"{1e3 * a:g}" for a in s.extent.amplitudes]
+    x, y = s.extent.frequencies, ["0", *(f"{1e3 * a:g}" for a in s.extent.amplitudes)]
     for line, kind in zip(panels, ROWS, strict=True):
         for axes, method in zip(line, METHODS, strict=True):
-            error = 1e3 * s.maps[kind, 1.0][method].mean(axis=-1)
+            still = np.full((1, len(x)), s.still[1.0][method].mean())
+            error = 1e3 * np.concatenate([still, s.maps[kind, 1.0][method].mean(axis=-1)])
             shown = axes.imshow(error, norm=LogNorm(SMALLEST, LARGEST), cmap="viridis", origin="lower", aspect="auto")
             for (i, j), value in np.ndenumerate(error):
                 text = f"{value:.0f}" if value >= 10 else f"{value:.1f}"

@@ -10,6 +10,7 @@ from imubench.arrays import Array
 from imubench.estimators import frick_rahmatalla, mrvs, sliding
 from imubench.estimators.centre_ekf import covariances_of
 from imubench.estimators.centre_runs import track
+from imubench.estimators.sliding_ekf import SlidingBank
 from imubench.estimators.sliding_rows import Rows
 from imubench.reproduce.arve.experiments import STATES
 from imubench.reproduce.arve.runs import RATE, Runs, noisy, removed
@@ -95,6 +96,12 @@ def streamed(runs: Runs, acceleration: Array, window: float = sliding.WINDOW) ->
     stream = sliding.SlidingStream(*NOISE, window=window)
     samples = zip(runs.gyro[0], runs.accel[0], acceleration[0], strict=True)
     return np.array([stream.update(*x, 1 / RATE) for x in samples])
+
+
+def banked(runs: Runs, acceleration: Array) -> Array:
+    """Return r (n, 3) in m of the first run by the bank of filters with the slide in their state."""
+    bank = SlidingBank()
+    return np.array([bank.update(w, a, 1 / RATE) for w, a in zip(runs.gyro[0], acceleration[0], strict=True)])
 
 
 def compared(runs: Runs, acceleration: Array, constant: bool = False) -> dict[str, Array]:
