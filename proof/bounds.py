@@ -128,6 +128,7 @@ def bounds(case: Case, which: int = 0) -> Parameters | None:
     if seen is None or effect.effect in NO_MEAN:
         return None
     keys = [key for key in effect.parameters if key not in NOT_ESTIMATED]
+    others = [e for i, e in enumerate(case.effects) if i != which and e.effect != "dropouts"]  # the rows stay the same
     columns, shapes = [], []
     for key in keys:
         value = np.asarray(effect.parameters[key], dtype=float)
@@ -138,7 +139,7 @@ def bounds(case: Case, which: int = 0) -> Parameters | None:
             sides = []
             for sign in (1, -1):
                 moved = replace(effect, parameters=effect.parameters | {key: value + sign * step.reshape(value.shape)})
-                sides.append(seen.readings([*case.effects[:which], moved, *case.effects[which + 1 :]]))
+                sides.append(seen.readings([*others, moved]))
             columns.append((sides[0] - sides[1]) / (2 * step[k]))
     mounts = slice(None)
     if effect.effect == "mount_pose":  # the geometry of the other IMU only: this one's is what is asked

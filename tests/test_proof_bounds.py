@@ -127,3 +127,11 @@ def test_an_aimed_case_is_written_with_what_it_reached(tmp_path):
     truth = make_aimed(tmp_path / "a", "hinge", effects, 3, [10.0, 10.0], **SHORT)
     assert truth["visibility"][0] == pytest.approx(10, rel=0.06) and truth["visibility"][1] is None
     assert (tmp_path / "a" / "recording.toml").exists()
+
+
+def test_lost_samples_beside_an_effect_leave_its_bound_defined():
+    lost = ("dropouts", "imu1", {"fraction": 0.2, "mode": "missing"})
+    drift = ("accel_drift", "imu1", {"rate": np.array([1e-3, 2e-3, -1e-3])})
+    case = build("pendulum", [lost, drift], 3, seconds=6.0)
+    alone = build("pendulum", [drift], 3, seconds=6.0)
+    assert bounds(case, 1)["rate"] == pytest.approx(bounds(alone)["rate"], rel=1e-6)  # the same rows and derivatives
