@@ -1,11 +1,13 @@
-"""What `sliding` is instead of: an r of any shape, smoothed and filtered: python -m benchmarks.sliding_shapes [SEEDS]
+"""What `sliding` is instead of: an r of any shape, and what biases do: python -m benchmarks.sliding_shapes [SEEDS]
 
-Prints the table of docs/soft-tissue.md. r is a constant and a spline, or the state of a Kalman filter; how rough it may
-be is taken by its evidence, as is whether it is felt. The filter is told the true w and w', the orientation is known.
+Prints the two tables of docs/soft-tissue.md. Of any shape: r is a constant and a spline, or the state of a Kalman
+filter; how rough it may be is taken by its evidence, as is whether it is felt. The filters are told the true w and w'.
+The orientation is known.
 """
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,6 +15,9 @@ from scipy.interpolate import BSpline
 
 from imubench.arrays import Array
 from imubench.estimators import sliding
+from imubench.estimators.centre_ekf import covariances_of
+from imubench.estimators.centre_runs import track
+from imubench.estimators.mrvs import solve_differenced
 from imubench.estimators.sliding_lines import LINE_STD, R_STD, evidence
 from imubench.estimators.sliding_rows import Rows
 from imubench.reproduce.arve.runs import Runs, removed
@@ -22,6 +27,9 @@ from imubench.reproduce.arve.soft_runs import NOISE, SETTLED, Cell, recorded, ro
 SPACING, DEGREE = 0.06, 5  # s between knots: a wave of 3 Hz to a thousandth of its acceleration
 ROUGH = np.geomspace(1e-6, 0.1, 11)  # m, of the second differences of a spline's numbers
 JERK = np.geomspace(1e-2, 1e3, 11)  # m/s^3 per root hertz
+ALONG = np.array([1.0, -1.0, 1.0]) / np.sqrt(3)  # of biases
+BIASES = ((0.0, 0.0), (5e-3, 0.0), (0.0, 6e-3), (0.0, 0.06))  # rad/s, m/s^2; 5e-3 rad/s is 0.29 deg/s
+BIASED = ("constant", "paper 1", "sliding 0.3", "sliding 1", "sliding 3", "sprung 3.7")  # names of SHOWN
 Answer = tuple[float, Array]
 """Log evidence in nat, and r (n, 3) in m."""
 
@@ -124,12 +132,43 @@ def errors(cell: Cell, seed: int) -> list[float]:
     return [float(e[late if i > 1 else 0 :].mean()) for i, e in enumerate(off)] + [np.nan] * (4 - len(off))
 
 
-def main(seeds: int) -> None:
+def biased(cell: Cell, seed: int, gyro: float, accel: float) -> list[float]:
+    """Return mean |dr| in mm of ArVE_d, MrVS and `sliding`, and the residual power of the last; orientation known."""
+    runs = recorded(truth_of(cell), seed)
+    a = removed(runs, "known") + accel * ALONG
+    runs = replace(runs, gyro=runs.gyro + gyro * ALONG, accel=runs.accel + accel * ALONG)
+    covariances = covariances_of("arve-d", "constant" if cell.kind == "none" else "varying")
+    tracks = track(runs.gyro, a, runs.time, 12, covariances)
+    fit = sliding.best(rows_of(runs, a))
+    found = (solve_differenced(runs.gyro[0], a[0], runs.time)[0], sliding.answer(fit, runs.time)[0])
+    off = [np.linalg.norm(tracks.r[0] - runs.r[tracks.first :], axis=1)]
+    off += [np.linalg.norm(r - runs.r, axis=1) for r in found]
+    return [float(1e3 * e.mean()) for e in off] + [fit.noise]
+
+
+def by_shape(seeds: int) -> None:
     print("| soft tissue | spline | sliding | filter, r of any shape | filter, frequency told |\n|---|" + "---:|" * 4)
     for name, cell in SHOWN.items():
         means = np.mean([errors(cell, seed) for seed in range(seeds)], axis=0)
         cells = ["" if np.isnan(e) else f"{e:.2f}" if e < 10 else f"{e:.0f}" for e in means]
         print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
+
+
+def by_bias(seeds: int) -> None:
+    print(
+        "\n| soft tissue | gyro bias, rad/s | accel bias, m/s^2 | ArVE_d | MrVS | sliding | power |\n|---|"
+        + "---:|" * 6
+    )
+    for name in BIASED:
+        for gyro, accel in BIASES:
+            means = np.mean([biased(SHOWN[name], seed, gyro, accel) for seed in range(seeds)], axis=0)
+            cells = " | ".join(f"{x:.2f}" if x < 10 else f"{x:.0f}" for x in means)
+            print(f"| {name} | {gyro:g} | {accel:g} | {cells} |", flush=True)
+
+
+def main(seeds: int) -> None:
+    by_shape(seeds)
+    by_bias(seeds)
 
 
 if __name__ == "__main__":
