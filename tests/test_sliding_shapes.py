@@ -1,8 +1,9 @@
-"""What `sliding` is instead of: the smoother and the filter of an r of any shape."""
+"""What `sliding` is instead of, the smoother and the filter of an r of any shape, and cases by chance."""
 
 import numpy as np
 from numpy.testing import assert_allclose
 
+from benchmarks.sliding_chance import drawn, judged
 from benchmarks.sliding_shapes import chosen, filtered, measuring, smoothed
 from imubench.estimators import sliding_lines
 from imubench.reproduce.arve.runs import removed
@@ -49,3 +50,13 @@ def test_a_spline_follows_what_is_not_felt():
     runs = recorded(truth_of(Cell("paper", 0.02, 0.3)), 0)
     rows = rows_of(runs, removed(runs, "known"))
     assert off(chosen(lambda felt: smoothed(rows, felt)), runs.r) < 1.5  # mm; 0.8 measured
+
+
+def test_a_drawn_slide_is_found_and_judged():
+    cell = drawn("sliding", 0)
+    assert 0.3 <= cell.frequency <= 5.0
+    filtered, ours, mean, _, right, stream, _ = judged(cell, False)
+    assert right == 1.0
+    assert mean <= ours < 0.5  # mm; 0.28 is the worst of 24
+    assert filtered > 20  # a felt slide
+    assert np.isnan(stream)
