@@ -45,6 +45,8 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         before = gather.weighed(fit, told)
         where = locate(gather.traces(before), regressors(fit))
         rest, best = unknowns(chosen.fit, where) if chosen else ((), fit)
+        rounded = {f.at for f in samples.findings if f.effect == "quantisation"}
+        rest = tuple(f for f in rest if f.at not in rounded)  # rounding goes with the signal, and is said already
         after = gather.weighed(best, now)
         kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
         fitted = tuple(f for f in (findings(chosen) if chosen else ()) if (f.effect, f.at) in kept)

@@ -21,6 +21,7 @@ from imubench.diagnosis.tilt import tilts
 from imubench.recording import Recording
 
 FLOOR = 0.85  # of the declared level: a declared noise is right within 15 %
+LAW_FLOOR = 0.05  # of its std: a law of a state that held without any noise would hold the fit still
 SMALLEST = 1e-7  # of a unit: no group is taken for exact
 ROUNDS = 3
 LOOSENED = 32.0  # times its estimate: what a clean recording needs to leave nothing that goes with the motion
@@ -137,6 +138,7 @@ def fit_with_noise(
     groups whose level is estimated, where not all are.
     """
     floor = {name: FLOOR * std for name, std in declared(model).items()}
+    floor |= {n: LAW_FLOOR for n in noise if "@" in n and not n.startswith("smooth.")}
     lawful = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}
     fit = solve(model, state, noise, anchor, steps=4)
     for last in [False] * rounds + [True] * motion:

@@ -1,0 +1,110 @@
+"""Effects that have a life of their own: screened by their laws, tried on a part, fitted to the whole."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+
+from imubench.diagnosis.blocks import NotPositiveDefiniteError
+from imubench.diagnosis.excerpt import excerpt, loudest
+from imubench.diagnosis.fit import Fit, settled, solve
+from imubench.diagnosis.model import Hypothesis, State
+from imubench.diagnosis.noise import declared, fit_with_noise
+from imubench.diagnosis.refit import extended, log_evidence
+from imubench.diagnosis.screen import Screened, obeyed, screen
+from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial
+
+ROUNDS = 3  # of their noise estimation
+MORE = 2  # rounds for the best of them on the whole recording
+RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
+
+
+def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None]) -> list[Trial]:
+    """Return refits with effects that have a life of their own, best evidence first; none where none is needed.
+
+    They are screened and tried on the seconds that leave most unexplained; only the best is fitted to all, first in
+    the list. What the others gained there is scaled to the length of the whole.
+    """
+    short = excerpt(fit, *loudest(fit, SCREENED))
+    say("screening effects with states")
+    screened = [s for s in screen(short, stateful) if s.evidence > NEEDED]
+    tried = []
+    worth = [s for s in screened if s.evidence > RIVALS * screened[0].evidence][:TRIED]
+    for some in [[s] for s in worth] + pairs(worth):
+        say(f"refitting with {' and '.join(s.hypothesis.name for s in some)}")
+        with suppress(NotPositiveDefiniteError):
+            tried.append((_lively(short, some), some))
+    tried = sorted((t for t in tried if t[0].evidence > NEEDED), key=lambda t: -t[0].evidence)
+    if not tried:
+        return []
+    (best, some), *others = tried
+    say(f"refitting with {best.hypothesis.name} on the whole recording")
+    ways: list[Trial] = []
+    with suppress(NotPositiveDefiniteError):
+        ways.append(_grown(fit, best))
+    if not ways or ways[0].evidence < best.evidence:
+        with suppress(NotPositiveDefiniteError):
+            ways.append(_lively(fit, some, rounds=ROUNDS + MORE))
+    if not ways:
+        return []
+    grown = max(ways, key=lambda t: t.evidence)
+    scale = grown.evidence / best.evidence
+    rest = [replace(t, gain=t.gain * scale, evidence=t.evidence * scale) for t, _ in others if scale > 0]
+    return [grown, *rest]
+
+
+def pairs(screened: list[Screened]) -> list[list[Screened]]:
+    """Return the best two where they are of one kind at both sensors: one alone would have to stand for both."""
+    of_sensors = [s for s in screened if s.hypothesis.at in ("imu1", "imu2")]
+    first = next((s for s in of_sensors), None)
+    other = [s for s in of_sensors if first and s.hypothesis.at != first.hypothesis.at]
+    same = [s for s in other if first and s.hypothesis.effect.name == first.hypothesis.effect.name]
+    return [[first, same[0]]] if first and same else []
+
+
+def _lively(fit: Fit, some: list[Screened], rounds: int = ROUNDS) -> Trial:
+    """Return the refit with state effects, begun as their laws say and where a law outweighs the measurements.
+
+    From the screening's stiff and damped starts: the motion of a fit that knows no spring holds the spring's own, and
+    a law already tuned to it would answer with a resonance.
+    """
+    hypotheses = [s.hypothesis for s in some]
+    guess = {name: value for s in some for name, value in s.values.items()}
+    begun = extended(fit, (*fit.model.hypotheses, *hypotheses), guess)
+    noise = dict(begun.noise)
+    for s in some:
+        noise |= s.rough
+    tried = solve(begun.model, _driven(begun, hypotheses), calm(replace(begun, noise=noise)), fit.anchor, steps=4)
+    tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=rounds)
+    return _against(fit, hypotheses, tried)
+
+
+def _driven(begun: Fit, hypotheses: list[Hypothesis]) -> State:
+    """Return the state with the splines of effects that obey a law as the motion drives them."""
+    state = begun.state
+    for h in hypotheses:
+        if h.effect.lawful:
+            state = obeyed(begun.model, state, h)[0]
+    return state
+
+
+def _grown(fit: Fit, trial: Trial) -> Trial:
+    """Return a trial on a part of the recording as one on all of it, from the parameters and the noise found there."""
+    hypotheses = [trial.hypothesis, *trial.also]
+    guess = {name: value for name, value in trial.fit.state.values.items() if name not in fit.model.priors}
+    begun = extended(fit, (*fit.model.hypotheses, *hypotheses), guess)
+    noise = begun.noise | trial.fit.noise
+    state = settled(begun.model, _driven(begun, hypotheses), noise, fit.anchor, fit.loose)
+    tried = fit_with_noise(begun.model, state, noise, fit.anchor, rounds=2)
+    return _against(fit, hypotheses, tried)
+
+
+def _against(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
+    """Return a refit beside the fit without its effects, each at its own noise levels."""
+    won = log_evidence(tried) - log_evidence(fit)
+    return Trial(hypotheses[0], tried, won, won, tuple(hypotheses[1:]))
+
+
+def calm(fit: Fit) -> dict[str, float]:
+    """Return noise levels to begin a spring's fit with: ten times the declared, so that its law outweighs a misfit."""
+    told = declared(fit.model)
+    return {name: 10 * told[name] if name in told else std for name, std in fit.noise.items()}

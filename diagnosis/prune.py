@@ -1,0 +1,79 @@
+"""Backward deletion: what the fit can do without."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from imubench.diagnosis.excerpt import excerpt, loudest
+from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.heldout import gain, held_out
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.refit import extended, information, log_evidence
+from imubench.diagnosis.trial import NEEDED, SCREENED, Kept
+
+CERTAIN = 30.0  # nat that an effect is worth without looking closer
+SEED = 20201  # of the bootstrap, so that a diagnosis repeats itself
+
+
+def prune(
+    fit: Fit, kept: list[Kept], say: Callable[[str], None]
+) -> tuple[Fit, list[Kept], list[tuple[Hypothesis, float]]]:
+    """Return the fit without the effects that it no longer needs, weakest first."""
+    dropped: list[tuple[Hypothesis, float]] = []
+    while len(kept) > 1 or any(np.isinf(k.evidence) for k in kept):
+        losses = []
+        for k in kept:
+            say(f"trying to do without {k.hypothesis.name}")
+            losses.append((*lost_without(fit, k), k))
+        loss, without, k = min(losses, key=lambda x: x[0])
+        kept = [_judged(replace(k, evidence=loss), without, fit) for loss, without, k in losses]
+        if loss > NEEDED or without is None:
+            return fit, kept, dropped
+        dropped.append((k.hypothesis, loss))
+        kept = [other for other in kept if other.hypothesis != k.hypothesis]
+        fit = fit_with_noise(without.model, without.state, without.noise, fit.anchor, rounds=2)
+    return fit, kept, dropped
+
+
+def lost_without(fit: Fit, kept: Kept) -> tuple[float, Fit | None]:
+    """Return the evidence lost without an effect, and the fit without; none where the loss is plain before fitting.
+
+    Plain: by the Gaussian about the fit (Savage and Dickey's ratio), or on a part of the recording already.
+    """
+    h = kept.hypothesis
+    if np.isfinite(kept.evidence):
+        if not h.effect.states and not any(p.log for p in h.effect.parameters):
+            loss = about_zero(fit, h)
+        else:
+            short = excerpt(fit, *loudest(fit, SCREENED))
+            loss = log_evidence(short) - log_evidence(_without(short, h))
+        if loss > CERTAIN:
+            return loss, None
+    without = _without(fit, h)
+    return log_evidence(fit) - log_evidence(without), without
+
+
+def _without(fit: Fit, h: Hypothesis) -> Fit:
+    short = extended(fit, tuple(other for other in fit.model.hypotheses if other != h))
+    return solve(short.model, short.state, short.noise, fit.anchor, steps=4)
+
+
+def about_zero(fit: Fit, h: Hypothesis) -> float:
+    """Return the log ratio of the prior's to the posterior's density where every parameter is at its prior's centre."""
+    covariance, _ = information(fit)
+    at = np.concatenate([np.r_[fit.model.parameters.columns(h.key(p.name))] for p in h.effect.parameters])
+    priors = [fit.model.priors[h.key(p.name)] for p in h.effect.parameters]
+    away = np.concatenate([fit.state.values[h.key(p.name)] for p in h.effect.parameters])
+    away = (away - np.concatenate([p.start for p in priors])) / np.concatenate([p.std for p in priors])
+    std = np.concatenate([p.std for p in priors])
+    own = covariance[np.ix_(at, at)] / np.outer(std, std)
+    return 0.5 * float(away @ np.linalg.solve(own, away)) + 0.5 * float(np.linalg.slogdet(own)[1])
+
+
+def _judged(kept: Kept, without: Fit | None, fit: Fit) -> Kept:
+    """Return an effect that was in the model from the start with what it gains on held-out data."""
+    if kept.heldout.value or kept.evidence < NEEDED or without is None:
+        return kept
+    return replace(kept, heldout=gain(held_out(without), held_out(fit), np.random.default_rng(SEED)))

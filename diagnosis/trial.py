@@ -1,0 +1,41 @@
+"""What a refit with one effect more is worth, and what an effect that stays has gained."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.heldout import Gain
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.noise import declared
+
+NEEDED = 5.0  # nat of evidence before an effect is looked at on held-out data: odds of 150 for some 60 candidates
+TRIED = 3  # of the best scores, refitted exactly in each round
+SCREENED = 15.0  # s of a recording on which effects with states are tried first
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A refit with one effect more, and what it gained on the data it was fitted to."""
+
+    hypothesis: Hypothesis
+    fit: Fit
+    gain: float  # nat
+    evidence: float  # nat
+    also: tuple[Hypothesis, ...] = ()  # a second one that came with it
+
+
+@dataclass(frozen=True)
+class Kept:
+    """An effect that stays."""
+
+    hypothesis: Hypothesis
+    evidence: float  # nat, over the model without it
+    heldout: Gain
+    rivals: tuple[Trial, ...]  # refitted in its round, in its place
+
+
+def misfit(fit: Fit) -> float:
+    """Return the mean over the sensors of noise power left over noise power declared; 1 where none is declared."""
+    told = declared(fit.model)
+    return float(np.mean([(fit.noise[n] / std) ** 2 for n, std in told.items() if n in fit.noise] or [1.0]))
