@@ -14,7 +14,7 @@ from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended, information
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.start import blind_start, model_of
-from imubench.diagnosis.swings import GROUP, inertia_about_joint
+from imubench.diagnosis.swings import GROUP, inertia_about_joint, resting
 from imubench.effects import EFFECTS, possible
 from imubench.jets import Jet
 from imubench.recording import Body, Encoder, Imu, Pose, Recording
@@ -26,7 +26,7 @@ SECONDS = 1.0
 
 def recording_of(rig, **changes):
     time = np.arange(0.0, SECONDS, 0.02)
-    imu = Imu("imu1", time, np.zeros((len(time), 3)), np.zeros((len(time), 3)), 50.0)
+    imu = Imu("imu1", time, np.ones((len(time), 3)), np.zeros((len(time), 3)), 50.0)  # at rest nothing is asked
     poses = ()
     if rig == "hinge":
         poses = (Pose("segment1", time, np.zeros((len(time), 3)), np.tile([1.0, 0, 0, 0], (len(time), 1))),)
@@ -170,3 +170,16 @@ def test_an_encoder_alone_on_a_fixed_base_gives_the_friction():
     assert abs(found - c) < 3 * std
     assert std < 0.01 * c
     assert fit.noise[GROUP] < 0.1 * nominal.noise[GROUP]
+
+
+def test_a_joint_at_rest_is_not_asked():
+    still, turning = (resting(model, np.array([0.5, 1.5])) for model in (rested(0.01), rested(1.0)))
+    assert still.all()
+    assert not turning.any()
+
+
+def rested(rate):
+    """Return the model of a pendulum whose gyroscope reads `rate` rad/s on every axis."""
+    time = np.arange(0.0, 2.0, 0.02)
+    imu = Imu("imu1", time, np.full((len(time), 3), rate), np.zeros((len(time), 3)), 50.0)
+    return model_of(Recording("r", "pendulum", (imu,)))
