@@ -109,8 +109,10 @@ def _finding(f: Finding, number: int, place: str, compared: Sequence[Comparison]
     if f.parameters:
         body = [row for name, p in f.parameters.items() for row in rows(name, p)]
         parts.append(_table(("parameter", "value", "95 % interval", "unit"), body))
-    if f.named:
-        gain, (low, high) = f.heldout_gain.value, f.heldout_gain.ci
+    gain, (low, high) = f.heldout_gain.value, f.heldout_gain.ci
+    if f.named and gain == low == high == 0:
+        parts.append("<p class='soft'>The samples themselves show it, before any fit.</p>")
+    elif f.named:
         digits = decimals(max(high - low, 1.0)) if abs(gain) < 100 else 0
         parts.append(
             f"<p class='soft'>It makes data that the fit has not seen more likely by {fixed(gain, digits)} nat "
