@@ -79,13 +79,8 @@ def joint(model: Model, state: State, fit: Fit, fresh: Sequence[Hypothesis], col
     normal.add([linearise(r, model.tracks, parameters) for r in kept])
     normal.fill(model.tracks)
     solution = solve_arrow(normal.band, normal.border, normal.corner)
-    front = solution.factor.forward(normal.gradient[:, :, None])[:, :, 0]
-    gradient = normal.corner_gradient - np.einsum("mbp,mb->p", solution.half, front)
     names = [h.key(p.name) for h in fresh for p in h.effect.parameters] + list(extra)
-    new = np.concatenate([np.r_[parameters.columns(n)] for n in names])
-    old = np.setdiff1d(np.arange(parameters.count), new)
-    known = np.linalg.solve(solution.schur[np.ix_(old, old)], solution.schur[np.ix_(old, new)])
-    information = solution.schur[np.ix_(new, new)] - solution.schur[np.ix_(new, old)] @ known
+    information, gradient = solution.reduced(normal.gradient, normal.corner_gradient, parameters.places(names))
     prior = [model.priors[n].std for n in names if n in own] + [np.full(len(extra), np.inf)]
     places, at = {}, 0
     for name, width in [(h.name + h.tag, sum(p.width for p in h.effect.parameters)) for h in fresh] + [
@@ -93,9 +88,7 @@ def joint(model: Model, state: State, fit: Fit, fresh: Sequence[Hypothesis], col
     ]:
         places[name] = np.arange(at, at + width)
         at += width
-    return Joint(
-        places, (information + information.T) / 2, gradient[new] - known.T @ gradient[old], np.concatenate(prior)
-    )
+    return Joint(places, (information + information.T) / 2, gradient, np.concatenate(prior))
 
 
 def _marked(rows: Rows, columns: Columns) -> Rows:

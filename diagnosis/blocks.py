@@ -10,6 +10,7 @@ numbers that the whole recording shares (geometry, effects) are the border::
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri, dtrtrs
 
 from imubench.arrays import Array
@@ -57,6 +58,11 @@ class Factor:
     lower: Array
     coupling: Array
 
+    @property
+    def log_det(self) -> float:
+        """The log determinant of N."""
+        return 2 * float(np.log(np.diagonal(self.lower, axis1=1, axis2=2)).sum())
+
     def forward(self, rhs: Array) -> Array:
         """Return L^-1 rhs for rhs (m, b, r)."""
         out = np.empty_like(rhs)
@@ -102,6 +108,22 @@ class Solution:
     border: Array  # (m, b, p): B
     half: Array  # (m, b, p): L^-1 B
     schur: Array  # (p, p): C - B' N^-1 B, whose inverse is the parameters' covariance
+
+    @property
+    def log_det(self) -> float:
+        """The log determinant of the whole arrow matrix."""
+        return self.factor.log_det + float(np.linalg.slogdet(self.schur)[1])
+
+    def reduced(self, g: Array, h: Array, fresh: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Return information (k, k) and gradient (k,) of the shared numbers `fresh` once all the rest has followed.
+
+        g (m, b) and h (p,) are the gradient of the splines and of the shared numbers.
+        """
+        gradient = h - np.einsum("mbp,mb->p", self.half, self.factor.forward(g[:, :, None])[:, :, 0])
+        old = np.setdiff1d(np.arange(len(h)), fresh)
+        known = np.linalg.solve(self.schur[np.ix_(old, old)], self.schur[np.ix_(old, fresh)])
+        information = self.schur[np.ix_(fresh, fresh)] - self.schur[np.ix_(fresh, old)] @ known
+        return np.asarray(information), np.asarray(gradient[fresh] - known.T @ gradient[old])
 
     def solve(self, g: Array, h: Array) -> tuple[Array, Array]:
         """Return x (m, b, r) and p (q, r) for right-hand sides g (m, b, r), h (q, r)."""

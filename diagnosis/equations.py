@@ -20,18 +20,18 @@ def equation_rows(model: Model, state: State) -> Iterator[Rows]:
     yield from swing_rows(model, state, middles(model))
 
 
-def state_rows(model: Model, state: State) -> Iterator[Rows]:
-    """Yield what the states of every effect obey, one row an interval."""
+def state_rows(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[Rows]:
+    """Yield what the states of every effect, or of one, obey; one row an interval."""
     time = middles(model)
-    for h, scene in scenes(model, state):
+    for h, scene in scenes(model, state, only):
         for law in h.effect.equations(scene, model.values(h, state)):
             residual = law.residual
             yield Rows(h.key(law.name), time, residual, np.full(residual.value.shape[1], law.std), counts=False)
 
 
-def scenes(model: Model, state: State) -> Iterator[tuple[Hypothesis, Scene]]:
-    """Yield every effect with states and what it may ask of the rig, in the middle of each interval."""
-    hypotheses = [h for h in model.hypotheses if h.effect.states]
+def scenes(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[tuple[Hypothesis, Scene]]:
+    """Yield every effect with states, or one, and what it may ask of the rig in the middle of each interval."""
+    hypotheses = [h for h in model.hypotheses if h.effect.states and only in (None, h)]
     if not hypotheses:
         return
     moment = Moment(model.tracks, state.coefficients, Jet(middles(model)[:, None]))

@@ -21,8 +21,7 @@ HOP = 1.0  # s between the windows that are compared
 
 def loudest(fit: Fit, seconds: float) -> tuple[float, float]:
     """Return the window (start, end) s, on the splines' time, where most is left unexplained."""
-    start = min(float(r.time[0]) for r in fit.measured)
-    end = max(float(r.time[-1]) for r in fit.measured)
+    start, end = fit.span
     if end - start <= 1.5 * seconds:
         return start, end
     begins = np.arange(start, end - seconds, HOP)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import NotPositiveDefiniteError, solve_arrow
+from imubench.diagnosis.blocks import NotPositiveDefiniteError, Solution, solve_arrow
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.model import Model, State
 from imubench.diagnosis.priors import prior_rows
@@ -33,6 +33,11 @@ class Fit:
     rows: list[Rows] = field(default_factory=list, repr=False)
 
     @property
+    def span(self) -> tuple[float, float]:
+        """First and last time of the measurements, in s on the splines."""
+        return min(float(r.time.min()) for r in self.measured), max(float(r.time.max()) for r in self.measured)
+
+    @property
     def measured(self) -> list[Rows]:
         """The rows of measurements."""
         return [r for r in self.rows if r.counts]
@@ -54,6 +59,12 @@ def assemble(model: Model, rows: list[Rows]) -> tuple[Normal, list[Linear]]:
     normal.add(linear)
     normal.fill(model.tracks)
     return normal, linear
+
+
+def factored(model: Model, rows: list[Rows]) -> tuple[Normal, Solution, list[Linear]]:
+    """Return the normal equations, factored too, and the rows that made them."""
+    normal, linear = assemble(model, rows)
+    return normal, solve_arrow(normal.band, normal.border, normal.corner), linear
 
 
 def step(model: Model, normal: Normal, damping: float) -> tuple[Array, Array]:
@@ -97,11 +108,16 @@ def settled(model: Model, state: State, noise: dict[str, float], anchor: Array |
         normal.add([linearise(r, only, Parameters({})) for r in rows])
         normal.fill(only)
         change = normal.band.factor().solve(-normal.gradient[:, :, None]).reshape(-1, only.width)
-        coefficients = state.coefficients.copy()
-        for name in own:
-            coefficients[:, model.tracks.columns(name)] += change[: only.knots.count, only.columns(name)]
-        state = replace(state, coefficients=coefficients)
+        state = shifted(model, state, only, change)
     return state
+
+
+def shifted(model: Model, state: State, only: Tracks, change: Array) -> State:
+    """Return a state with some of its splines moved by `change` (knots or more, width of `only`)."""
+    coefficients = state.coefficients.copy()
+    for name in only.widths:
+        coefficients[:, model.tracks.columns(name)] += change[: only.knots.count, only.columns(name)]
+    return replace(state, coefficients=coefficients)
 
 
 @one_thread

@@ -11,11 +11,12 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from imubench.arrays import Array
+from imubench.diagnosis.columns import Base, promise
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.model import Hypothesis, Model
-from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Parameters, Rows, linearise
+from imubench.diagnosis.rows import Parameters, Rows, linearise
 from imubench.diagnosis.score import Score, started
-from imubench.diagnosis.screen import Base, driven
+from imubench.diagnosis.screen import driven
 from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.threads import one_thread
 from imubench.effects import EFFECTS
@@ -45,7 +46,7 @@ def placed(fit: Fit, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], li
                 starts = {n.split(".", 1)[1]: v for n, v in found_stop.values.items()}
                 at = replace(h, effect=h.effect.starting(angle=starts["angle"]))
                 none = np.zeros(0)
-                judged.append(Score(at, found_stop.evidence, found_stop.evidence, none, none, none, none))
+                judged.append(Score(at, found_stop.evidence, found_stop.evidence, none, none))
         else:
             out.append(h)
     return out, judged
@@ -84,28 +85,14 @@ def slip(base: Base, at: str) -> float:
 
 def _slips(base: Base, rows: list[Rows], model: Model, shared: Parameters, prior: Array, moments: Array) -> list[float]:
     """Return what a change of the mount from each of the moments on promises, in nat."""
-    fit, width = base.fit, shared.count
+    width = shared.count
     k = width * len(moments)
-    blocks, p = len(base.solution.factor.lower), fit.model.parameters.count
-    cross, across = np.zeros((blocks * KNOTS_PER_BLOCK, fit.model.tracks.width, k)), np.zeros((p, k))
-    corner, gradient = np.zeros((k, k)), np.zeros(k)
+    columns = []
     for r in rows:
-        part = base.parts[r.name]
-        whitened = replace(r, std=r.std * fit.noise[r.name] * fit.loose)
+        whitened = replace(r, std=base.std_of(r.name, r.std))
         border = linearise(whitened, Tracks(model.tracks.knots, {}), shared).border
         after = np.stack([slipped(Jet(r.time[:, None]), Jet(np.array([[t]])))[0].value[:, 0] for t in moments], axis=1)
-        columns = (border[:, :, None, :] * after[:, None, :, None]).reshape(*border.shape[:2], k)
-        part.scatter(columns, cross)
-        flat = columns.reshape(-1, k)
-        across += part.border.reshape(-1, p).T @ flat
-        corner += flat.T @ flat
-        gradient += flat.T @ part.residual.reshape(-1)
-    schur = base.solution.complement(cross.reshape(blocks, -1, k), across, corner)
-    return [_promise(schur[s, s], gradient[s], prior) for s in (slice(i, i + width) for i in range(0, k, width))]
-
-
-def _promise(information: Array, gradient: Array, prior: Array) -> float:
-    """Return the evidence in nat of parameters with this information (k, k) and gradient (k,)."""
-    matrix = information * np.outer(prior, prior) + np.eye(len(prior))
-    pull = gradient * prior
-    return 0.5 * float(pull @ np.linalg.solve(matrix, pull)) - 0.5 * float(np.linalg.slogdet(matrix)[1])
+        columns.append((r.name, (border[:, :, None, :] * after[:, None, :, None]).reshape(*border.shape[:2], k)))
+    schur, gradient = base.reduced(columns, k)
+    every = (slice(i, i + width) for i in range(0, k, width))
+    return [promise(schur[s, s], gradient[s], prior).evidence for s in every]

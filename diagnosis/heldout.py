@@ -38,15 +38,6 @@ class Gain:
     blocks: Array  # (k,) nat, of each block
 
 
-@dataclass(frozen=True)
-class Held:
-    """Half the squared residuals of each block, parameters from the other half, and how many numbers they are."""
-
-    cost: Array  # (k,)
-    count: Array  # (k,)
-    rows: dict[str, list[tuple[Array, Array]]]  # per group: times and whitened residuals, as left out
-
-
 def block_of(time: Array, start: float, end: float) -> NDArray[np.int64]:
     """Return the block that each time (n,) lies in."""
     length = min(BLOCK, (end - start) / BLOCKS)
@@ -54,10 +45,9 @@ def block_of(time: Array, start: float, end: float) -> NDArray[np.int64]:
 
 
 @one_thread
-def held_out(fit: Fit) -> Held:
-    """Return how a model predicts each half of the recording from the other."""
-    span = [r.time for r in fit.measured]
-    start, end = min(t.min() for t in span), max(t.max() for t in span)
+def held_out(fit: Fit) -> Array:
+    """Return half the squared residuals of each block (k,), parameters from the other half of the recording."""
+    start, end = fit.span
     model, count = fit.model, int(block_of(np.array([end]), start, end)[0]) + 1
     blocks = [block_of(r.time, start, end) for r in fit.measured]
     parts = [linearise(r, model.tracks, model.parameters) for r in fit.measured]
@@ -68,23 +58,20 @@ def held_out(fit: Fit) -> Held:
         normal.add([_of(part, block % 2 == half) for part, block in zip(parts, blocks, strict=True)] + priors)
         normal.fill(model.tracks)
         halves.append((normal, solve_arrow(normal.band, normal.border, normal.corner)))
-    cost, size = np.zeros(count), np.zeros(count)
-    out: dict[str, list[tuple[Array, Array]]] = {}
+    cost = np.zeros(count)
     for half in (0, 1):
         learnt = _learnt(*halves[half])
         motion = _followed(*halves[1 - half], learnt)
-        for rows, part, block in zip(fit.measured, parts, blocks, strict=True):
+        for part, block in zip(parts, blocks, strict=True):
             own = block % 2 == 1 - half
             left = _left(_of(part, own), motion, learnt, model.tracks.width)
             cost += np.bincount(block[own], 0.5 * np.sum(left**2, axis=1), count)
-            size += np.bincount(block[own], minlength=count) * left.shape[1]
-            out.setdefault(rows.name, []).append((rows.time[own], left))
-    return Held(cost, size, out)
+    return cost
 
 
-def gain(before: Held, after: Held, rng: np.random.Generator) -> Gain:
-    """Return what `after` gains, with the interval of a bootstrap over blocks."""
-    blocks = before.cost - after.cost
+def gain(before: Array, after: Array, rng: np.random.Generator) -> Gain:
+    """Return what `after` gains by block (k,) over `before`, with the interval of a bootstrap over blocks."""
+    blocks = before - after
     draws = rng.choice(blocks, size=(DRAWS, len(blocks))).sum(axis=1)
     low, high = np.quantile(draws, [0.025, 0.975])
     return Gain(float(blocks.sum()), float(low), float(high), blocks)
@@ -113,4 +100,4 @@ def _left(part: Linear, motion: Array, learnt: Array, width: int) -> Array:
     return np.asarray(part.residual + np.einsum("nmsw,nsw->nm", part.local, knots) + part.border @ learnt)
 
 
-__all__ = ["Gain", "Held", "block_of", "gain", "held_out"]
+__all__ = ["Gain", "block_of", "gain", "held_out"]

@@ -48,17 +48,18 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
         return []
     grown = max(ways, key=lambda t: t.evidence)
     scale = grown.evidence / best.evidence
-    rest = [replace(t, gain=t.gain * scale, evidence=t.evidence * scale) for t, _ in others if scale > 0]
+    rest = [replace(t, evidence=t.evidence * scale) for t, _ in others if scale > 0]
     return [grown, *rest]
 
 
 def pairs(screened: list[Screened]) -> list[list[Screened]]:
     """Return the best two where they are of one kind at both sensors: one alone would have to stand for both."""
     of_sensors = [s for s in screened if s.hypothesis.at in ("imu1", "imu2")]
-    first = next((s for s in of_sensors), None)
-    other = [s for s in of_sensors if first and s.hypothesis.at != first.hypothesis.at]
-    same = [s for s in other if first and s.hypothesis.effect.name == first.hypothesis.effect.name]
-    return [[first, same[0]]] if first and same else []
+    if not of_sensors:
+        return []
+    best = of_sensors[0].hypothesis
+    same = [s for s in of_sensors if s.hypothesis.at != best.at and s.hypothesis.effect.name == best.effect.name]
+    return [[of_sensors[0], same[0]]] if same else []
 
 
 def _lively(fit: Fit, some: list[Screened], rounds: int = ROUNDS) -> Trial:
@@ -101,7 +102,7 @@ def _grown(fit: Fit, trial: Trial) -> Trial:
 def _against(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
     """Return a refit beside the fit without its effects, each at its own noise levels."""
     won = log_evidence(tried) - log_evidence(fit)
-    return Trial(hypotheses[0], tried, won, won, tuple(hypotheses[1:]))
+    return Trial(hypotheses[0], tried, won, tuple(hypotheses[1:]))
 
 
 def calm(fit: Fit) -> dict[str, float]:

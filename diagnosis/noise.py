@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import Banded, Solution, solve_arrow
-from imubench.diagnosis.fit import Fit, assemble, solve
+from imubench.diagnosis.blocks import Banded, Solution
+from imubench.diagnosis.fit import Fit, factored, solve
 from imubench.diagnosis.model import Model, State
 from imubench.diagnosis.rows import CHUNK, KNOTS_PER_BLOCK, Linear
 from imubench.diagnosis.splines import SUPPORT
@@ -81,16 +81,11 @@ class Spread:
         return h
 
 
-def factored(fit: Fit) -> tuple[Solution, list[Linear]]:
-    """Return the factored equations of a fit, and its rows."""
-    normal, parts = assemble(fit.model, fit.rows)
-    return solve_arrow(normal.band, normal.border, normal.corner), parts
-
-
 @one_thread
 def levels(fit: Fit) -> tuple[dict[str, float], dict[str, Array]]:
     """Return the noise level of every group that `fit.noise` names, and every row's leverage."""
-    return _levels(fit, *factored(fit))
+    _, solution, parts = factored(fit.model, fit.rows)
+    return _levels(fit, solution, parts)
 
 
 def _levels(fit: Fit, solution: Solution, parts: list[Linear]) -> tuple[dict[str, float], dict[str, Array]]:
@@ -142,7 +137,7 @@ def fit_with_noise(
     lawful = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}
     fit = solve(model, state, noise, anchor, steps=4)
     for last in [False] * rounds + [True] * motion:
-        solution, parts = factored(fit)
+        _, solution, parts = factored(fit.model, fit.rows)
         found, _ = _levels(fit, solution, parts)
         rough = {name for name in noise if name.startswith("smooth.") and "@" not in name}
         new = {

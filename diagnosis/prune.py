@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.arrays import Array
 from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.heldout import gain, held_out
@@ -24,9 +25,10 @@ def prune(
     dropped: list[tuple[Hypothesis, float]] = []
     while len(kept) > 1 or any(np.isinf(k.evidence) for k in kept):
         losses = []
+        covariance, _ = information(fit)
         for k in kept:
             say(f"trying to do without {k.hypothesis.name}")
-            losses.append((*lost_without(fit, k), k))
+            losses.append((*lost_without(fit, k, covariance), k))
         loss, without, k = min(losses, key=lambda x: x[0])
         kept = [_judged(replace(k, evidence=loss), without, fit) for loss, without, k in losses]
         if loss > NEEDED or without is None:
@@ -37,7 +39,7 @@ def prune(
     return fit, kept, dropped
 
 
-def lost_without(fit: Fit, kept: Kept) -> tuple[float, Fit | None]:
+def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | None]:
     """Return the evidence lost without an effect, and the fit without; none where the loss is plain before fitting.
 
     Plain: by the Gaussian about the fit (Savage and Dickey's ratio), or on a part of the recording already.
@@ -45,7 +47,7 @@ def lost_without(fit: Fit, kept: Kept) -> tuple[float, Fit | None]:
     h = kept.hypothesis
     if np.isfinite(kept.evidence):
         if not h.effect.states and not any(p.log for p in h.effect.parameters):
-            loss = about_zero(fit, h)
+            loss = about_zero(fit, h, covariance)
         else:
             short = excerpt(fit, *loudest(fit, SCREENED))
             loss = log_evidence(short) - log_evidence(_without(short, h))
@@ -60,10 +62,12 @@ def _without(fit: Fit, h: Hypothesis) -> Fit:
     return solve(short.model, short.state, short.noise, fit.anchor, steps=4)
 
 
-def about_zero(fit: Fit, h: Hypothesis) -> float:
-    """Return the log ratio of the prior's to the posterior's density where every parameter is at its prior's centre."""
-    covariance, _ = information(fit)
-    at = np.concatenate([np.r_[fit.model.parameters.columns(h.key(p.name))] for p in h.effect.parameters])
+def about_zero(fit: Fit, h: Hypothesis, covariance: Array) -> float:
+    """Return the log ratio of the prior's to the posterior's density where every parameter is at its prior's centre.
+
+    covariance (p, p) is of all the fit's parameters.
+    """
+    at = fit.model.parameters.places([h.key(p.name) for p in h.effect.parameters])
     priors = [fit.model.priors[h.key(p.name)] for p in h.effect.parameters]
     away = np.concatenate([fit.state.values[h.key(p.name)] for p in h.effect.parameters])
     away = (away - np.concatenate([p.start for p in priors])) / np.concatenate([p.std for p in priors])

@@ -5,16 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import solve_arrow
 from imubench.diagnosis.equations import equation_rows
-from imubench.diagnosis.fit import Fit, all_rows, assemble, solve
+from imubench.diagnosis.fit import Fit, factored, solve
 from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.priors import TILT
-from imubench.diagnosis.rows import Rows
+from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
 from imubench.diagnosis.score import started
+from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.threads import one_thread
-from imubench.diagnosis.tilt import states_log_det
 
 STATE_SMOOTH = 1e3  # roughness of an effect's states without a law, before it is estimated
 LAWFUL_SMOOTH = 1e9  # of a state's size, per s^4 and root Hz: a law alone says how it moves
@@ -62,14 +61,24 @@ def guess_of(h: Hypothesis, estimate: Array) -> dict[str, Array]:
 def log_evidence(fit: Fit) -> float:
     """Return the Laplace approximation of the log evidence, up to what all models of a recording share."""
     rows = [r for r in fit.rows if not r.name.startswith(TILT)]
-    normal, _ = assemble(fit.model, rows)
-    solution = solve_arrow(normal.band, normal.border, normal.corner)
-    own = [n for h in fit.model.hypotheses for s in h.effect.states for n in [h.key(s.name)]]
-    loss = 2 * float(np.log(np.diagonal(solution.factor.lower, axis1=1, axis2=2)).sum())
-    loss += float(np.linalg.slogdet(solution.schur)[1])
+    _, solution, _ = factored(fit.model, rows)
+    own = [h.key(s.name) for h in fit.model.hypotheses for s in h.effect.states]
     prior = sum(float(np.log(p.std).sum()) for p in fit.model.priors.values())
     density = sum(noise_density(r) for r in rows if r.counts or r.name == GROUP)
-    return density - sum(r.cost for r in rows) - 0.5 * loss - prior + 0.5 * states_log_det(fit.model, rows, own)
+    spread = 0.5 * (states_log_det(fit.model, rows, own) - solution.log_det)
+    return density - sum(r.cost for r in rows) - prior + spread
+
+
+def states_log_det(model: Model, rows: list[Rows], names: list[str]) -> float:
+    """Return the log determinant of the states' own prior, the motion given, by the rows that are no measurements."""
+    if not names:
+        return 0.0
+    tracks = Tracks(model.tracks.knots, {n: model.tracks.widths[n] for n in names})
+    normal = Normal.empty(tracks, Parameters({}))
+    theirs = [r for r in rows if not r.counts and any(n in names for n, _ in r.residual.blocks)]
+    normal.add([linearise(r, tracks, Parameters({})) for r in theirs])
+    normal.fill(tracks)
+    return normal.band.factor().log_det
 
 
 def noise_density(rows: Rows) -> float:
@@ -80,10 +89,10 @@ def noise_density(rows: Rows) -> float:
 @one_thread
 def information(fit: Fit) -> tuple[Array, dict[str, Array]]:
     """Return the covariance (p, p) of all parameters, and every parameter's standard deviations."""
-    normal, _ = assemble(fit.model, [r for r in fit.rows if not r.name.startswith(TILT)])
-    covariance = np.asarray(np.linalg.inv(solve_arrow(normal.band, normal.border, normal.corner).schur), dtype=float)
+    _, solution, _ = factored(fit.model, [r for r in fit.rows if not r.name.startswith(TILT)])
+    covariance = np.asarray(np.linalg.inv(solution.schur), dtype=float)
     std = np.sqrt(np.diag(covariance))
     return covariance, {name: std[fit.model.parameters.columns(name)] for name in fit.model.priors}
 
 
-__all__ = ["all_rows", "extended", "guess_of", "information", "log_evidence", "refit"]
+__all__ = ["extended", "guess_of", "information", "log_evidence", "refit", "states_log_det"]

@@ -1,5 +1,6 @@
 """Measurements as rows of a least-squares problem, and their normal equations."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +49,10 @@ class Parameters:
     def count(self) -> int:
         """How many numbers there are."""
         return sum(self.widths.values())
+
+    def places(self, names: Sequence[str]) -> NDArray[np.intp]:
+        """Return where the numbers of some parameters lie in the vector, in this order."""
+        return np.concatenate([np.r_[self.columns(name)] for name in names])
 
     def columns(self, name: str) -> slice:
         """Return where a parameter lies in the vector."""

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import solve_arrow
-from imubench.diagnosis.fit import Fit, all_rows, assemble
+from imubench.diagnosis.columns import promise
+from imubench.diagnosis.fit import Fit, all_rows, factored
 from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.threads import one_thread
 
@@ -26,8 +26,6 @@ class Score:
     evidence: float  # nat, the gain less the price of its freedom
     estimate: Array  # (k,) the parameters it would take, one linear step from the fit
     bound: Array  # (k,) their standard deviations
-    information: Array  # (k, k)
-    gradient: Array  # (k,)
 
 
 def started(model: Model, state: State) -> State:
@@ -47,31 +45,16 @@ def score(fit: Fit, candidates: list[Hypothesis]) -> list[Score]:
     state = started(model, fit.state)
     rows = all_rows(model, state, fit.noise, fit.anchor, fit.loose)
     priors = {f"prior.{h.key(p.name)}" for h in candidates for p in h.effect.parameters}
-    normal, _ = assemble(model, [r for r in rows if r.name not in priors])
-    parameters = model.parameters
-    fresh = np.concatenate([np.r_[parameters.columns(h.key(p.name))] for h in candidates for p in h.effect.parameters])
-    solution = solve_arrow(normal.band, normal.border, normal.corner)
-    front = solution.factor.forward(normal.gradient[:, :, None])
-    gradient = normal.corner_gradient - np.einsum("mbp,mb->p", solution.half, front[:, :, 0])
-    old = np.setdiff1d(np.arange(parameters.count), fresh)
-    known = np.linalg.solve(solution.schur[np.ix_(old, old)], solution.schur[np.ix_(old, fresh)])
-    information = solution.schur[np.ix_(fresh, fresh)] - solution.schur[np.ix_(fresh, old)] @ known
-    force = gradient[fresh] - known.T @ gradient[old]
+    normal, solution, _ = factored(model, [r for r in rows if r.name not in priors])
+    fresh = model.parameters.places([h.key(p.name) for h in candidates for p in h.effect.parameters])
+    information, force = solution.reduced(normal.gradient, normal.corner_gradient, fresh)
     out = []
     at = 0
     for h in candidates:
         width = sum(p.width for p in h.effect.parameters)
         here = slice(at, at + width)
         prior = np.concatenate([model.priors[h.key(p.name)].std for p in h.effect.parameters])
-        out.append(_one(h, information[here, here], force[here], prior))
+        found = promise(information[here, here], force[here], prior)
+        out.append(Score(h, found.gain, found.evidence, found.step, found.bound))
         at += width
     return sorted(out, key=lambda s: -s.evidence)
-
-
-def _one(h: Hypothesis, information: Array, gradient: Array, prior: Array) -> Score:
-    matrix = information * np.outer(prior, prior) + np.eye(len(prior))  # in units of the prior
-    step = -np.linalg.solve(matrix, gradient * prior)
-    gain = -0.5 * float(step @ (gradient * prior))
-    price = 0.5 * float(np.linalg.slogdet(matrix)[1])
-    bound = prior * np.sqrt(np.diag(np.linalg.inv(matrix)))
-    return Score(h, gain, gain - price, step * prior, bound, information, gradient)

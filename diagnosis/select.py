@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from imubench.diagnosis.coherence import follows_motion
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.grids import placed
-from imubench.diagnosis.heldout import Gain, Held, gain, held_out
+from imubench.diagnosis.heldout import Gain, gain, held_out
 from imubench.diagnosis.lively import RIVALS, calm, state_trials
 from imubench.diagnosis.model import Hypothesis, Model
 from imubench.diagnosis.noise import fit_with_noise
@@ -27,15 +27,11 @@ RELATED = 3.0  # of follows_motion, from which they are tried as well; clean rec
 
 @dataclass(frozen=True)
 class Selection:
-    """What was found, and the fits before and after."""
+    """What was found, and the fit with it."""
 
-    nominal: Fit
     fit: Fit
     kept: tuple[Kept, ...]
     rejected: tuple[tuple[Hypothesis, float], ...]  # nat on held-out data, or of evidence where that was enough
-    scores: tuple[Score, ...]  # of the nominal fit
-    before: Held
-    after: Held
 
 
 def candidates(model: Model) -> list[Hypothesis]:
@@ -52,7 +48,7 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None]) -> l
     for s in chosen:
         say(f"refitting with {s.hypothesis.name}")
         tried = refit(fit, (*fit.model.hypotheses, s.hypothesis))
-        out.append(Trial(s.hypothesis, tried, fit.cost - tried.cost, log_evidence(tried) - base))
+        out.append(Trial(s.hypothesis, tried, log_evidence(tried) - base))
     return sorted(out, key=lambda t: -t.evidence)
 
 
@@ -60,8 +56,6 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
     """Return the effects that the recording needs."""
     fit, rejected = nominal, []
     kept = [Kept(h, np.inf, Gain(0.0, 0.0, 0.0, np.zeros(1)), ()) for h in nominal.model.hypotheses]
-    first: tuple[Score, ...] = ()
-    start = held_out(nominal)
     rng = np.random.default_rng(SEED)
     everything = candidates(nominal.model)
     while len(kept) < MOST:
@@ -70,7 +64,6 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         left = [h for h in everything if h.name not in taken]
         plain, judged = placed(fit, [h for h in left if not h.effect.states])
         scores = sorted([*score(fit, plain), *judged], key=lambda s: -s.evidence)
-        first = first or tuple(scores)
         tried = [t for t in plain_trials(fit, scores, say) if t.evidence > NEEDED]
         better = with_noise(tried[0].fit) if tried else fit
         if tried and (windows := blind(better, tried[0].hypothesis)):
@@ -84,8 +77,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         best = tried[0]
         say(f"predicting held-out data with {best.hypothesis.name}")
         ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
-        after = held_out(better)
-        won = gain(held_out(ruler), after, rng)
+        won = gain(held_out(ruler), held_out(better), rng)
         if won.low <= 0:
             rejected.append((best.hypothesis, won.value))
             break
@@ -93,11 +85,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             kept.append(Kept(h, best.evidence, won, tuple(t for t in tried[1:] if not t.also)))
         fit = better
     fit, kept, dropped = prune(fit, kept, say)
-    first_at_end = solve(
-        nominal.model, nominal.state, {n: fit.noise[n] for n in nominal.noise}, nominal.anchor, steps=3
-    )
-    start = held_out(first_at_end) if kept else start
-    return Selection(nominal, fit, tuple(kept), (*rejected, *dropped), first, start, held_out(fit) if kept else start)
+    return Selection(fit, tuple(kept), (*rejected, *dropped))
 
 
 def blind(fit: Fit, h: Hypothesis) -> dict[str, NDArray[np.bool_]]:

@@ -11,15 +11,17 @@ Equating the slope of the cost with it, instead of with zero, takes the bias awa
 draws of the noise; each is one more right-hand side of a system that is factored anyhow.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Factor
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.model import Hypothesis, Model, Prior, State
-from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, Normal, Parameters, Rows, linearise
-from imubench.diagnosis.splines import SUPPORT, Tracks
+from imubench.diagnosis.model import Hypothesis, Prior, State
+from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, linearise
+from imubench.diagnosis.splines import SUPPORT
 
 DRAWS = 16
 SEED = 4401  # of the draws, so that a fit repeats itself
@@ -74,24 +76,8 @@ def _slope(fit: Fit, h: Hypothesis, name: str, i: int, moved: Array) -> Array:
 def _residual(fit: Fit, state: State, h: Hypothesis, moved: Array) -> Array:
     """Return the whitened residuals (n, m, DRAWS) of h's law where noise has moved the splines."""
     out = []
-    for rows in state_rows(fit.model, state):
-        if rows.name.startswith(h.key("")):
-            std = rows.std * fit.noise.get(rows.name, 1.0) * fit.loose
-            part = linearise(
-                Rows(rows.name, rows.time, rows.residual, std, False), fit.model.tracks, fit.model.parameters
-            )
-            out.append(np.einsum("nmsw,nswr->nmr", part.local, moved[part.first[:, None] + np.arange(SUPPORT)]))
+    for rows in state_rows(fit.model, state, h):
+        whitened = replace(rows, std=rows.std * fit.noise.get(rows.name, 1.0) * fit.loose)
+        part = linearise(whitened, fit.model.tracks, fit.model.parameters)
+        out.append(np.einsum("nmsw,nswr->nmr", part.local, moved[part.first[:, None] + np.arange(SUPPORT)]))
     return np.concatenate(out, axis=1)
-
-
-def states_log_det(model: Model, rows: list[Rows], names: list[str]) -> float:
-    """Return the log determinant of the states' own prior, the motion given, by the rows that are no measurements."""
-    if not names:
-        return 0.0
-    tracks = Tracks(model.tracks.knots, {n: model.tracks.widths[n] for n in names})
-    normal = Normal.empty(tracks, Parameters({}))
-    theirs = [r for r in rows if not r.counts and any(n in names for n, _ in r.residual.blocks)]
-    normal.add([linearise(r, tracks, Parameters({})) for r in theirs])
-    normal.fill(tracks)
-    lower: Array = normal.band.factor().lower
-    return 2 * float(np.log(np.diagonal(lower, axis1=1, axis2=2)).sum())

@@ -16,12 +16,11 @@ SCREENED = 15.0  # s of a recording on which effects with states are tried first
 
 @dataclass(frozen=True)
 class Trial:
-    """A refit with one effect more, and what it gained on the data it was fitted to."""
+    """A refit with one effect more."""
 
     hypothesis: Hypothesis
     fit: Fit
-    gain: float  # nat
-    evidence: float  # nat
+    evidence: float  # nat, over the fit without
     also: tuple[Hypothesis, ...] = ()  # a second one that came with it
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.alike import LIKE, MARK, alike, joint, mark, rivals
+from imubench.diagnosis.columns import promise
 from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.model import Hypothesis
@@ -68,9 +69,11 @@ def test_joint_information_is_that_of_the_scores(tmp_path):
     both = joint(begun.model, begun.state, fit, others)
     for s in score(fit, others):
         at = both.places[s.hypothesis.name]
+        found = promise(both.information[np.ix_(at, at)], both.gradient[at], both.prior[at])
         # the same numbers by two ways of elimination
-        np.testing.assert_allclose(both.information[np.ix_(at, at)], s.information, rtol=1e-6)
-        np.testing.assert_allclose(both.gradient[at], s.gradient, rtol=1e-6, atol=1e-6 * np.abs(s.gradient).max())
+        assert found.gain == pytest.approx(s.gain, rel=1e-6)
+        np.testing.assert_allclose(found.bound, s.bound, rtol=1e-6)
+        np.testing.assert_allclose(found.step, s.estimate, rtol=1e-6, atol=1e-6 * np.abs(s.estimate).max())
 
 
 def test_an_effect_explains_its_own_mark(tmp_path):

@@ -14,10 +14,9 @@ import numpy as np
 
 from imubench import format1
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import solve_arrow
 from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.findings import parameters
-from imubench.diagnosis.fit import Fit, all_rows, assemble
+from imubench.diagnosis.fit import Fit, all_rows, factored
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval
@@ -85,20 +84,11 @@ def joint(fit: Fit, tried: Sequence[Hypothesis]) -> tuple[Array, Array, list[sli
     """Return the information (k, k) and gradient (k,) of all parameters at once, the motion and the geometry free."""
     model = fit.model.with_effects((*fit.model.hypotheses, *tried))
     rows = all_rows(model, started(model, fit.state), fit.noise, fit.anchor, fit.loose)
-    normal, _ = assemble(model, rows)
-    solution = solve_arrow(normal.band, normal.border, normal.corner)
-    front = solution.factor.forward(normal.gradient[:, :, None])
-    gradient = normal.corner_gradient - np.einsum("mbp,mb->p", solution.half, front[:, :, 0])
-    columns = [
-        np.concatenate([np.r_[model.parameters.columns(h.key(p.name))] for p in h.effect.parameters]) for h in tried
-    ]
-    fresh = np.concatenate(columns)
-    old = np.setdiff1d(np.arange(model.parameters.count), fresh)
-    known = np.linalg.solve(solution.schur[np.ix_(old, old)], solution.schur[np.ix_(old, fresh)])
-    matrix = solution.schur[np.ix_(fresh, fresh)] - solution.schur[np.ix_(fresh, old)] @ known
+    normal, solution, _ = factored(model, rows)
+    columns = [model.parameters.places([h.key(p.name) for p in h.effect.parameters]) for h in tried]
     ends = np.cumsum([len(c) for c in columns])
     spans = [slice(int(end) - len(c), int(end)) for c, end in zip(columns, ends, strict=True)]
-    return np.asarray(matrix), np.asarray(gradient[fresh] - known.T @ gradient[old]), spans
+    return *solution.reduced(normal.gradient, normal.corner_gradient, np.concatenate(columns)), spans
 
 
 def lasso(matrix: Array, force: Array, penalty: float) -> Array:
