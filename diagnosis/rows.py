@@ -15,7 +15,7 @@ Whole = NDArray[np.int64]
 
 KNOTS_PER_BLOCK = 8  # more than SUPPORT, so that a row touches two blocks at most
 RIDGE = 1e-12  # relative: what rounding may take from a diagonal beyond the first and last sample
-CHUNK = 1024  # knots whose products are formed at once, to bound memory
+CHUNK = 256  # knots whose products are formed at once: what stays in the cache
 
 
 @dataclass(frozen=True)
@@ -75,12 +75,32 @@ class Linear:
 
     def scatter(self, columns: Array, target: Array) -> None:
         """Add J' of further columns (n, m, r) to `target` (knots, width, r), J the splines' Jacobian."""
-        order = np.argsort(self.first, kind="stable")
-        starts = np.flatnonzero(np.diff(self.first[order], prepend=-1))
-        knots = self.first[order][starts]
-        for s in range(SUPPORT):
-            each = np.matmul(np.swapaxes(self.local[order, :, s], 1, 2), columns[order])
-            target[knots + s] += np.add.reduceat(each, starts, axis=0)
+        m, r = columns.shape[1:]
+        wide = self.local.shape[2] * self.local.shape[3]
+        last = int(self.first.max()) if len(self.first) else -1
+        for begin in range(0, last + 1, CHUNK):
+            end = min(begin + CHUNK, last + 1)
+            some, knot, slot, count = slots(self.first, begin, end)
+            tall, beside = np.zeros((end - begin, count, m, wide)), np.zeros((end - begin, count, m, r))
+            tall[knot, slot] = self.local[some].reshape(len(some), m, wide)
+            beside[knot, slot] = columns[some]
+            left, right = tall.reshape(end - begin, count * m, wide), beside.reshape(end - begin, count * m, r)
+            products = np.matmul(np.swapaxes(left, 1, 2), right).reshape(end - begin, SUPPORT, -1, r)
+            for s in range(SUPPORT):
+                target[begin + s : end + s] += products[:, s]
+
+
+def slots(first: Whole, begin: int, end: int) -> tuple[Whole, Whole, Whole, int]:
+    """Return the samples that start at these knots, their knot, their place among those of the knot, the most."""
+    inside = np.flatnonzero((first >= begin) & (first < end))
+    some: Whole = inside[np.argsort(first[inside], kind="stable")].astype(np.int64)
+    knot = first[some] - begin
+    if not len(some):
+        return some, knot, knot, 0
+    edges = np.flatnonzero(np.diff(knot, prepend=-1))
+    counts = np.diff(np.append(edges, len(knot)))
+    slot: Whole = np.arange(len(knot), dtype=np.int64) - np.repeat(edges, counts)
+    return some, knot, slot, int(counts.max())
 
 
 def linearise(rows: Rows, tracks: Tracks, parameters: Parameters) -> Linear:
@@ -145,7 +165,7 @@ class Normal:
 
     def _add(self, begin: int, end: int, parts: list[Linear]) -> None:
         """Add what starts at knots begin..end: one tall matrix a knot, one product of each."""
-        chosen = [self._slots(part, begin, end) for part in parts]
+        chosen = [slots(part.first, begin, end) for part in parts]
         height = sum(count * part.residual.shape[1] for (_, _, _, count), part in zip(chosen, parts, strict=True))
         p, wide = self.border.shape[2], parts[0].local.shape[2] * parts[0].local.shape[3]
         tall = np.zeros((end - begin, height, wide + p + 1))
@@ -163,19 +183,6 @@ class Normal:
         self._spread(knots, products[:, :, :wide])
         self._spread_columns(self.border, knots, products[:, :, wide : wide + p])
         self._spread_columns(self.gradient[:, :, None], knots, products[:, :, wide + p :])
-
-    @staticmethod
-    def _slots(part: Linear, begin: int, end: int) -> tuple[Whole, Whole, Whole, int]:
-        """Return the samples that start at these knots, their knot, their place among those of the knot, the most."""
-        inside = np.flatnonzero((part.first >= begin) & (part.first < end))
-        some: Whole = inside[np.argsort(part.first[inside], kind="stable")].astype(np.int64)
-        knot = part.first[some] - begin
-        if not len(some):
-            return some, knot, knot, 0
-        edges = np.flatnonzero(np.diff(knot, prepend=-1))
-        counts = np.diff(np.append(edges, len(knot)))
-        slot: Whole = np.arange(len(knot), dtype=np.int64) - np.repeat(edges, counts)
-        return some, knot, slot, int(counts.max())
 
     def _spread(self, knots: Whole, products: Array) -> None:
         b = self.diagonal.shape[1]
