@@ -29,6 +29,23 @@ def is_model(folder: Path) -> bool:
     return (Path(folder) / SENSORS).is_file()
 
 
+def check_same(folder: Path, recording: Recording) -> None:
+    """Raise `InputError` where a `model/` folder, if it is one, was made from other samples than a recording's."""
+    if not is_model(folder):
+        return
+    content = load_toml(folder / SENSORS)
+    for table in content.get("imu", []):
+        name, imus = table.get("name"), {i.name: i for i in recording.imus}
+        if name not in imus:
+            raise unknown("imu of the diagnosis", name, imus)
+        told, time = (table.get("samples"), table.get("start")), imus[name].time
+        if told != (time.size, float(time[0])):
+            raise InputError(
+                f"{folder / SENSORS}: expected {name} of {recording.name} with {time.size} samples from "
+                f"{time[0]:g} s on, got {told[0]} from {told[1]} s on: the diagnosis of another recording"
+            )
+
+
 def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
     """Return what the IMUs of a `model/` folder record while MuJoCo plays its motion, and the truth of it.
 

@@ -86,13 +86,20 @@ def run(
 def estimate(
     name: Annotated[str, typer.Argument(help="An estimator of `imubench list`.")],
     recording: Annotated[Path, typer.Argument(help="A folder in format 1.")],
+    diagnosis: Annotated[
+        Path | None, typer.Option("--with", help="Take out first what `imubench diagnose` found, from its folder.")
+    ] = None,
     out: Out = None,
 ) -> None:
-    """Estimate on a recording from disk, real or not: estimate.json, run.rrd."""
+    """Estimate on a recording from disk, real or not: estimate.json, run.rrd, corrected/ where asked --with."""
     from imubench.run import estimate_on_disk
 
     out = out or Path("runs") / f"{name}-{recording.resolve().name}"
-    done = estimate_on_disk(name, recording, out, on_console(errors))
+    done = estimate_on_disk(name, recording, out, on_console(errors), diagnosis)
+    for finding in done.done:
+        console.print(f"{finding.effect} at {finding.at}: {escape(finding.what)}", soft_wrap=True)
+    if done.diagnosis is not None and not done.done:
+        console.print(f"{done.diagnosis.verdict}: the diagnosis has no findings, nothing is corrected", soft_wrap=True)
     answer = done.estimate
     console.print(f"[bold]{done.recording.name}: {name} ({answer.status})[/bold]")
     for i, value in enumerate(np.atleast_2d(answer.value if answer.time is None else answer.value[-1])):

@@ -14,7 +14,10 @@ from imubench.answers import (
     write_json,
 )
 from imubench.atomic import atomic_directory
-from imubench.diagnosis.model_folder import is_model, replay
+from imubench.diagnosis.corrected import Done, corrected
+from imubench.diagnosis.model_folder import check_same, is_model, replay
+from imubench.diagnosis.result import Diagnosis
+from imubench.diagnosis.result_file import read_diagnosis
 from imubench.errors import InputError, unknown
 from imubench.estimate import Estimate
 from imubench.estimators import ESTIMATORS
@@ -93,39 +96,66 @@ class OnDisk:
     estimate: Estimate
     beside_reference: Score | None
     beside_declared: Score | None
+    diagnosis: Diagnosis | None = None  # that the recording was corrected with
+    done: tuple[Done, ...] = ()  # about each of its findings
 
 
-def estimate_on_disk(name: str, folder: Path, out: Path, step: Step = silent) -> OnDisk:
-    """Estimate on a recording in format 1 and write estimate.json and run.rrd into the folder `out`."""
+def estimate_on_disk(name: str, folder: Path, out: Path, step: Step = silent, diagnosis: Path | None = None) -> OnDisk:
+    """Estimate on a recording in format 1 and write estimate.json and run.rrd into the folder `out`.
+
+    With the `diagnosis` of that recording (its folder) what was found is taken out first, see docs/correct-with.md;
+    what the estimator then took is written too, as corrected/.
+    """
     if name not in ESTIMATORS:
         raise unknown("estimator", name, ESTIMATORS)
+    told = None if diagnosis is None else read_diagnosis(diagnosis)
     with step(f"read {folder}"):
         recording, reference = read(folder)
+    done: tuple[Done, ...] = ()
+    if diagnosis is not None and told is not None:
+        recording, done = _without(recording, told, Path(diagnosis), step)
     with step(f"estimate with {name}"):
         answer = estimate(name, recording)
     seen, declared = reference_axes(recording, reference), declared_axes(recording)
-    done = OnDisk(
+    result = OnDisk(
         recording,
         answer,
         beside_axes(answer, recording, seen),
         beside_axes(answer, recording, declared) or beside_declared_vector(answer, recording),
+        told,
+        done,
     )
     with step("write and log"), atomic_directory(out) as target:
         content = {"format": 1, "recording": recording.name, "rig": recording.rig, **estimate_as_dict(answer)}
-        for key, beside in (("reference", done.beside_reference), ("declared_mounts", done.beside_declared)):
+        for key, beside in (("reference", result.beside_reference), ("declared_mounts", result.beside_declared)):
             if beside is not None:
                 content[f"beside_{key}"] = score_as_dict(beside)["figures"]
+        if told is not None:
+            findings = [{"effect": d.effect, "at": d.at, "done": d.what} for d in done]
+            content["with"] = {"verdict": told.verdict, "findings": findings}
+            write_recording(recording, target / "corrected", reference)
         write_json(target / "estimate.json", content)
         log_run(
             target / "run.rrd",
             recording,
             estimate=answer,
-            score=done.beside_reference or done.beside_declared,
+            score=result.beside_reference or result.beside_declared,
             true_axes=declared if seen is None else seen,
             axes_from="declared" if seen is None else "reference",
             reference=reference,
         )
-    return done
+    return result
+
+
+def _without(recording: Recording, told: Diagnosis, path: Path, step: Step) -> tuple[Recording, tuple[Done, ...]]:
+    """Return a recording without what its diagnosis at `path` found, and what was done about each finding."""
+    folder = path if path.is_dir() else path.parent
+    check_same(folder / Path(told.model).parent, recording)
+    try:
+        without = corrected(recording, told, step)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return without.recording, without.done
 
 
 def reference_of(truth: Truth, recording: Recording) -> Reference:
