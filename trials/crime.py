@@ -15,18 +15,15 @@ from typing import Any
 import numpy as np
 
 from imubench import format1, rotations
-from imubench.arrays import Array
 from imubench.atomic import MARKER
-from imubench.effects import EFFECTS
-from imubench.effects.effect import Reading
-from imubench.jets import Jet
 from imubench.proof.mixture import Question
 from imubench.recording import Encoder, Imu, Pose, Recording
 from imubench.sim.imu_model import Declared, DeclaredMount, observe
 from imubench.sim.imu_profile import ChannelProfile, ImuProfile
+from imubench.sim.injected import INJECTED, injected_profile, injected_samples, moved_mount, sprung_mount
 from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
-from imubench.sim.rigs import STANDARD_RIGS, Mount, Rig, random_hinge, springs
+from imubench.sim.rigs import STANDARD_RIGS, Mount, Rig, random_hinge
 from imubench.sim.signals import hand
 from imubench.trials.figures import figures
 from imubench.trials.make import made
@@ -34,19 +31,7 @@ from imubench.trials.scoring import CaseScore
 from imubench.trials.seal import Truth
 from imubench.truth import Truth as World
 
-CHANNEL = {  # effect -> field of a channel's profile, by its parameter
-    **{f"{kind}_bias": ("bias", "bias") for kind in ("gyro", "accel")},
-    **{f"{kind}_scale": ("scale", "scale") for kind in ("gyro", "accel")},
-    **{f"{kind}_misalignment": ("misalignment", "matrix") for kind in ("gyro", "accel")},
-    **{f"{kind}_noise": ("noise_std", "std") for kind in ("gyro", "accel")},
-}
-DIGITAL = {"low_pass": ("bandwidth", "cutoff"), "saturation": ("range", "limit"), "quantisation": ("step", "step")}
-ADDED = ("gyro_drift", "accel_drift", "vibration")  # by the effects' own laws, on the samples
-MOUNTED = ("mount_pose", "soft_mount", "rocking_mount")
-SIMULATED = (
-    *CHANNEL, *DIGITAL, *ADDED, *MOUNTED,
-    "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity",
-)  # fmt: skip
+SIMULATED = INJECTED
 SUFFIX = "-sim"
 ENCODER_STD, POSITION_STD, ROTATION_STD = 5e-4, 1e-3, 4e-3  # rad, m, rad
 BEYOND = 0.5  # s that the motion goes on, for clocks that are late or fast
@@ -110,10 +95,9 @@ def simulated(truth: Truth) -> Recording:
     rng, observing = np.random.default_rng([truth["seed"], 1]).spawn(2)
     rig = _rig(options, rng)
     mounts = {f"imu{i + 1}": _declared(m, options, rng) for i, m in enumerate(rig.mounts)}
-    off = {e["at"]: e["parameters"] for e in effects if e["effect"] == "mount_pose"}
     placed = [
-        _sprung(_moved(m, mounts[f"imu{i + 1}"], off.get(f"imu{i + 1}")), f"imu{i + 1}", effects)
-        for i, m in enumerate(rig.mounts)
+        sprung_mount(moved_mount(mount, at, mounts[at], effects), at, effects)
+        for at, mount in zip(mounts, rig.mounts, strict=True)
     ]
     g = next((e["parameters"]["g"] for e in effects if e["effect"] == "gravity"), options["gravity"])
     motion = _hand(options, rng)
@@ -148,27 +132,6 @@ def _declared(mount: Mount, options: Mapping[str, Any], rng: np.random.Generator
     return DeclaredMount(position, rotations.multiply(mount.quaternion, turn), *said)
 
 
-def _moved(mount: Mount, declared: DeclaredMount, off: Mapping[str, Any] | None) -> Mount:
-    """Return the mount where it is: with `mount_pose`, so far from where it is declared."""
-    if off is None:
-        return mount
-    turn = rotations.exp(np.asarray(off["rotation"]))
-    position = declared.position + np.asarray(off["translation"])
-    return replace(mount, position=position, quaternion=rotations.multiply(declared.quaternion, turn))
-
-
-def _sprung(mount: Mount, at: str, effects: list[dict[str, Any]]) -> Mount:
-    for e in effects:
-        p = e["parameters"]
-        if e["at"] == at and e["effect"] == "soft_mount":
-            mount = replace(mount, translation=springs(p["frequency"], p["damping_ratio"]))
-        elif e["at"] == at and e["effect"] == "rocking_mount":
-            com, lever = (np.asarray(p[key], dtype=float) for key in ("com", "lever"))
-            rocking = springs(p["frequency"], p["damping_ratio"])
-            mount = replace(mount, rotation=rocking, com=com, lever=lever, gyration=p["gyration"])
-    return mount
-
-
 def _hand(options: Mapping[str, Any], rng: np.random.Generator) -> AngleMotion:
     """Return a motion of the case's band and vigour; a fast hand moves less far."""
     band, seconds = options["band"], options["seconds"] + 2 * BEYOND
@@ -184,56 +147,21 @@ def _hand(options: Mapping[str, Any], rng: np.random.Generator) -> AngleMotion:
 
 
 def _profile(at: str, effects: list[dict[str, Any]], options: Mapping[str, Any], second: bool) -> ImuProfile:
-    channels: dict[str, dict[str, Any]] = {k: {"noise_std": options[f"{k}_noise"]} for k in ("gyro", "accel")}
-    whole: dict[str, Any] = {}
-    for e in (e for e in effects if e["at"] == at):
-        name, p = e["effect"], e["parameters"]
-        if name in CHANNEL:
-            key, parameter = CHANNEL[name]
-            channels[name.split("_")[0]][key] = p[parameter]
-        elif name in DIGITAL:
-            key, parameter = DIGITAL[name]
-            for channel in p["channels"]:
-                channels[channel][key] = p[parameter]
-        elif name == "g_sensitivity":
-            whole["g_sensitivity"] = np.asarray(p["matrix"])
-        elif name in ("time_offset", "clock_skew"):
-            whole |= {"clock_offset": p["offset"]} if name == "time_offset" else {"clock_skew": p["skew"]}
-        elif name == "dropouts":
-            whole |= {"dropout_fraction": p["fraction"], "dropout_mode": p["mode"]}
     rate = options["rate2"] if second and options["rate2"] else options["rate"]
-    return ImuProfile(at, rate, ChannelProfile(**channels["gyro"]), ChannelProfile(**channels["accel"]), **whole)
+    gyro, accel = (ChannelProfile(noise_std=options[f"{kind}_noise"]) for kind in ("gyro", "accel"))
+    return injected_profile(ImuProfile(at, rate, gyro, accel), at, effects)
 
 
 def _told(imu: Imu, effects: list[dict[str, Any]], options: Mapping[str, Any], rng: np.random.Generator) -> Imu:
     """Return an IMU with what the effects' laws add to its samples, and with what its owner declares."""
     kept = imu.time <= options["seconds"]
-    time, gyro, accel = imu.time[kept], imu.gyro[kept], imu.accel[kept]
-    for e in (e for e in effects if e["at"] == imu.name):
-        law = EFFECTS[e["effect"]]
-        values = {k: np.asarray(v) for k, v in e["parameters"].items() if np.asarray(v).dtype.kind in "if"}
-        if e["effect"] in ADDED:
-            if e["effect"] == "vibration":
-                values = _phased(values, rng)
-            jets = {k: Jet(np.atleast_1d(v).reshape(1, -1)) for k, v in values.items()}
-            error = law.error(Reading(Jet(gyro), Jet(accel), Jet((time - time[0])[:, None])), jets)
-            gyro = gyro if error.gyro is None else gyro + error.gyro.value
-            accel = accel if error.accel is None else accel + error.accel.value
-        elif e["effect"] == "impacts":
-            time, gyro, accel = law.corrupt(time, gyro, accel, values, rng)
+    sampled = replace(imu, time=imu.time[kept], gyro=imu.gyro[kept], accel=imu.accel[kept])
     said = [
         float(f"{options[f'{k}_noise'] * (1 + options['misdeclared']):.3g}") if options["declare_noise"] else None
         for k in ("gyro", "accel")
     ]
-    sampled = replace(imu, time=time, gyro=gyro, accel=accel)
+    sampled = injected_samples(sampled, effects, rng)
     return replace(sampled, gyro_noise_std=said[0], accel_noise_std=said[1], gyro_range=None, accel_range=None)
-
-
-def _phased(values: Mapping[str, Array], rng: np.random.Generator) -> dict[str, Array]:
-    """Return a hum as its law has it: amplitude sin(2 pi f t + phase) of a random phase."""
-    phase = rng.uniform(0, 2 * np.pi)
-    both = {"cosine": np.sin(phase) * values["amplitude"], "sine": np.cos(phase) * values["amplitude"]}
-    return {"frequency": values["frequency"], **both}
 
 
 def _encoders(world: World, options: Mapping[str, Any], rng: np.random.Generator) -> tuple[Encoder, ...]:

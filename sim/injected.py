@@ -1,0 +1,115 @@
+"""Named effects put into a simulation: on the mounts, into the IMU profiles, on the samples.
+
+An effect is {"effect": a name of `effects.EFFECTS`, "at": a sensor, "parameters": {name: value}}. What is not for the
+sensor that is asked about is passed over. `gravity` is the rig's and is set by whoever plays it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.effects import EFFECTS
+from imubench.effects.effect import Reading
+from imubench.jets import Jet
+from imubench.recording import Imu
+from imubench.sim.imu_model import DeclaredMount
+from imubench.sim.imu_profile import ImuProfile
+from imubench.sim.rigs import Mount, springs
+
+Injected = Mapping[str, Any]  # {"effect", "at", "parameters"}
+
+SUMMED = {  # effect -> field of a channel's profile, by its parameter: the effect comes on top
+    **{f"{kind}_bias": ("bias", "bias") for kind in ("gyro", "accel")},
+    **{f"{kind}_scale": ("scale", "scale") for kind in ("gyro", "accel")},
+    **{f"{kind}_misalignment": ("misalignment", "matrix") for kind in ("gyro", "accel")},
+}
+NOISE = {f"{kind}_noise": ("noise_std", "std") for kind in ("gyro", "accel")}  # the effect is the total
+DIGITAL = {"low_pass": ("bandwidth", "cutoff"), "saturation": ("range", "limit"), "quantisation": ("step", "step")}
+ADDED = ("gyro_drift", "accel_drift", "vibration")  # by the effects' own laws, on the samples
+MOUNTED = ("mount_pose", "soft_mount", "rocking_mount")
+INJECTED = (
+    *SUMMED, *NOISE, *DIGITAL, *ADDED, *MOUNTED,
+    "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity",
+)  # fmt: skip
+"""The effects that prescribed motion can be played with."""
+
+
+def moved_mount(mount: Mount, at: str, declared: DeclaredMount, effects: Sequence[Injected]) -> Mount:
+    """Return the mount of the sensor `at` where it is: with `mount_pose`, so far from where it is declared."""
+    for e in effects:
+        if e["at"] == at and e["effect"] == "mount_pose":
+            turn = rotations.exp(np.asarray(e["parameters"]["rotation"]))
+            position = declared.position + np.asarray(e["parameters"]["translation"])
+            return replace(mount, position=position, quaternion=rotations.multiply(declared.quaternion, turn))
+    return mount
+
+
+def sprung_mount(mount: Mount, at: str, effects: Sequence[Injected]) -> Mount:
+    """Return the mount of the sensor `at` on the springs of its `soft_mount` or `rocking_mount`."""
+    for e in effects:
+        p = e["parameters"]
+        if e["at"] == at and e["effect"] == "soft_mount":
+            mount = replace(mount, translation=springs(p["frequency"], p["damping_ratio"]))
+        elif e["at"] == at and e["effect"] == "rocking_mount":
+            com, lever = (np.asarray(p[key], dtype=float) for key in ("com", "lever"))
+            rocking = springs(p["frequency"], p["damping_ratio"])
+            mount = replace(mount, rotation=rocking, com=com, lever=lever, gyration=p["gyration"])
+    return mount
+
+
+def injected_profile(profile: ImuProfile, at: str, effects: Sequence[Injected]) -> ImuProfile:
+    """Return the profile of the sensor `at` with the effects that an IMU model has a number for.
+
+    `profile` gives its noise as `noise_std`. Bias, scale and misalignment come on top of the profile's.
+    """
+    channels: dict[str, dict[str, Any]] = {"gyro": {}, "accel": {}}
+    whole: dict[str, Any] = {}
+    for e in (e for e in effects if e["at"] == at):
+        name, p = e["effect"], e["parameters"]
+        kind = name.split("_")[0]
+        if name in SUMMED:
+            key, parameter = SUMMED[name]
+            channels[kind][key] = getattr(getattr(profile, kind), key) + np.asarray(p[parameter], dtype=float)
+        elif name in NOISE:
+            channels[kind]["noise_std"] = p["std"]
+        elif name in DIGITAL:
+            key, parameter = DIGITAL[name]
+            for channel in p["channels"]:
+                channels[channel][key] = p[parameter]
+        elif name == "g_sensitivity":
+            whole["g_sensitivity"] = profile.g_sensitivity + np.asarray(p["matrix"])
+        elif name in ("time_offset", "clock_skew"):
+            whole |= {"clock_offset": p["offset"]} if name == "time_offset" else {"clock_skew": p["skew"]}
+        elif name == "dropouts":
+            whole |= {"dropout_fraction": p["fraction"], "dropout_mode": p["mode"]}
+    changed = {kind: replace(getattr(profile, kind), **numbers) for kind, numbers in channels.items()}
+    return replace(profile, **changed, **whole)
+
+
+def injected_samples(imu: Imu, effects: Sequence[Injected], rng: np.random.Generator) -> Imu:
+    """Return an IMU with what the laws of drift, vibration and impacts add to its samples."""
+    time, gyro, accel = imu.time, imu.gyro, imu.accel
+    for e in (e for e in effects if e["at"] == imu.name):
+        law = EFFECTS[e["effect"]]
+        values = {k: np.asarray(v) for k, v in e["parameters"].items() if np.asarray(v).dtype.kind in "if"}
+        if e["effect"] in ADDED:
+            if e["effect"] == "vibration":
+                values = _phased(values, rng)
+            jets = {k: Jet(np.atleast_1d(v).reshape(1, -1)) for k, v in values.items()}
+            error = law.error(Reading(Jet(gyro), Jet(accel), Jet((time - time[0])[:, None])), jets)
+            gyro = gyro if error.gyro is None else gyro + error.gyro.value
+            accel = accel if error.accel is None else accel + error.accel.value
+        elif e["effect"] == "impacts":
+            time, gyro, accel = law.corrupt(time, gyro, accel, values, rng)
+    return replace(imu, time=time, gyro=gyro, accel=accel)
+
+
+def _phased(values: Mapping[str, Array], rng: np.random.Generator) -> dict[str, Array]:
+    """Return a hum as its law has it: amplitude sin(2 pi f t + phase) of a random phase."""
+    phase = rng.uniform(0, 2 * np.pi)
+    both = {"cosine": np.sin(phase) * values["amplitude"], "sine": np.cos(phase) * values["amplitude"]}
+    return {"frequency": values["frequency"], **both}
