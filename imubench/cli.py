@@ -229,6 +229,34 @@ def prove_command(
     raise typer.Exit(cli_prove.run(settings, out or Path("runs/proof"), workers, console, errors))
 
 
+@app.command("generate")
+def generate_command(
+    spec: Annotated[Path, typer.Argument(help="A spec: what rigs, motions, IMUs and effects are drawn from.")],
+    count: Annotated[int, typer.Option(help="How many recordings.", min=1, max=2**31 - 1)],
+    seed: Annotated[int, typer.Option(help="The same seed gives the same bytes.", min=0, max=2**63 - 1)] = 0,
+    workers: Annotated[int | None, typer.Option(help="Processes; none: one a core, 0: only this one.", min=0)] = None,
+    engine: Annotated[str, typer.Option(help="Who makes the recordings.")] = "local",
+    out: Out = None,
+) -> None:
+    """Generate a dataset of labelled recordings: Parquet files, manifest.json.
+
+    Any recording follows from the spec, the seed and its number alone. After
+    Ctrl-C, a kill or a full disk the same command goes on where it was, to the
+    same bytes. Without --out: runs/NAME, by the name in the spec.
+    """
+    from imubench.cli_generate import run as run_generation
+
+    run_generation(spec, count, seed, out, workers, engine, console, errors)
+
+
+@app.command("verify")
+def verify_command(folder: Annotated[Path, typer.Argument(help="A dataset of `imubench generate`.")]) -> None:
+    """Check every file of a dataset against the hashes in its manifest.json."""
+    from imubench.cli_generate import check
+
+    check(folder, console, errors)
+
+
 def _options(pairs: list[str]) -> dict[str, str]:
     options = {}
     for pair in pairs:

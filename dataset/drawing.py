@@ -1,0 +1,130 @@
+"""What recording `i` of a dataset is: drawn from (spec, seed, i) alone, whoever asks, in whatever order.
+
+Every rig and every recording has a NumPy SeedSequence of its own, keyed by what it is and by its number; within it,
+every part has a generator of its own. Rig r is that of the recordings r n to r n + n - 1, n per rig.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from imubench import rotations
+from imubench.dataset.imu_choices import bought
+from imubench.dataset.motion_ranges import BEYOND
+from imubench.dataset.ranges import located
+from imubench.dataset.rig_ranges import DrawnRig, draw_rig, pick
+from imubench.dataset.spec import Spec
+from imubench.sim.imu_model import DeclaredMount
+from imubench.sim.imu_profile import ImuProfile
+from imubench.sim.injected import injected_profile, moved_mount, sprung_mount
+from imubench.sim.motion import Motion
+from imubench.sim.rigs import Mount, Rig
+
+RIG, RECORDING, SPLIT = 0, 1, 2  # the first number of a key
+PARTS = ("seconds", "motion", "imus", "declared", "effects", "observing", "samples")
+"""What draws within a recording: append new parts at the end, or old seeds give other recordings."""
+GOLDEN = 0.6180339887498949  # a step that spreads splits evenly over the rigs, however many there are
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Everything about one recording before it is played."""
+
+    index: int
+    rig_index: int
+    split: str
+    seconds: float
+    rig: Rig  # as it is: mounts moved and on springs, gravity the true one
+    declared_gravity: float  # m/s^2
+    declared: Mapping[str, DeclaredMount]  # by sensor
+    motion_name: str
+    motion: Motion
+    parts: Mapping[str, ImuProfile]  # by sensor, effects included
+    nominal: Mapping[str, ImuProfile]  # by sensor, the same parts without effects
+    effects: tuple[dict[str, Any], ...]  # {"effect", "at", "parameters"}
+    streams: Mapping[str, np.random.Generator]  # PARTS
+
+
+def generator(seed: int, *key: int) -> np.random.Generator:
+    """Return the generator of a key."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+
+
+def rig_of(spec: Spec, seed: int, rig_index: int) -> tuple[int, DrawnRig]:
+    """Return which `[[rig]]` of the spec a rig comes from, and the rig."""
+    rng = generator(seed, RIG, rig_index)
+    which = pick([rig.weight for rig in spec.rigs], rng)
+    with located(f"rig {rig_index} of seed {seed}, rig[{which}]"):
+        return which, draw_rig(spec.rigs[which], rng)
+
+
+def split_of(spec: Spec, seed: int, rig_index: int) -> str:
+    """Return a rig's split: of any m rigs in a row, each split gets its fraction of m within about one."""
+    start = generator(seed, SPLIT).random()
+    edges = np.cumsum(list(spec.splits.values()))
+    which = int(np.searchsorted(edges, (start + GOLDEN * rig_index) % 1.0, side="right"))
+    names = [name for name, fraction in spec.splits.items() if fraction]
+    return list(spec.splits)[which] if which < len(edges) else names[-1]
+
+
+def draw(spec: Spec, seed: int, index: int) -> Drawn:
+    """Return recording `index`; `InputError` where the numbers drawn make no rig."""
+    rig_index = index // spec.recordings_per_rig
+    which, drawn = rig_of(spec, seed, rig_index)
+    streams = dict(zip(PARTS, generator(seed, RECORDING, index).spawn(len(PARTS)), strict=True))
+    seconds = round(spec.seconds.one(streams["seconds"]) * spec.rate) / spec.rate
+    suited = [m for m in spec.motions if m.suits(spec.rigs[which])]
+    chosen = suited[pick([m.weight for m in suited], streams["motion"])]
+    name, motion = chosen.draw(streams["motion"], seconds + BEYOND)
+    sensors = [f"imu{i + 1}" for i in range(len(drawn.rig.mounts))]
+    effects = (*drawn.springs, *_effects(spec, streams["effects"], sensors, seconds))
+    with located(f"recording {index} of seed {seed}"):
+        nominal = _parts(spec, streams["imus"], sensors)
+        parts = {at: injected_profile(nominal[at], at, effects) for at in sensors}
+        declared = {
+            at: _measured(spec, m, streams["declared"]) for at, m in zip(sensors, drawn.rig.mounts, strict=True)
+        }
+        mounts = tuple(
+            sprung_mount(moved_mount(mount, at, declared[at], effects), at, effects)
+            for at, mount in zip(sensors, drawn.rig.mounts, strict=True)
+        )
+        g = next((e["parameters"]["g"] for e in effects if e["effect"] == "gravity"), drawn.rig.gravity)
+        rig = replace(drawn.rig, mounts=mounts, gravity=g)
+    split = split_of(spec, seed, rig_index)
+    return Drawn(
+        index,
+        rig_index,
+        split,
+        seconds,
+        rig,
+        drawn.rig.gravity,
+        declared,
+        name,
+        motion,
+        parts,
+        nominal,
+        effects,
+        streams,
+    )
+
+
+def _effects(spec: Spec, rng: np.random.Generator, sensors: list[str], seconds: float) -> list[dict[str, Any]]:
+    own = rng.spawn(len(spec.effects))
+    places = (*sensors, "world")
+    return [found for e, stream in zip(spec.effects, own, strict=True) for found in e.draw(stream, places, seconds)]
+
+
+def _parts(spec: Spec, rng: np.random.Generator, sensors: list[str]) -> dict[str, ImuProfile]:
+    """Return two parts of one profile."""
+    profile = spec.imus[pick([imu.weight for imu in spec.imus], rng)].profile
+    return {at: bought(profile, spec.rate, stream) for at, stream in zip(sensors, rng.spawn(len(sensors)), strict=True)}
+
+
+def _measured(spec: Spec, mount: Mount, rng: np.random.Generator) -> DeclaredMount:
+    """Return a mount's pose as its owner measured it, off by the stds that he declares."""
+    std = spec.declared.position_std, spec.declared.rotation_std
+    position = mount.position + std[0] * rng.standard_normal(3)
+    turned = rotations.multiply(mount.quaternion, rotations.exp(std[1] * rng.standard_normal(3)))
+    return DeclaredMount(position, turned, *std)

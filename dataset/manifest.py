@@ -1,0 +1,119 @@
+"""What a finished dataset says about itself: manifest.json, written last, with the hash of every other file."""
+
+import hashlib
+import json
+import platform
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from importlib.metadata import version
+from importlib.resources import files
+from typing import Any
+
+import imubench
+from imubench.dataset.shard import RECEIPTS, Job, Receipt
+from imubench.dataset.spec import SPEC_FILE
+from imubench.dataset.storage import Folder
+from imubench.errors import InputError
+from imubench.reproduce.parts import sources
+
+MANIFEST = "manifest.json"
+FORMAT = 1
+DECIDING = ("numpy", "scipy", "mujoco", "pyarrow")  # packages whose versions decide about bytes
+COMPUTING = ("imubench.dataset", "imubench.effects", "imubench.models", "imubench.scenarios", "imubench.sim")
+
+
+def identity(job: Job) -> dict[str, Any]:
+    """Return what decides about the bytes of a dataset: what was asked, and what computes it."""
+    digest = hashlib.sha256()
+    for package in COMPUTING:
+        for name, content in sorted(sources(files(package))):
+            digest.update(f"{package}/{name}".encode() + content)
+    return {
+        "spec": {name: hashlib.sha256(content).hexdigest() for name, content in sorted(job.content.items())},
+        "seed": job.seed,
+        "count": job.count,
+        "versions": {"imubench": imubench.__version__} | {name: version(name) for name in DECIDING},
+        "code": digest.hexdigest(),
+        "machine": f"{platform.system()} {platform.machine()}",
+    }
+
+
+def spec_names(job: Job) -> dict[str, bytes]:
+    """Return the copies of the spec's files that are kept with the data, by name."""
+    return {f"spec/{name}": content for name, content in sorted(job.content.items())}
+
+
+def manifest(job: Job, receipts: Sequence[Receipt]) -> dict[str, Any]:
+    """Return the content of manifest.json; the same dataset has the same, whoever made it."""
+    spec = job.spec
+    splits: Counter[str] = Counter()
+    listed = {
+        name: {"sha256": hashlib.sha256(content).hexdigest(), "bytes": len(content)}
+        for name, content in spec_names(job).items()
+    }
+    for receipt in sorted(receipts, key=lambda r: r.number):
+        splits.update(receipt.splits)
+        listed |= {name: dict(entry) for name, entry in receipt.files.items()}
+    return {
+        "format": FORMAT,
+        "kind": "imubench dataset",
+        "name": spec.name,
+        "summary": spec.summary,
+        "licence": spec.licence,
+        **identity(job),
+        "spec_text": job.content[SPEC_FILE].decode(),
+        "recordings_per_file": spec.recordings_per_file,
+        "rigs": -(-job.count // spec.recordings_per_rig),
+        "recordings": {name: splits[name] for name in spec.splits},
+        "seconds": sum(r.seconds for r in receipts),
+        "samples": sum(r.samples for r in receipts),
+        "rate": spec.rate,
+        "files": listed,
+    }
+
+
+def encoded(table: dict[str, Any]) -> bytes:
+    """Return a table as the bytes of a JSON file."""
+    return (json.dumps(table, indent=1) + "\n").encode()
+
+
+def read_manifest(folder: Folder) -> dict[str, Any]:
+    """Return the manifest of a finished dataset; `InputError` where there is none."""
+    found = folder.read_json(MANIFEST)
+    if found is None:
+        begun = any(name.startswith(RECEIPTS) for name in folder.names())
+        why = "one that is not finished: the same command goes on" if begun else f"no {MANIFEST} that can be read"
+        raise InputError(f"{folder.path}: expected a finished dataset, got {why}")
+    if found.get("format") != FORMAT or not isinstance(found.get("files"), dict):
+        raise InputError(
+            f"{folder.path}/{MANIFEST}: expected a dataset of format {FORMAT}, got {found.get('format')!r}"
+        )
+    return found
+
+
+def verify(path: str) -> dict[str, Any]:
+    """Return the manifest of a dataset whose files are all there and as they were written.
+
+    Raises `InputError` naming each file that is missing, changed, or not of this dataset.
+    """
+    folder = Folder(path)
+    found = read_manifest(folder)
+    wrong = [f"{name} ({why})" for name, why in _wrong(folder, found["files"])]
+    if wrong:
+        shown = ", ".join(wrong[:5]) + (f" and {len(wrong) - 5} more" if len(wrong) > 5 else "")
+        raise InputError(f"{path}: expected the files of {MANIFEST}, got {shown}")
+    return found
+
+
+def _wrong(folder: Folder, listed: dict[str, dict[str, Any]]) -> Iterable[tuple[str, str]]:
+    for name, entry in listed.items():
+        size = folder.size(name)
+        if size is None:
+            yield name, "missing"
+        elif size != entry["bytes"]:
+            yield name, f"{size} bytes, not {entry['bytes']}"
+        elif folder.sha256(name) != entry["sha256"]:
+            yield name, "changed"
+    for name in folder.names():
+        if name.startswith(("samples/", "recordings/")) and name not in listed:
+            yield name, "not of this dataset"

@@ -1,0 +1,118 @@
+"""A dataset is read back: one recording with its truth by one call, each of its files by any Parquet reader."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from imubench.arrays import Array
+from imubench.dataset.columns import SEGMENT_FIELDS, SENSOR_FIELDS, SHARED_ORIGIN, SIGNALS, XYZ
+from imubench.dataset.manifest import read_manifest
+from imubench.dataset.shard import names
+from imubench.dataset.storage import Folder
+from imubench.errors import InputError
+from imubench.recording import RIGS, Imu, Recording
+from imubench.truth import SegmentTruth, SensorTruth, Truth
+
+
+@dataclass(frozen=True)
+class Stored:
+    """One recording of a dataset, as its files have it."""
+
+    recording: Recording
+    truth: Truth | None  # on the grid of the recording's rate; None unless the spec says truth = "full"
+    row: Mapping[str, Any]  # of the table of recordings: all that was drawn
+    effects: tuple[dict[str, Any], ...]  # {"effect", "at", "parameters"}
+
+
+def read(folder: Path | str, index: int) -> Stored:
+    """Return recording `index` of a finished dataset, without reading its neighbours.
+
+    Numbers are those on the disk: with `precision = "single"`, rounded to 24 bits. Raises `InputError` for a folder
+    that is no finished dataset, a number that is not in it, or a file that cannot be read.
+    """
+    count, size = _extent(str(folder))
+    if not 0 <= index < count:
+        raise InputError(f"{folder}: expected a recording from 0 to {count - 1}, got {index}")
+    number, group = divmod(index, size)
+    samples, recordings = (Path(folder) / name for name in names(number))
+    try:
+        row = pq.read_table(recordings).slice(group, 1).to_pylist()[0]
+        with pq.ParquetFile(samples) as file:
+            table = file.read_row_group(group)
+    except (OSError, pa.ArrowException, IndexError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"{folder}: expected the files of recording {index}, got: {reason}") from None
+    effects = tuple(e | {"parameters": json.loads(e["parameters"])} for e in row["effects"])
+    return Stored(_recording(row, table), _truth(row, table), row, effects)
+
+
+@lru_cache(maxsize=16)
+def _extent(folder: str) -> tuple[int, int]:
+    found = read_manifest(Folder(folder))
+    return int(found["count"]), int(found["recordings_per_file"])
+
+
+def _recording(row: Mapping[str, Any], table: pa.Table) -> Recording:
+    sensors = [f"imu{n}" for n in range(1, len(RIGS[row["family"]]) + 1)]
+    return Recording(
+        name=row["name"],
+        rig=row["family"],
+        imus=tuple(_imu(name, row, table) for name in sensors),
+        gravity=row["gravity"],
+        base=row["base"],
+        base_quaternion=row["base_quaternion"],
+    )
+
+
+def _imu(name: str, row: Mapping[str, Any], table: pa.Table) -> Imu:
+    there = np.asarray(table.column(f"{name}_time").is_valid())
+    signals = {key: _stacked(table, f"{name}_{short}", XYZ)[there] for key, short in SIGNALS}
+    declared = ("gyro_noise_std", "accel_noise_std", "gyro_range", "accel_range")
+    return Imu(
+        name=name,
+        time=_column(table, f"{name}_time")[there],
+        rate=row["rate"],
+        mount_position=row[f"{name}_declared_position"],
+        mount_quaternion=row[f"{name}_declared_quaternion"],
+        mount_position_std=row[f"{name}_declared_position_std"],
+        mount_rotation_std=row[f"{name}_declared_rotation_std"],
+        **signals,
+        **{key: row[f"{name}_{key}"] for key in declared},
+    )
+
+
+def _truth(row: Mapping[str, Any], table: pa.Table) -> Truth | None:
+    if "segment1_position_x" not in table.column_names:
+        return None
+    hinge = row["family"] == "hinge"
+    names = RIGS[row["family"]]
+    segments: list[SegmentTruth] = []
+    for name in names:
+        shared = {key: getattr(segments[0], key) for key in SHARED_ORIGIN} if segments else {}
+        own = {k: _stacked(table, f"{name}_{k}", c) for k, c in SEGMENT_FIELDS.items() if k not in shared}
+        segments.append(SegmentTruth(name, **(shared | own)))
+    sensors = []
+    for n in range(1, len(names) + 1):
+        fields = {
+            key: None if key == "joint_axis" and not hinge else _stacked(table, f"imu{n}_true_{key}", parts)
+            for key, parts in SENSOR_FIELDS.items()
+        }
+        sensors.append(SensorTruth(f"imu{n}", **fields))  # type: ignore[arg-type]
+    angle, rate = (_column(table, f"hinge_{key}") if hinge else None for key in ("angle", "rate"))
+    time = _column(table, "time")
+    return Truth(time, row["family"], row["true_gravity"], tuple(segments), tuple(sensors), angle, rate)
+
+
+def _column(table: pa.Table, name: str) -> Array:
+    return np.asarray(table.column(name).to_numpy(), dtype=float)
+
+
+def _stacked(table: pa.Table, name: str, parts: str) -> Array:
+    return np.stack([_column(table, f"{name}_{c}") for c in parts], axis=-1)

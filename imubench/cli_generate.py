@@ -1,0 +1,52 @@
+"""`imubench generate` and `imubench verify`: a bar of what is done, the figures, one line for what is wrong."""
+
+import time
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+
+from imubench.cli_prove import bars
+from imubench.dataset.generate import generate
+from imubench.dataset.manifest import verify
+from imubench.dataset.shard import Job
+from imubench.dataset.spec import load_spec
+from imubench.reproduce.parts import cores
+
+
+def run(
+    spec: Path,
+    count: int,
+    seed: int,
+    out: Path | None,
+    workers: int | None,
+    engine: str,
+    console: Console,
+    errors: Console,
+) -> None:
+    """Make a dataset into `out` and print what there is."""
+    found = load_spec(spec)
+    target = out or Path("runs") / found.name
+    job = Job(found.content, seed, count, str(target))
+    start = time.perf_counter()
+    try:
+        with bars(errors) as report:
+            made = generate(job, cores() if workers is None else workers, engine, report)
+    except KeyboardInterrupt:
+        errors.print("finished files are kept: the same command goes on from there")
+        raise
+    hours, size = made["seconds"] / 3600, sum(file["bytes"] for file in made["files"].values())
+    splits = ", ".join(f"{escape(name)} {n}" for name, n in made["recordings"].items())
+    console.print(f"{count} recordings of {made['rigs']} rigs ({splits}): {hours:.2f} h, {made['samples']:,} samples")
+    console.print(
+        f"{size / 1e6:,.1f} MB, {size / 1e6 / hours:,.1f} MB per recorded hour; {time.perf_counter() - start:.1f} s"
+    )
+    console.print(f"written: {target}", soft_wrap=True)
+
+
+def check(folder: Path, console: Console, errors: Console) -> None:
+    """Check every file of a dataset against its manifest and print what there is."""
+    with errors.status(f"verify {folder} ..."):
+        found = verify(str(folder))
+    total = sum(found["recordings"].values())
+    console.print(f"{folder}: {total} recordings, {len(found['files'])} files as in manifest.json", soft_wrap=True)
