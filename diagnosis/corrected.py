@@ -125,13 +125,15 @@ def redeclared(recording: Recording, effects: Sequence[Told]) -> Recording:
     for t in (t for t in effects if t.hypothesis.at == "world"):
         gravity = t.hypothesis.effect.gravity(gravity, t.values)
     for imu in recording.imus:
-        time, position, turn = Jet((imu.time - start)[:, None]), imu.mount_position, imu.mount_quaternion
+        late, position, turn = Jet((imu.time - start)[:, None]), imu.mount_position, imu.mount_quaternion
+        time = late
         for t in (t for t in effects if t.hypothesis.at == imu.name):
             time = t.hypothesis.effect.clock(time, t.values)
             if t.hypothesis.effect.name == "mount_pose":
                 position = position + t.values["translation"].value[0]
                 turn = rotations.multiply(turn, rotations.exp(t.values["rotation"].value[0]))
-        imus.append(replace(imu, time=start + time.value[:, 0], mount_position=position, mount_quaternion=turn))
+        stamps = imu.time - (late.value - time.value)[:, 0]  # where nothing is late, as they were to the last digit
+        imus.append(replace(imu, time=stamps, mount_position=position, mount_quaternion=turn))
     return replace(recording, imus=tuple(imus), gravity=float(np.linalg.norm(gravity.value)))
 
 

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.diagnose import nominal_fit
+from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.lively import calm
 from imubench.diagnosis.model import Hypothesis, Model
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import LAW_FLOOR, LOOSENED, fit_with_noise
 from imubench.diagnosis.refit import extended, log_evidence
 from imubench.diagnosis.result import Finding
 from imubench.diagnosis.samples import heard, sampled
@@ -61,8 +62,10 @@ def told(finding: Finding, recording: Recording) -> tuple[Told, ...]:
     shapes = {name: p.value.shape for name, p in finding.parameters.items()}
     out = [_started(e, finding) for e in fitted if _shapes(e).items() <= shapes.items()]
     if fitted and not out:
-        known = ", ".join(f"{name} {shape}" for name, shape in _shapes(fitted[0]).items())
-        raise InputError(f"{where}: expected the parameters {known}, got {shapes}")
+        known, got = (
+            ", ".join(f"{name} {shape}" for name, shape in all_.items()) for all_ in (_shapes(fitted[0]), shapes)
+        )
+        raise InputError(f"{where}: expected the parameters {known}, got {got or 'none'}")
     return tuple(out)
 
 
@@ -100,7 +103,11 @@ def explained_fit(recording: Recording, findings: Sequence[Sequence[Told]]) -> F
 
 @one_thread
 def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
-    """Return the fit with effects, begun where their laws put their states; noise levels are estimated."""
+    """Return the fit with effects, begun where their laws put their states.
+
+    The noise of the sensors is estimated, that of a law is at its floor: estimated too, it may let go of the law. The
+    motion is as rough as it was estimated to be and not looser, as a spring's law multiplies what lies beyond.
+    """
     begun = extended(nominal, tuple(t.hypothesis for t in effects), {k: v for t in effects for k, v in t.start.items()})
     masks = dict(begun.model.masks or {})
     for t in (t for t in effects if t.hypothesis.effect.place == "imu"):
@@ -108,14 +115,16 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
         for name in (f"{t.hypothesis.at}.gyro", f"{t.hypothesis.at}.accel"):
             masks[name] = masks.get(name, counts) & counts
     held = {k: v for t in effects for k, v in t.held.items()}
-    model, state, noise = replace(begun.model, fixed=held, masks=masks), begun.state, begun.noise
+    model, state, noise = replace(begun.model, fixed=held, masks=masks), begun.state, dict(begun.noise)
     lawful = [t.hypothesis for t in effects if t.hypothesis.effect.states and t.hypothesis.effect.lawful]
     for h in lawful:
         state = obeyed(model, state, h)[0]
-    if lawful:
-        noise = calm(begun)
-    fit = solve(model, state, noise, nominal.anchor, steps=STEPS)
-    return fit_with_noise(model, fit.state, noise, nominal.anchor, rounds=ROUNDS)
+    fit = solve(model, state, calm(begun) if lawful else noise, nominal.anchor, steps=STEPS)
+    rough = [name for name in (f"smooth.{track}" for track in model.rig.widths) if name in noise]
+    noise |= {name: noise[name] / LOOSENED for name in rough}
+    noise |= {rows.name: LAW_FLOOR for rows in state_rows(model, fit.state)}
+    only = {rows.name for rows in fit.measured}
+    return fit_with_noise(model, fit.state, noise, nominal.anchor, rounds=ROUNDS, only=only)
 
 
 def moving(t: Told, model: Model) -> NDArray[np.bool_]:
