@@ -83,4 +83,5 @@ class Folder:
 
 def cannot_write(path: Path, error: OSError) -> InputError:
     """Return the error for a place that takes no data."""
-    return InputError(f"{path}: expected a place that can be written, got: {error.strerror or error}")
+    reason = error.strerror or (os.strerror(error.errno) if error.errno else error)  # Arrow gives the number alone
+    return InputError(f"{path}: expected a place that can be written, got: {reason}")

@@ -131,7 +131,7 @@ def test_duckdb_reads_both_tables(folder):
     duckdb = pytest.importorskip("duckdb")
     tables = (f"'{folder}/{kind}/*.parquet'" for kind in ("samples", "recordings"))
     sql = f"select count(distinct recording) from {' join '.join(tables)} using (recording)"
-    assert duckdb.sql(sql).fetchone() == (COUNT,)
+    assert duckdb.sql(sql).fetchall() == [(COUNT,)]
 
 
 def test_hugging_face_datasets_reads_both_tables(folder, tmp_path):
