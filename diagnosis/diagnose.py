@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.diagnosis import gather
+from imubench.diagnosis.coherence import follows_motion
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.findings import findings, rejected
@@ -17,8 +18,9 @@ from imubench.diagnosis.priors import START_SMOOTH
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled, heard, sampled
-from imubench.diagnosis.select import select
+from imubench.diagnosis.select import RELATED, select
 from imubench.diagnosis.start import blind_start, model_of
+from imubench.diagnosis.stops import settled_between, stop_of
 from imubench.diagnosis.unknown import unknowns
 from imubench.diagnosis.where import locate
 from imubench.progress import Step, silent
@@ -26,6 +28,8 @@ from imubench.recording import Recording
 
 START_NOISE = {"gyro": 0.3, "accel": 1.0, "angle": 0.01, "position": 0.01, "rotation": 0.02}  # loose: rad/s, m/s^2, ...
 LOOSE_EQUATION = 1e4  # of its std: the sensors say what moves before the equation of motion is asked
+FREER = 8.0  # times the roughness of a motion that may be held too smooth
+UNRELATED = 1.0  # of follows_motion: no more than by chance
 STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s
 
@@ -36,14 +40,19 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
     with step("check the samples"):
         samples = sampled(recording)
     with step("fit the motion"):
-        fit = nominal_fit(heard(recording, samples.findings), samples.masks)
+        known = heard(recording, samples.findings)
+        fit = first = nominal_fit(known, samples.masks)
+        if stop := stop_of(first, samples):
+            known = replace(known, free_swings=stop.swings(known.free_swings))
+            fit = nominal_fit(known, stop.masks(first, samples.masks))
+            samples = settled_between(stop, fit).told(samples)
     unseen = missing(recording)
     with step("find what was left out"):
         chosen = select(fit) if not unseen else None
     told, now = declared_by(recording), declared(fit.model)
     with step("weigh and locate what is left"):
-        before = gather.weighed(fit, told)
-        where = locate(gather.traces(before), regressors(fit))
+        before = gather.weighed(first, told)
+        where = locate(gather.traces(before), regressors(first))
         rest, best = unknowns(chosen.fit, where) if chosen else ((), fit)
         rounded = {f.at for f in samples.findings if f.effect == "quantisation"}
         rest = tuple(f for f in rest if f.at not in rounded)  # rounding goes with the signal, and is said already
@@ -58,7 +67,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         gather.played(best),
         gather.mounts(best),
         before.levels,
-        motion_before=gather.played(fit) if named else None,
+        motion_before=gather.played(first) if named else None,
         notes=(
             f"A spline motion with {fit.model.tracks.knots.count} knots and the mounts were fitted to every sample.",
             "Every effect was scored; the best were fitted exactly and judged on blocks of 5 s that they had not seen.",
@@ -109,11 +118,25 @@ def nominal_fit(recording: Recording, masks: dict[str, NDArray[np.bool_]] | None
     begun = solve(model, state, noise, anchor, enough=1e-3)
     noise |= declared(model)
     fit = fit_with_noise(model, begun.state, noise, anchor, motion=True)
+    fit = freed(fit)
     if not laws:
         return fit
     sensors = {name: std for name, std in fit.noise.items() if name not in laws}
     fit = fit_with_noise(model, fit.state, sensors | dict.fromkeys(laws, 1.0), anchor, rounds=4, only=laws.keys())
     return fit
+
+
+def freed(fit: Fit) -> Fit:
+    """Return the fit with its motion held less smooth, where that is all that its residuals had against it.
+
+    One roughness for rests and quick strokes may be too small for the strokes; what a sensor does of its own shows
+    against the other sensors, however rough the motion may be.
+    """
+    if max(follows_motion(fit).values(), default=0.0) < RELATED:
+        return fit
+    noise = {name: std * (FREER if name.startswith("smooth.") else 1.0) for name, std in fit.noise.items()}
+    freer = fit_with_noise(fit.model, fit.state, noise, fit.anchor)
+    return freer if max(follows_motion(freer).values()) < UNRELATED else fit
 
 
 def missing(recording: Recording) -> tuple[Unseen, ...]:

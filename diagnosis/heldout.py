@@ -69,6 +69,22 @@ def held_out(fit: Fit) -> Array:
     return cost
 
 
+def predicted(before: Fit, after: Fit, rng: np.random.Generator) -> Gain:
+    """Return what a fit gains over another on what it did not see: left-out data, and what is declared of the rig.
+
+    A declaration is a measurement too, made by the owner. A mount that is not where it is declared may fit the data
+    as it is; only the declaration then speaks against it.
+    """
+    found = gain(held_out(before), held_out(after), rng)
+    told = _told(before) - _told(after)
+    return Gain(found.value + told, found.low + told, found.high + told, found.blocks)
+
+
+def _told(fit: Fit) -> float:
+    """Return half the squared distances of the geometry from what is declared, in standard deviations."""
+    return float(sum(r.cost for r in fit.rows if r.name.startswith("prior.") and "@" not in r.name))
+
+
 def gain(before: Array, after: Array, rng: np.random.Generator) -> Gain:
     """Return what `after` gains by block (k,) over `before`, with the interval of a bootstrap over blocks."""
     blocks = before - after
@@ -100,4 +116,4 @@ def _left(part: Linear, motion: Array, learnt: Array, width: int) -> Array:
     return np.asarray(part.residual + np.einsum("nmsw,nsw->nm", part.local, knots) + part.border @ learnt)
 
 
-__all__ = ["Gain", "block_of", "gain", "held_out"]
+__all__ = ["Gain", "block_of", "gain", "held_out", "predicted"]

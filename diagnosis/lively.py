@@ -4,6 +4,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 
+import numpy as np
+
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit, settled, solve
@@ -33,7 +35,7 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
         say(f"refitting with {' and '.join(s.hypothesis.name for s in some)}")
         with suppress(NotPositiveDefiniteError):
             tried.append((_lively(short, some), some))
-    tried = sorted((t for t in tried if t[0].evidence > NEEDED), key=lambda t: -t[0].evidence)
+    tried = sorted((t for t in tried if t[0].evidence > NEEDED and resolved(t[0])), key=lambda t: -t[0].evidence)
     if not tried:
         return []
     (best, some), *others = tried
@@ -47,9 +49,22 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
     if not ways:
         return []
     grown = max(ways, key=lambda t: t.evidence)
+    if not resolved(grown):
+        return []
     scale = grown.evidence / best.evidence
     rest = [replace(t, evidence=t.evidence * scale) for t, _ in others if scale > 0]
     return [grown, *rest]
+
+
+def resolved(trial: Trial) -> bool:
+    """Return whether every rate in Hz that a trial found is one that its sensor's samples can show."""
+    rates = {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
+    return all(
+        float(np.exp(trial.fit.state.values[h.key(p.name)]).max()) <= rates[h.at]
+        for h in (trial.hypothesis, *trial.also)
+        for p in h.effect.parameters
+        if p.unit == "Hz" and p.log and h.at in rates
+    )
 
 
 def pairs(screened: list[Screened]) -> list[list[Screened]]:

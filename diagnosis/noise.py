@@ -22,8 +22,11 @@ from imubench.recording import Recording
 
 FLOOR = 0.85  # of the declared level: a declared noise is right within 15 %
 LAW_FLOOR = 0.05  # of its std: a law of a state that held without any noise would hold the fit still
+LAW_RISE = 1.5  # times its level of the round before, at most
 SMALLEST = 1e-7  # of a unit: no group is taken for exact
 ROUNDS = 3
+LAST = 5  # rounds at most once the motion is free: a quick one settles late
+AGAIN = 3  # steps after every change of the noise
 LOOSENED = 32.0  # times its estimate: what a clean recording needs to leave nothing that goes with the motion
 FAR, FASTER = 0.3, 0.5  # a relative change of a level, above which so much of it is added
 SAME = 0.05  # relative change of every level that ends the rounds
@@ -67,7 +70,10 @@ class Spread:
         )
 
     def leverage(self, part: Linear) -> Array:
-        """Return the leverage (n, m) of every row."""
+        """Return the leverage (n, m) of every row, at most 1.
+
+        Where next to nothing holds a spline, at its ends, rounding would make it anything.
+        """
         n, m = part.residual.shape
         width, p = self.reach.shape[1:]
         h = np.empty((n, m))
@@ -78,7 +84,7 @@ class Spread:
             near = self.reach[first[:, None] + np.arange(SUPPORT)].reshape(len(first), SUPPORT * width, p)
             rest = part.border[some] - np.matmul(local, near)
             h[some] += np.sum((rest @ self.shared) * rest, axis=2)
-        return h
+        return np.clip(h, 0.0, 1.0)
 
 
 @one_thread
@@ -133,7 +139,8 @@ def fit_with_noise(
     groups whose level is estimated, where not all are.
     """
     floor = {name: FLOOR * std for name, std in declared(model).items()}
-    floor |= {n: LAW_FLOOR for n in noise if "@" in n and not n.startswith("smooth.")}
+    laws = {n for n in noise if "@" in n and not n.startswith("smooth.")}
+    floor |= dict.fromkeys(laws, LAW_FLOOR)
     lawful = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}
     fit = solve(model, state, noise, anchor, steps=4)
     for last in [False] * rounds + [True] * motion:
@@ -151,12 +158,14 @@ def fit_with_noise(
             ratio = new[name] / noise[name]
             if abs(np.log(ratio)) > FAR:
                 new[name] = max(new[name] * ratio**FASTER, floor[name])
+        # a law that is doubted before the motion has followed it is soon no law at all
+        new |= {name: min(new[name], LAW_RISE * noise[name]) for name in laws & new.keys()}
         if last:
             new |= {name: LOOSENED * new[name] for name in rough}
         change = max(abs(np.log(new[name] / noise[name])) for name in noise)
         model = replace(model, tilts=tilts(fit, solution.factor, parts))
         noise = new
-        fit = solve(model, fit.state, noise, anchor, steps=3)
-        if change < SAME and not motion:
+        fit = solve(model, fit.state, noise, anchor, steps=AGAIN)
+        if change < SAME and fit.steps < AGAIN and not motion:
             break
-    return fit_with_noise(model, fit.state, noise, anchor, 1) if motion else replace(fit, noise=noise)
+    return fit_with_noise(model, fit.state, noise, anchor, LAST) if motion else replace(fit, noise=noise)

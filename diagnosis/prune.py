@@ -8,13 +8,14 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit, solve
-from imubench.diagnosis.heldout import gain, held_out
+from imubench.diagnosis.heldout import predicted
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended, information, log_evidence
 from imubench.diagnosis.trial import NEEDED, SCREENED, Kept
 
 CERTAIN = 30.0  # nat that an effect is worth without looking closer
+SPLINES = 15.0  # nat that an effect with a life of its own must be worth
 SEED = 20201  # of the bootstrap, so that a diagnosis repeats itself
 
 
@@ -29,14 +30,19 @@ def prune(
         for k in kept:
             say(f"trying to do without {k.hypothesis.name}")
             losses.append((*lost_without(fit, k, covariance), k))
-        loss, without, k = min(losses, key=lambda x: x[0])
+        loss, without, k = min(losses, key=lambda x: x[0] - needed(x[2].hypothesis))
         kept = [_judged(replace(k, evidence=loss), without, fit) for loss, without, k in losses]
-        if loss > NEEDED or without is None:
+        if loss > needed(k.hypothesis) or without is None:
             return fit, kept, dropped
         dropped.append((k.hypothesis, loss))
         kept = [other for other in kept if other.hypothesis != k.hypothesis]
         fit = fit_with_noise(without.model, without.state, without.noise, fit.anchor, rounds=2)
     return fit, kept, dropped
+
+
+def needed(h: Hypothesis) -> float:
+    """Return the nat that an effect must be worth to stay; splines of its own fit more, and by a Gaussian's price."""
+    return SPLINES if h.effect.states else NEEDED
 
 
 def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | None]:
@@ -80,4 +86,4 @@ def _judged(kept: Kept, without: Fit | None, fit: Fit) -> Kept:
     """Return an effect that was in the model from the start with what it gains on held-out data."""
     if kept.heldout.value or kept.evidence < NEEDED or without is None:
         return kept
-    return replace(kept, heldout=gain(held_out(without), held_out(fit), np.random.default_rng(SEED)))
+    return replace(kept, heldout=predicted(without, fit, np.random.default_rng(SEED)))

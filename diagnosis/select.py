@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from imubench.diagnosis.coherence import follows_motion
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.grids import placed
-from imubench.diagnosis.heldout import Gain, gain, held_out
+from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.lively import RIVALS, calm, state_trials
 from imubench.diagnosis.model import Hypothesis, Model
 from imubench.diagnosis.noise import fit_with_noise
@@ -22,6 +22,8 @@ from imubench.effects import possible
 MOST = 5  # effects in one diagnosis
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
 UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a declared noise explains up to 1.6
+AHEAD = 3  # effects without states that are tried together before one with states is
+LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
 RELATED = 3.0  # of follows_motion, from which they are tried as well; clean recordings stay below 2
 
 
@@ -68,16 +70,16 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         better = with_noise(tried[0].fit) if tried else fit
         if tried and (windows := blind(better, tried[0].hypothesis)):
             better, fit = with_noise(blinded(better, windows)), blinded(fit, windows)
-        if suspicious(better):
+        if suspicious(further := ahead(fit, better, plain, say)):
             lively = state_trials(fit, [h for h in left if h.effect.states and h.effect.variant != "isotropic"], say)
-            if lively and lively[0].evidence > max(NEEDED, log_evidence(better) - log_evidence(fit)):
+            if lively and lively[0].evidence > max(NEEDED, log_evidence(further) - log_evidence(fit)):
                 tried, better = lively + tried, lively[0].fit
         if not tried:
             break
         best = tried[0]
         say(f"predicting held-out data with {best.hypothesis.name}")
         ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
-        won = gain(held_out(ruler), held_out(better), rng)
+        won = predicted(ruler, better, rng)
         if won.low <= 0:
             rejected.append((best.hypothesis, won.value))
             break
@@ -86,6 +88,23 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         fit = better
     fit, kept, dropped = prune(fit, kept, say)
     return Selection(fit, tuple(kept), (*rejected, *dropped))
+
+
+def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], None]) -> Fit:
+    """Return the fit with more effects without states, as long as each takes much of what the ones before left.
+
+    A free spline explains nearly anything, two scales of a sensor too: it is not asked while scales do.
+    """
+    for _ in range(AHEAD):
+        if better is fit or not suspicious(better) or misfit(better) - 1 > LITTLE * max(misfit(fit) - 1, 0.0):
+            break
+        say("looking whether more effects without states explain it")
+        names = {h.name for h in better.model.hypotheses}
+        scores = score(better, [h for h in plain if h.name not in names])
+        if not scores or scores[0].evidence < NEEDED:
+            break
+        fit, better = better, with_noise(refit(better, (*better.model.hypotheses, scores[0].hypothesis)))
+    return better
 
 
 def blind(fit: Fit, h: Hypothesis) -> dict[str, NDArray[np.bool_]]:

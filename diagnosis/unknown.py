@@ -14,7 +14,7 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.findings import MOST_SURE, SOFT
 from imubench.diagnosis.fit import Fit, solve
-from imubench.diagnosis.heldout import Gain, gain, held_out
+from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import declared, fit_with_noise
 from imubench.diagnosis.refit import extended, information, log_evidence, refit
@@ -99,11 +99,11 @@ def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
     tried = refit(fit, (*fit.model.hypotheses, h), steps=4)
     better = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=2)
     ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
-    predicted = gain(held_out(ruler), held_out(better), np.random.default_rng(SEED))
+    heldout = predicted(ruler, better, np.random.default_rng(SEED))
     won = ruler.cost - better.cost
     freedom = won - (log_evidence(better) - log_evidence(ruler))
     evidence = won / colour(better, guess.term) - freedom - price
-    return Fitted(h, guess.term, better, evidence, predicted)
+    return Fitted(h, guess.term, better, evidence, heldout)
 
 
 def finding(found: Fitted) -> Finding:
