@@ -31,6 +31,7 @@ from imubench.sim.signals import Signal
 from imubench.truth import Truth
 
 CHUNK = 8192  # samples handed to MuJoCo at once; its state rows then stay in the cache
+FINE_CHUNK = 4096  # integration steps of sprung mounts at once
 
 
 def play(
@@ -122,30 +123,40 @@ def _default_step(rig: Rig) -> float:
 
 
 def _sprung_mounts(rig: Rig, motion: Motion, time: Array, rate: float, longest: float) -> tuple[Array, Array, Array]:
-    """Return displacement, velocity and acceleration of every mount joint at `time`, each (n, mounts)."""
+    """Return displacement, velocity and acceleration of every mount joint at `time`, each (n, mounts).
+
+    The steps are taken in chunks: memory does not grow with the duration, and stays in the cache.
+    """
     split = int(np.ceil(1.0 / (rate * longest) - 1e-9))
     h = 1.0 / (rate * split)
-    steps = np.arange(-1, time.size * split - split + 2, dtype=float)  # one step early, for the first velocity
-    fine: Array = h * steps
     model = compile_model(rig, timestep=h, driven="joints")
     dofs = mount_dofs(model)
     columns = _mount_positions(model, dofs)
-    qpos = joint_state(rig, model, motion(fine))[0]
-    velocity = _velocity_between(model, qpos, h)
-    qpos = qpos[1:]
-    resting = _resting_springs(rig, motion, fine[:2])
-    qpos[0, columns], velocity[0, dofs] = resting[1], (resting[1] - resting[0]) / h
-    force = DRIVEN_ARMATURE * np.diff(velocity, axis=0) / h
-    force[:, dofs] = 0.0
-    batch = mujoco_batch.Batch(model, nsim=1, nthread=1)
-    batch.bind("qpos")[:] = qpos[0]
-    batch.bind("qvel")[:] = velocity[0]
     spec = int(mujoco.mjtState.mjSTATE_QFRC_APPLIED)
-    out = batch.rollout(len(force), control=force[None], control_spec=spec, record=("qpos", "qvel"))
-    x = np.concatenate([qpos[:1], out["qpos"][0]])[:-1, columns]
-    v = np.concatenate([velocity[:1], out["qvel"][0]])[:, dofs]  # v[k] lies half a step before x[k]
-    at = slice(0, None, split)
-    return x[at], ((v[1:] + v[:-1]) / 2)[at], (np.diff(v, axis=0) / h)[at]
+    batch = mujoco_batch.Batch(model, nsim=1, nthread=1)
+    states = []
+    last_x, last_v = np.empty((1, 0)), np.empty((1, 0))
+    steps, size = (time.size - 1) * split + 1, split * max(1, FINE_CHUNK // split)
+    for start in range(0, steps, size):
+        end = min(start + size, steps)
+        fine: Array = h * np.arange(start - 1, end + 1, dtype=float)  # one step early, for the first velocity
+        qpos = joint_state(rig, model, motion(fine))[0]
+        velocity = _velocity_between(model, qpos, h)
+        if start == 0:
+            resting = _resting_springs(rig, motion, fine[:2])
+            qpos[1, columns], velocity[0, dofs] = resting[1], (resting[1] - resting[0]) / h
+            batch.bind("qpos")[:], batch.bind("qvel")[:] = qpos[1], velocity[0]
+            last_x, last_v = qpos[1:2], velocity[:1]
+        force = DRIVEN_ARMATURE * np.diff(velocity, axis=0) / h
+        force[:, dofs] = 0.0
+        out = batch.rollout(end - start, control=force[None], control_spec=spec, record=("qpos", "qvel"))
+        x, v = np.concatenate([last_x, out["qpos"][0]]), np.concatenate([last_v, out["qvel"][0]])
+        last_x, last_v = x[-1:], v[-1:]
+        x, v = x[:-1, columns], v[:, dofs]  # v[k] lies half a step before x[k]
+        at = slice(0, None, split)
+        states.append((x[at], ((v[1:] + v[:-1]) / 2)[at], (np.diff(v, axis=0) / h)[at]))
+    displacement, rates, accelerations = (np.concatenate(parts) for parts in zip(*states, strict=True))
+    return displacement, rates, accelerations
 
 
 def _velocity_between(model: Any, qpos: Array, h: float) -> Array:
