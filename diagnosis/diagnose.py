@@ -13,6 +13,7 @@ from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.findings import findings, rejected
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.kinematics import Rig
+from imubench.diagnosis.left_out import left_out_change
 from imubench.diagnosis.noise import declared, declared_by, fit_with_noise
 from imubench.diagnosis.priors import START_SMOOTH
 from imubench.diagnosis.regressors import regressors
@@ -84,7 +85,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         where,
         (*named, *rest),
         rejected(chosen) if chosen else (),
-        FitQuality(held),
+        FitQuality(held, left_out_change(before, after)) if named or rest else FitQuality(held),
         "",
         perf_counter() - begin,
         unseen,
