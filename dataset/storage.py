@@ -83,5 +83,5 @@ class Folder:
 
 def cannot_write(path: Path, error: OSError) -> InputError:
     """Return the error for a place that takes no data."""
-    reason = error.strerror or (os.strerror(error.errno) if error.errno else error)  # Arrow gives the number alone
+    reason = error.strerror or str(error).rpartition("] ")[2]  # Arrow has it at the end of a line of its own
     return InputError(f"{path}: expected a place that can be written, got: {reason}")

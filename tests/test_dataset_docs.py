@@ -1,0 +1,69 @@
+"""What docs/datasets.md shows works as it stands there, and says everything there is."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from imubench.dataset import parse_spec
+from imubench.dataset.columns import schema
+from imubench.dataset.generate import generate
+from imubench.dataset.motion_ranges import KINDS, RandomMotion
+from imubench.dataset.rig_ranges import KEYS as RIG_KEYS
+from imubench.dataset.rig_ranges import NUMBERS, SPRING_NUMBERS
+from imubench.dataset.rows import IMU, RECORDING, SEGMENT
+from imubench.dataset.shard import Job
+from imubench.dataset.spec import KEYS
+from imubench.sim.injected import INJECTED
+
+PAGE = (Path(__file__).resolve().parent.parent / "docs/datasets.md").read_text()
+(SPEC,) = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
+BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    out = tmp_path_factory.mktemp("docs") / "DIR"
+    generate(Job({"spec.toml": SPEC.encode()}, 0, 18, str(out)), workers=0)
+    return out
+
+
+def test_the_example_makes_what_it_says(folder):
+    (block,) = (b for b in BLOCKS if "read(" in b)
+    space: dict[str, object] = {}
+    exec(block.replace("DIR", str(folder)), space)
+    stored = space["stored"]
+    assert stored.recording.name == "hinges-and-limbs-0000017"
+    assert stored.truth.time[-1] <= 20
+
+
+@pytest.mark.parametrize("package", ("pandas", "polars", "duckdb"))
+def test_other_readers_as_shown(folder, package):
+    pytest.importorskip(package)
+    (block,) = (b for b in BLOCKS if "pandas" in b)
+    (part,) = (p for p in block.split("\n\n") if f"import {package}" in p)
+    exec(part.replace("DIR", str(folder)), {})
+
+
+@pytest.mark.parametrize(
+    "key",
+    [*KEYS[1:], *RIG_KEYS, *NUMBERS, *SPRING_NUMBERS, *KINDS, *RandomMotion.DEFAULTS, *INJECTED, *RECORDING],
+)
+def test_every_key_is_told(key):
+    assert f"`{key}`" in PAGE or f"[[{key}]]" in PAGE
+
+
+@pytest.mark.parametrize("key", [*SEGMENT, *IMU])
+def test_every_column_of_the_recordings_is_told(key):
+    shown = key.replace("accel_", "gyro_") if key.endswith(("bias", "scale", "misalignment")) else key
+    assert f"`{shown}`" in PAGE or shown in ("declared_position_std", "declared_rotation_std")  # told as `_std`
+
+
+def test_every_column_of_the_samples_is_told():
+    shown = set(re.findall(r"`(imuN_[\w.]+\*?|segmentN_\w+\*?|hinge_\w+|_\w+\*?|time|recording|split)[`.]", PAGE))
+    told = {re.sub(r"_?(\*|x\.\.z)$", "", name) for name in shown}
+    for name in schema(parse_spec({"spec.toml": SPEC.encode()})).names:
+        general = re.sub(r"^(imu|segment)\d", r"\1N", name)
+        stem = re.sub(r"_[wxyz]$", "", general)
+        short = re.sub(r"^(imuN_true|segmentN)", "", stem)
+        assert {general, stem, short} & told, name
