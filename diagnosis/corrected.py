@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.explained import Told, explained_fit, moving, told
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.model import Model, State
@@ -85,8 +86,14 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
     for name, part in ((f.at, part) for f in found if f.effect in LEFT_OUT for part in ("gyro", "accel")):
         keep[name] &= masks.get(f"{name}.{part}", True)
     if any(t.hypothesis.effect.name not in STAYING for t, *_ in laws):
-        with step("fit the motion with what was found"):
-            fit = explained_fit(recording, laws)
+        try:
+            with step("fit the motion with what was found"):
+                fit = explained_fit(recording, laws)
+        except NotPositiveDefiniteError:
+            names = ", ".join(t.hypothesis.name for t, *_ in laws)
+            raise InputError(
+                f"diagnosis: expected numbers with which a motion fits, got none that do: {names}"
+            ) from None
         out = taken_out(recording, fit)
         for t, *_ in laws:
             if t.hypothesis.at in keep:
