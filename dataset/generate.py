@@ -6,10 +6,11 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+from imubench.dataset.card import CARD, card
 from imubench.dataset.engines import ENGINES
 from imubench.dataset.lock import locked
 from imubench.dataset.manifest import MANIFEST, encoded, identity, manifest, spec_names
-from imubench.dataset.shard import RECEIPTS, Job, Receipt, finished
+from imubench.dataset.shard import RECEIPTS, Job, Receipt, finished, names
 from imubench.dataset.storage import Folder, cannot_write
 from imubench.errors import InputError, unknown
 
@@ -67,6 +68,9 @@ def _made(folder: Folder, job: Job, workers: int, engine: str, report: Report) -
             receipts.append(receipt)
             tell()
     table = manifest(job, receipts)
+    text = card(job.spec, table, (folder.root / names(number)[1] for number in range(job.shards)))
+    folder.write(CARD, text.encode())
+    table["files"][CARD] = {"sha256": folder.sha256(CARD), "bytes": folder.size(CARD)}
     folder.write(MANIFEST, encoded(table))
     return table
 

@@ -3,8 +3,10 @@
 import json
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 
+from imubench.arrays import Array
 from imubench.dataset.columns import numbers
 from imubench.dataset.playing import Made
 from imubench.dataset.spec import Spec
@@ -46,6 +48,7 @@ IMU = {
     "declared_quaternion": _vector(4),
     "declared_position_std": REAL,  # m
     "declared_rotation_std": REAL,  # rad
+    **{f"{k}_rms": REAL for k in ("gyro", "accel")},  # of what it read
     **{f"{k}_noise_std": REAL for k in ("gyro", "accel")},  # per sample, as declared
     **{f"{k}_range": REAL for k in ("gyro", "accel")},  # as declared
     **{
@@ -94,6 +97,7 @@ def row(made: Made, seed: int) -> dict[str, Any]:
         found |= _mounts(imu.name, mount, drawn.declared[imu.name])
         found |= {f"{imu.name}_profile": nominal.name, f"{imu.name}_samples": imu.time.size}
         for kind, channel in (("gyro", part.gyro), ("accel", part.accel)):
+            found[f"{imu.name}_{kind}_rms"] = _rms(getattr(imu, kind))
             declared = {"noise_std": getattr(imu, f"{kind}_noise_std"), "range": getattr(imu, f"{kind}_range")}
             found |= {f"{imu.name}_{kind}_{key}": value for key, value in (declared | _errors(channel)).items()}
     return found
@@ -117,6 +121,10 @@ def _mounts(name: str, mount: Mount, declared: DeclaredMount) -> dict[str, Any]:
         f"{name}_declared_position_std": declared.position_std,
         f"{name}_declared_rotation_std": declared.rotation_std,
     }
+
+
+def _rms(vectors: Array) -> float:
+    return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
 
 
 def _errors(channel: ChannelProfile) -> dict[str, Any]:

@@ -37,7 +37,10 @@ def run(
         raise
     hours, size = made["seconds"] / 3600, sum(file["bytes"] for file in made["files"].values())
     splits = ", ".join(f"{escape(name)} {n}" for name, n in made["recordings"].items())
-    console.print(f"{count} recordings of {made['rigs']} rigs ({splits}): {hours:.2f} h, {made['samples']:,} samples")
+    console.print(
+        f"{count} recordings of {made['rigs']} rigs ({splits}): {hours:.2f} h, {made['samples']:,} samples",
+        soft_wrap=True,
+    )
     console.print(
         f"{size / 1e6:,.1f} MB, {size / 1e6 / hours:,.1f} MB per recorded hour; {time.perf_counter() - start:.1f} s"
     )
