@@ -1,7 +1,7 @@
 """A dataset is read back: one recording with its truth by one call, each of its files by any Parquet reader."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -16,7 +16,7 @@ from imubench.dataset.columns import SEGMENT_FIELDS, SENSOR_FIELDS, SHARED_ORIGI
 from imubench.dataset.manifest import read_manifest
 from imubench.dataset.shard import names
 from imubench.dataset.storage import Folder
-from imubench.errors import InputError
+from imubench.errors import InputError, unknown
 from imubench.recording import RIGS, Imu, Recording
 from imubench.truth import SegmentTruth, SensorTruth, Truth
 
@@ -51,6 +51,17 @@ def read(folder: Path | str, index: int) -> Stored:
         raise InputError(f"{folder}: expected the files of recording {index}, got: {reason}") from None
     effects = tuple(e | {"parameters": json.loads(e["parameters"])} for e in row["effects"])
     return Stored(_recording(row, table), _truth(row, table), row, effects)
+
+
+def indices(folder: Path | str, split: str | None = None) -> Iterator[int]:
+    """Yield the numbers of all recordings, or of those of a split; `InputError` names the known splits."""
+    found = read_manifest(Folder(str(folder)))
+    if split is not None and split not in found["recordings"]:
+        raise unknown("split", split, found["recordings"])
+    for number in range(-(-found["count"] // found["recordings_per_file"])):
+        table = pq.read_table(Path(folder) / names(number)[1], columns=["recording", "split"])
+        rows = zip(*(table.column(name).to_pylist() for name in ("recording", "split")), strict=True)
+        yield from (index for index, own in rows if split in (None, own))
 
 
 @lru_cache(maxsize=16)

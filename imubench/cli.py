@@ -257,6 +257,20 @@ def verify_command(folder: Annotated[Path, typer.Argument(help="A dataset of `im
     check(folder, console, errors)
 
 
+@app.command("export")
+def export_command(
+    form: Annotated[str, typer.Argument(help="qmt, opensim or ring.")],
+    folder: Annotated[Path, typer.Argument(help="A dataset of `imubench generate`.")],
+    out: Annotated[Path, typer.Option("--out", help="Folder for the files.")],
+    split: Annotated[str | None, typer.Option(help="Only the recordings of a split.", show_default=False)] = None,
+    count: Annotated[int | None, typer.Option(help="At most so many.", min=1, show_default=False)] = None,
+) -> None:
+    """Export recordings of a dataset to what other tools take: .mat for qmt, .sto for OpenSim, .npz for imt-ring."""
+    from imubench.cli_generate import export
+
+    export(form, folder, out, split, count, console, errors)
+
+
 def _options(pairs: list[str]) -> dict[str, str]:
     options = {}
     for pair in pairs:

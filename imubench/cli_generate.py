@@ -1,16 +1,22 @@
 """`imubench generate` and `imubench verify`: a bar of what is done, the figures, one line for what is wrong."""
 
 import time
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
 
+from imubench.atomic import atomic_directory
 from imubench.cli_prove import bars
+from imubench.dataset.exports import EXPORTS
 from imubench.dataset.generate import generate
 from imubench.dataset.manifest import verify
+from imubench.dataset.reading import Stored, indices, read
 from imubench.dataset.shard import Job
 from imubench.dataset.spec import load_spec
+from imubench.errors import unknown
 from imubench.reproduce.parts import cores
 
 
@@ -45,6 +51,24 @@ def run(
         f"{size / 1e6:,.1f} MB, {size / 1e6 / hours:,.1f} MB per recorded hour; {time.perf_counter() - start:.1f} s"
     )
     console.print(f"written: {target}", soft_wrap=True)
+
+
+def export(
+    form: str, folder: Path, out: Path, split: str | None, count: int | None, console: Console, errors: Console
+) -> None:
+    """Write recordings of a dataset in another form and print how many."""
+    if form not in EXPORTS:
+        raise unknown("form", form, EXPORTS)
+    chosen = list(islice(indices(folder, split), count))
+    with bars(errors) as report, atomic_directory(out) as target:
+
+        def one_by_one() -> Iterator[Stored]:
+            for done, index in enumerate(chosen):
+                report("recordings", done, len(chosen))
+                yield read(folder, index)
+
+        EXPORTS[form](one_by_one(), target)
+    console.print(f"{len(chosen)} recordings written: {out}", soft_wrap=True)
 
 
 def check(folder: Path, console: Console, errors: Console) -> None:
