@@ -3,15 +3,21 @@
 White noise knows nothing of the motion. A sensor on springs, a filter, a loose joint leave residuals that
 follow from it by some linear law; so each residual channel is regressed on the motion's signals around
 the same moment, and what that gains is compared with what chance would gain.
+
+The fitted motion holds some of the noise of the very samples that it leaves residuals of, and goes with them by that
+alone. It is the motion up to the frequency at which it falls to a few times the noise that may be asked.
 """
 
 import numpy as np
+from scipy.signal import butter, sosfiltfilt, welch
 from scipy.stats import chi2
 
 from imubench.arrays import Array
 from imubench.diagnosis.fit import Fit
 
 LAGS = (-6, -3, -1, 0, 1, 3, 6)  # samples
+ABOVE, SLOW = 4.0, 1.0  # times the noise's power; Hz, the least that a motion is asked up to
+SETTLED = 60  # samples that the filter needs
 CHANCE = 1e-6  # that white noise alone looks so, for one channel
 
 
@@ -32,8 +38,27 @@ def follows_motion(fit: Fit) -> dict[str, float]:
         motion = segment.child(model.mount(imu, state, moment, segment))
         n = len(rows.time)
         signals = [np.broadcast_to(s.value, (n, 3)) for s in (motion.rate, motion.accel, motion.force)]
-        out[rows.name] = _gain(rows.whitened, np.concatenate(signals, axis=1))
+        cut = clear_of_noise(signals[0], fit.noise[f"{sensor}.gyro"], imu.rate)
+        out[rows.name] = _gain(rows.whitened, slower(np.concatenate(signals, axis=1), cut, imu.rate))
     return out
+
+
+def clear_of_noise(rate: Array, noise: float, sampling: float) -> float:
+    """Return the frequency in Hz up to which the fitted rates (n, 3) rad/s are more than the gyroscope's noise.
+
+    `noise` is its standard deviation in rad/s, `sampling` in Hz.
+    """
+    f, power = welch(rate, sampling, nperseg=min(256, max(len(rate) // 8, 16)), axis=0)
+    loud = np.flatnonzero(power.sum(axis=1) > ABOVE * 3 * 2 * noise**2 / sampling)
+    return float(max(f[loud[-1]], SLOW)) if loud.size else SLOW
+
+
+def slower(signals: Array, cut: float, sampling: float) -> Array:
+    """Return signals (n, k) without what is faster than `cut` Hz; all of them where that is near half the sampling."""
+    if cut > 0.4 * sampling or len(signals) < SETTLED:
+        return signals
+    sos = butter(4, cut, fs=sampling, output="sos")
+    return np.asarray(sosfiltfilt(sos, signals, axis=0))
 
 
 def _gain(residual: Array, signals: Array) -> float:
@@ -49,4 +74,4 @@ def _gain(residual: Array, signals: Array) -> float:
     return float(np.max(np.sum((u.T @ y) ** 2, axis=0)) / chi2.isf(CHANCE, u.shape[1]))
 
 
-__all__ = ["follows_motion"]
+__all__ = ["clear_of_noise", "follows_motion", "slower"]

@@ -2,7 +2,8 @@
 
 The recording is cut into blocks of a few seconds. The parameters are fitted on every other block and
 held; on the blocks left out only the motion is fitted. What an effect gains there, it cannot have
-learnt there. Both halves take their turn.
+learnt there. Both halves take their turn. The equation of motion in free swings counts as data: it is where a torque
+shows.
 
 Each half's parameters are one Gauss-Newton step from those of the whole, exact where the rows are linear in
 them. With N, B, C, g, h the normal equations of a half at the whole's solution (splines x, parameters p)::
@@ -21,6 +22,7 @@ from imubench.diagnosis.blocks import Solution, solve_arrow
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.rows import Linear, Normal, linearise
 from imubench.diagnosis.splines import SUPPORT
+from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.threads import one_thread
 
 BLOCK = 5.0  # s
@@ -49,9 +51,10 @@ def held_out(fit: Fit) -> Array:
     """Return half the squared residuals of each block (k,), parameters from the other half of the recording."""
     start, end = fit.span
     model, count = fit.model, int(block_of(np.array([end]), start, end)[0]) + 1
-    blocks = [block_of(r.time, start, end) for r in fit.measured]
-    parts = [linearise(r, model.tracks, model.parameters) for r in fit.measured]
-    priors = [linearise(r, model.tracks, model.parameters) for r in fit.rows if not r.counts]
+    counted = [r for r in fit.rows if r.counts or r.name == GROUP]
+    blocks = [block_of(r.time, start, end) for r in counted]
+    parts = [linearise(r, model.tracks, model.parameters) for r in counted]
+    priors = [linearise(r, model.tracks, model.parameters) for r in fit.rows if not (r.counts or r.name == GROUP)]
     halves = []
     for half in (0, 1):
         normal = Normal.empty(model.tracks, model.parameters)

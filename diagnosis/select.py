@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.diagnosis.coherence import follows_motion
+from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.grids import placed
 from imubench.diagnosis.heldout import Gain, predicted
@@ -85,7 +86,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             break
         for h in (best.hypothesis, *best.also):
             kept.append(Kept(h, best.evidence, won, tuple(t for t in tried[1:] if not t.also)))
-        fit = better
+        fit, kept = exchanged(better, kept, say)
     fit, kept, dropped = prune(fit, kept, say)
     return Selection(fit, tuple(kept), (*rejected, *dropped))
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.bases import KINKS, WIDTHS, curve, drifts, even, kinked, play, shaking
+from imubench.diagnosis.coherence import clear_of_noise, slower
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import HINGE
 from imubench.diagnosis.priors import middles
@@ -114,8 +115,10 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         "gyro": np.broadcast_to(reading.gyro.value, (n, 3)),
         "accel": np.broadcast_to(reading.accel.value, (n, 3)),
     }
-    turning = np.broadcast_to(turning, (n, 3))
     fast = {"gyro": shaking(sensed["gyro"], imu.rate), "accel": shaking(sensed["accel"], imu.rate)}
+    cut = clear_of_noise(sensed["gyro"], fit.noise[f"{imu.name}.gyro"], imu.rate)
+    sensed = {part: slower(x, cut, imu.rate) for part, x in sensed.items()}
+    turning = slower(np.broadcast_to(turning, (n, 3)), cut, imu.rate)
     if model.rig.hinge:
         angle, rate = (moment.track(HINGE, order).value[:, 0] for order in range(2))
     for part, x in sensed.items():
