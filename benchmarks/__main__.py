@@ -11,7 +11,16 @@ from rich.console import Console
 
 from benchmarks.table import Row
 
-BENCHMARKS = ("arve", "coverage", "qmt_axis", "reproduction", "selection", "simulation_rate", "streaming")
+BENCHMARKS = (
+    "arve",
+    "coverage",
+    "dataset_rate",
+    "qmt_axis",
+    "reproduction",
+    "selection",
+    "simulation_rate",
+    "streaming",
+)
 HEAD = """# Benchmarks
 
 Each row is one run with both sides in it; machines are noisy, so the ratio counts and not the rate.

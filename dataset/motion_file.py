@@ -12,6 +12,7 @@ from scipy.interpolate import PPoly, make_interp_spline
 from imubench.arrays import Array, frozen, frozen_time
 from imubench.errors import InputError, unknown
 from imubench.sim.motion import AngleMotion
+from imubench.sim.signals import with_derivatives
 
 COLUMNS = ("heading", "tilt", "spin", "angle", "x", "y", "z")
 """What may stand beside `time`, in rad and m; what is not there stays at zero. Their meaning is `AngleMotion`'s."""
@@ -23,12 +24,11 @@ class Interpolated:
     """A spline of degree 5 through given values: four times differentiable."""
 
     def __init__(self, time: Array, values: Array) -> None:
-        pieces = PPoly.from_spline(make_interp_spline(time, values, DEGREE))
-        self._pieces = pieces, pieces.derivative(1), pieces.derivative(2)
+        self._pieces = with_derivatives(PPoly.from_spline(make_interp_spline(time, values, DEGREE)))
 
     def __call__(self, time: Array) -> tuple[Array, Array, Array]:
         """Return value and derivatives at `time`."""
-        value, first, second = (p(time) for p in self._pieces)
+        value, first, second = self._pieces(time).T
         return value, first, second
 
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imubench import rotations
 from imubench.arrays import Array
 from imubench.sim.signals import STILL, Signal
 
@@ -64,11 +63,9 @@ class AngleMotion:
 
 def _quaternion(a: Array, b: Array, c: Array) -> Array:
     """Return the quaternion of Rz(a) Rx(b) Ry(c)."""
-    z, x, y = np.zeros((3, *a.shape, 4))
-    z[..., 0], z[..., 3] = np.cos(a / 2), np.sin(a / 2)
-    x[..., 0], x[..., 1] = np.cos(b / 2), np.sin(b / 2)
-    y[..., 0], y[..., 2] = np.cos(c / 2), np.sin(c / 2)
-    return rotations.multiply(rotations.multiply(z, x), y)
+    ca, sa, cb, sb, cc, sc = (f(angle / 2) for angle in (a, b, c) for f in (np.cos, np.sin))
+    w, x, y, z = ca * cb, ca * sb, sa * sb, sa * cb  # of Rz Rx
+    return np.stack([w * cc - y * sc, x * cc - z * sc, w * sc + y * cc, x * sc + z * cc], axis=-1)
 
 
 def _rates(

@@ -47,13 +47,21 @@ class Spline:
     def __init__(self, coefficients: ArrayLike, knot_spacing: float, start: float = 0.0) -> None:
         c = np.asarray(coefficients, dtype=float)
         knots = start + knot_spacing * (np.arange(c.size + 6) - 5.0)
-        pieces = PPoly.from_spline(BSpline(knots, c, 5))
-        self._pieces = pieces, pieces.derivative(1), pieces.derivative(2)
+        self._pieces = with_derivatives(PPoly.from_spline(BSpline(knots, c, 5)))
 
     def __call__(self, time: Array) -> tuple[Array, Array, Array]:
         """Return value and derivatives at `time`."""
-        value, first, second = (p(time) for p in self._pieces)
+        value, first, second = self._pieces(time).T
         return value, first, second
+
+
+def with_derivatives(pieces: PPoly) -> PPoly:
+    """Return polynomials (n,) -> (n, 3) of value, first and second derivative: one search for the piece, not three."""
+    c = np.zeros((*pieces.c.shape, 3))
+    for order in range(3):
+        derivative = pieces.derivative(order) if order else pieces
+        c[order:, :, order] = derivative.c
+    return PPoly(c, pieces.x)
 
 
 def hand(rng: np.random.Generator, duration: float, std: float, bandwidth: float, offset: float = 0.0) -> Spline:

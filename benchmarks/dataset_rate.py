@@ -1,0 +1,84 @@
+"""How fast a dataset's recordings are made, Parquet included, beside bare MuJoCo stepping of their models.
+
+Processor time of one core counts, so that other work on the machine does not.
+"""
+
+import io
+import math
+import time
+from dataclasses import dataclass
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+from mujoco import batch as mujoco_batch
+
+from benchmarks.table import Row
+from imubench.dataset import columns, make, parse_spec
+from imubench.dataset.shard import PARQUET
+from imubench.sim.compile import compile_model
+from imubench.sim.play import _default_step
+
+HINGE = "[[rig]]\nfamily = 'hinge'\n"
+RIGID = {
+    "rigid mounts": HINGE,
+    'rigid mounts, truth = "core"': "truth = 'core'\n" + HINGE,
+    "rigid mounts, mpu9250 (truth ten times as dense)": HINGE + "[[imu]]\nprofile = 'mpu9250'",
+}
+SPRUNG = {
+    "both IMUs on rocking springs of 5 to 25 Hz": HINGE + "rocking_probability = 1",
+    "both IMUs on sliding springs of 5 to 25 Hz": HINGE + "soft_probability = 1",
+    "both IMUs on rocking springs of 10 Hz": HINGE + "rocking = { frequency = 10 }",
+}
+SECONDS, RATE = 60, 100
+
+
+@dataclass
+class Spent:
+    """Processor seconds and what they were spent on."""
+
+    ours: float = 0.0
+    bare: float = 0.0
+    steps: int = 0
+    size: int = 0  # bytes
+
+
+def spend(text: str, count: int) -> Spent:
+    """Make and encode `count` recordings, and step the models of those with springs as often, nothing recorded."""
+    spec, spent = parse_spec({"spec.toml": text.encode()}), Spent()
+    floats = [f.name for f in columns.schema(spec) if pa.types.is_floating(f.type)]
+    make(spec, 1, count)  # caches
+    for index in range(count):
+        start = time.process_time()
+        made, file = make(spec, 1, index), io.BytesIO()
+        table = columns.samples_table(spec, made)
+        pq.write_table(table, file, use_byte_stream_split=floats, **PARQUET)
+        spent.ours += time.process_time() - start
+        spent.size += file.tell()
+        rig = made.drawn.rig
+        if rig.sprung:
+            split = math.ceil(1 / (RATE * _default_step(rig)) - 1e-9)
+            model = compile_model(rig, timestep=1 / (RATE * split), driven="joints")
+            batch = mujoco_batch.Batch(model, nsim=1, nthread=1)
+            start = time.process_time()
+            batch.rollout(SECONDS * RATE * split, record=())
+            spent.bare += time.process_time() - start
+            spent.steps += SECONDS * RATE * split
+    return spent
+
+
+def run() -> list[Row]:
+    """Return all rows."""
+    rows = []
+    for what, text in (RIGID | SPRUNG).items():
+        count = 20 if what in RIGID else 8
+        spent = spend(text, count)
+        rate = f"{count * SECONDS / spent.ours:,.0f} s/s, {count * SECONDS * RATE / spent.ours:,.0f} samples/s"
+        size = f"{spent.size / 1e6 / count * 3600 / SECONDS:.0f} MB/h"
+        what = f"dataset, hinge, two IMUs, 60 s at 100 Hz with truth in Parquet, {size}; {what}: recorded s per CPU s"
+        if not spent.bare:
+            rows.append(Row(what, rate, "-", "-", "-", True))
+            continue
+        ratio = spent.bare / spent.ours
+        bare = f"{spent.steps / spent.bare:,.0f} steps/s"
+        rows.append(Row(what + ", beside bare mujoco.batch", rate, bare, f"{ratio:.2f}", ">= 0.70", ratio >= 0.7))
+    return rows
