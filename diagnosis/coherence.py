@@ -14,6 +14,7 @@ from scipy.stats import chi2
 
 from imubench.arrays import Array
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.quiet import quiet_level
 
 LAGS = (-6, -3, -1, 0, 1, 3, 6)  # samples
 ABOVE, SLOW = 4.0, 1.0  # times the noise's power; Hz, the least that a motion is asked up to
@@ -38,7 +39,7 @@ def follows_motion(fit: Fit) -> dict[str, float]:
         motion = segment.child(model.mount(imu, state, moment, segment))
         n = len(rows.time)
         signals = [np.broadcast_to(s.value, (n, 3)) for s in (motion.rate, motion.accel, motion.force)]
-        cut = clear_of_noise(signals[0], fit.noise[f"{sensor}.gyro"], imu.rate)
+        cut = clear_of_noise(signals[0], min(fit.noise[f"{sensor}.gyro"], quiet_level(imu.time, imu.gyro)), imu.rate)
         out[rows.name] = _gain(rows.whitened, slower(np.concatenate(signals, axis=1), cut, imu.rate))
     return out
 

@@ -47,9 +47,12 @@ def block_of(time: Array, start: float, end: float) -> NDArray[np.int64]:
 
 
 @one_thread
-def held_out(fit: Fit) -> Array:
-    """Return half the squared residuals of each block (k,), parameters from the other half of the recording."""
-    start, end = fit.span
+def held_out(fit: Fit, span: tuple[float, float] | None = None) -> Array:
+    """Return half the squared residuals of each block (k,), parameters from the other half of the recording.
+
+    `span` (start, end) s is divided into blocks; None: the fit's own. Two fits are compared on the same.
+    """
+    start, end = span or fit.span
     model, count = fit.model, int(block_of(np.array([end]), start, end)[0]) + 1
     counted = [r for r in fit.rows if r.counts or r.name == GROUP]
     blocks = [block_of(r.time, start, end) for r in counted]
@@ -78,7 +81,8 @@ def predicted(before: Fit, after: Fit, rng: np.random.Generator) -> Gain:
     A declaration is a measurement too, made by the owner. A mount that is not where it is declared may fit the data
     as it is; only the declaration then speaks against it.
     """
-    found = gain(held_out(before), held_out(after), rng)
+    span = before.span
+    found = gain(held_out(before, span), held_out(after, span), rng)
     told = _told(before) - _told(after)
     return Gain(found.value + told, found.low + told, found.high + told, found.blocks)
 

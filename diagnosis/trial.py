@@ -8,6 +8,7 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import declared
+from imubench.diagnosis.quiet import quiet_level
 
 NEEDED = 5.0  # nat of evidence before an effect is looked at on held-out data: odds of 150 for some 60 candidates
 TRIED = 3  # of the best scores, refitted exactly in each round
@@ -35,6 +36,11 @@ class Kept:
 
 
 def misfit(fit: Fit) -> float:
-    """Return the mean over the sensors of noise power left over noise power declared; 1 where none is declared."""
-    told = declared(fit.model)
+    """Return the mean over the sensors of noise power left over noise power expected.
+
+    Expected is what is declared, or where nothing is what the IMU leaves in its quietest moments.
+    """
+    imus = fit.model.recording.imus
+    quiet = {f"{i.name}.{part}": quiet_level(i.time, getattr(i, part)) for i in imus for part in ("gyro", "accel")}
+    told = quiet | declared(fit.model)
     return float(np.mean([(fit.noise[n] / std) ** 2 for n, std in told.items() if n in fit.noise] or [1.0]))
