@@ -22,7 +22,7 @@ from imubench.recording import Recording
 
 FLOOR = 0.85  # of the declared level: a declared noise is right within 15 %
 LAW_FLOOR = 0.05  # of its std: a law of a state that held without any noise would hold the fit still
-LAW_RISE = 1.5  # times its level of the round before, at most
+LAW_RISE = 4.0  # times its level of the round before, at most
 SMALLEST = 1e-7  # of a unit: no group is taken for exact
 ROUNDS = 3
 LAST = 5  # rounds at most once the motion is free: a quick one settles late
