@@ -23,6 +23,7 @@ from imubench.effects import possible
 MOST = 5  # effects in one diagnosis
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
 UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a declared noise explains up to 1.6
+BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
 AHEAD = 3  # effects without states that are tried together before one with states is
 LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
 RELATED = 3.0  # of follows_motion, from which they are tried as well; clean recordings stay below 2
@@ -51,8 +52,17 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None]) -> l
     for s in chosen:
         say(f"refitting with {s.hypothesis.name}")
         tried = refit(fit, (*fit.model.hypotheses, s.hypothesis))
+        if not dated(tried, s.hypothesis):
+            continue
         out.append(Trial(s.hypothesis, tried, log_evidence(tried) - base))
     return sorted(out, key=lambda t: -t.evidence)
+
+
+def dated(fit: Fit, h: Hypothesis) -> bool:
+    """Return whether an effect's moment, where it has one, has recording before and after it."""
+    start, end = fit.span
+    moments = [fit.state.values[h.key(p.name)] for p in h.effect.parameters if p.name == "time"]
+    return all(bool(np.all((t > start + BESIDE) & (t < end - BESIDE))) for t in moments)
 
 
 def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selection:
