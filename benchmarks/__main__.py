@@ -15,6 +15,7 @@ BENCHMARKS = (
     "arve",
     "coverage",
     "dataset_rate",
+    "diagnosis_growth",
     "qmt_axis",
     "reproduction",
     "selection",
