@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -62,7 +62,7 @@ class Census:
     splits: dict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))  # split -> family
 
 
-def card(spec: Spec, manifest: Mapping[str, Any], tables: Iterable[Path]) -> str:
+def card(spec: Spec, manifest: Mapping[str, Any], tables: Iterable[Path | IO[bytes]]) -> str:
     """Return the card of a dataset from its manifest and its files of recordings."""
     found = census(tables)
     total = sum(manifest["recordings"].values())
@@ -107,7 +107,7 @@ def limits(spec: Spec) -> Sequence[str]:
     return (*LIMITS, *own)
 
 
-def census(tables: Iterable[Path]) -> Census:
+def census(tables: Iterable[Path | IO[bytes]]) -> Census:
     """Return what is in the files of recordings, read one after the other."""
     found = Census()
     for path in tables:

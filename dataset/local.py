@@ -10,16 +10,25 @@ from multiprocessing.connection import wait as wait_for
 
 from imubench.dataset.shard import Job, Receipt, finished, make_shard
 from imubench.errors import InputError
-from imubench.reproduce.parts import ignore_interrupts, one_thread_each
+from imubench.reproduce.parts import cores, ignore_interrupts, one_thread_each
 
 PATIENCE = 3  # deaths of workers in a row without a finished shard, until it is no accident
 
 
-def run(job: Job, shards: Sequence[int], workers: int) -> Generator[Receipt, None, None]:
-    """Yield the receipt of each shard; with `workers` = 0 they are made in this process.
+def check(workers: int | None, address: str | None) -> None:
+    """Raise `InputError` for an address: there is none to go to."""
+    if address is not None:
+        raise InputError(f"address: expected one with the engine ray alone, got '{address}' with local")
+
+
+def run(
+    job: Job, shards: Sequence[int], workers: int | None, address: str | None = None
+) -> Generator[Receipt, None, None]:
+    """Yield the receipt of each shard; with `workers` = 0 they are made in this process, with None by one a core.
 
     A worker that dies takes its pool with it: what is not finished goes to a new one.
     """
+    workers = cores() if workers is None else workers
     if workers == 0:
         yield from (make_shard(job, number) for number in shards)
         return

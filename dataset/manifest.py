@@ -10,9 +10,10 @@ from importlib.resources import files
 from typing import Any
 
 import imubench
+from imubench.dataset.remote import place
 from imubench.dataset.shard import RECEIPTS, Job, Receipt
 from imubench.dataset.spec import SPEC_FILE
-from imubench.dataset.storage import Folder
+from imubench.dataset.storage import Place
 from imubench.errors import InputError
 from imubench.reproduce.parts import sources
 
@@ -77,7 +78,7 @@ def encoded(table: dict[str, Any]) -> bytes:
     return (json.dumps(table, indent=1) + "\n").encode()
 
 
-def read_manifest(folder: Folder) -> dict[str, Any]:
+def read_manifest(folder: Place) -> dict[str, Any]:
     """Return the manifest of a finished dataset; `InputError` where there is none."""
     found = folder.read_json(MANIFEST)
     if found is None:
@@ -96,7 +97,7 @@ def verify(path: str) -> dict[str, Any]:
 
     Raises `InputError` naming each file that is missing, changed, or not of this dataset.
     """
-    folder = Folder(path)
+    folder = place(path)
     found = read_manifest(folder)
     wrong = [f"{name} ({why})" for name, why in _wrong(folder, found["files"])]
     if wrong:
@@ -105,7 +106,7 @@ def verify(path: str) -> dict[str, Any]:
     return found
 
 
-def _wrong(folder: Folder, listed: dict[str, dict[str, Any]]) -> Iterable[tuple[str, str]]:
+def _wrong(folder: Place, listed: dict[str, dict[str, Any]]) -> Iterable[tuple[str, str]]:
     for name, entry in listed.items():
         size = folder.size(name)
         if size is None:

@@ -14,8 +14,8 @@ import pyarrow.parquet as pq
 from imubench.arrays import Array
 from imubench.dataset.columns import SEGMENT_FIELDS, SENSOR_FIELDS, SHARED_ORIGIN, SIGNALS, XYZ
 from imubench.dataset.manifest import read_manifest
+from imubench.dataset.remote import place
 from imubench.dataset.shard import names
-from imubench.dataset.storage import Folder
 from imubench.errors import InputError, unknown
 from imubench.recording import RIGS, Imu, Recording
 from imubench.truth import SegmentTruth, SensorTruth, Truth
@@ -41,10 +41,12 @@ def read(folder: Path | str, index: int) -> Stored:
     if not 0 <= index < count:
         raise InputError(f"{folder}: expected a recording from 0 to {count - 1}, got {index}")
     number, group = divmod(index, size)
-    samples, recordings = (Path(folder) / name for name in names(number))
+    samples, recordings = names(number)
+    where = place(str(folder))
     try:
-        row = pq.read_table(recordings).slice(group, 1).to_pylist()[0]
-        with pq.ParquetFile(samples) as file:
+        with where.reading(recordings) as source:
+            row = pq.read_table(source).slice(group, 1).to_pylist()[0]
+        with where.reading(samples) as source, pq.ParquetFile(source) as file:
             table = file.read_row_group(group)
     except (OSError, pa.ArrowException, IndexError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
@@ -55,18 +57,20 @@ def read(folder: Path | str, index: int) -> Stored:
 
 def indices(folder: Path | str, split: str | None = None) -> Iterator[int]:
     """Yield the numbers of all recordings, or of those of a split; `InputError` names the known splits."""
-    found = read_manifest(Folder(str(folder)))
+    where = place(str(folder))
+    found = read_manifest(where)
     if split is not None and split not in found["recordings"]:
         raise unknown("split", split, found["recordings"])
     for number in range(-(-found["count"] // found["recordings_per_file"])):
-        table = pq.read_table(Path(folder) / names(number)[1], columns=["recording", "split"])
+        with where.reading(names(number)[1]) as source:
+            table = pq.read_table(source, columns=["recording", "split"])
         rows = zip(*(table.column(name).to_pylist() for name in ("recording", "split")), strict=True)
         yield from (index for index, own in rows if split in (None, own))
 
 
 @lru_cache(maxsize=16)
 def _extent(folder: str) -> tuple[int, int]:
-    found = read_manifest(Folder(folder))
+    found = read_manifest(place(folder))
     return int(found["count"]), int(found["recordings_per_file"])
 
 

@@ -18,8 +18,9 @@ from threadpoolctl import threadpool_limits
 
 from imubench.dataset import columns, rows
 from imubench.dataset.playing import make
+from imubench.dataset.remote import place
 from imubench.dataset.spec import Spec, parse_spec
-from imubench.dataset.storage import Folder
+from imubench.dataset.storage import described
 
 PARQUET = {"compression": "zstd", "compression_level": 3, "use_dictionary": ["split"]}
 RECEIPTS = ".generate"  # a hidden folder, gone when the manifest is there
@@ -32,7 +33,7 @@ class Job:
     content: Mapping[str, bytes] = field(repr=False)  # the spec's file and those it names
     seed: int
     count: int  # recordings
-    out: str  # the folder
+    out: str  # the folder, or its URL
 
     @property
     def spec(self) -> Spec:
@@ -84,29 +85,28 @@ def receipt_name(number: int) -> str:
 
 def make_shard(job: Job, number: int) -> Receipt:
     """Make and write a shard, one recording after the other in memory; `InputError` where it cannot be written."""
-    spec, folder = job.spec, Folder(job.out)
+    spec, folder = job.spec, place(job.out)
     samples, recordings = names(number)
     form = columns.schema(spec)
     floats = [f.name for f in form if pa.types.is_floating(f.type)]
-    said = []
-    with (
-        threadpool_limits(1),
-        folder.writing(samples) as path,
-        pq.ParquetWriter(path, form, use_byte_stream_split=floats, **PARQUET) as writer,
-    ):
-        for index in job.indices(number):
-            made = make(spec, job.seed, index)
-            writer.write_table(columns.samples_table(spec, made), row_group_size=sys.maxsize)  # a group a recording
-            said.append(rows.row(made, job.seed))
+    said, files = [], {}
+    with threadpool_limits(1), folder.writing(samples) as path:
+        with pq.ParquetWriter(path, form, use_byte_stream_split=floats, **PARQUET) as writer:
+            for index in job.indices(number):
+                made = make(spec, job.seed, index)
+                writer.write_table(columns.samples_table(spec, made), row_group_size=sys.maxsize)  # a group a recording
+                said.append(rows.row(made, job.seed))
+        files[samples] = described(path)
     with folder.writing(recordings) as path:
         pq.write_table(pa.Table.from_pylist(said, rows.schema(spec)), path, compression="zstd")
+        files[recordings] = described(path)
     receipt = Receipt(
         number,
         len(said),
         sum(r["samples"] for r in said),
         sum(r["seconds"] for r in said),
         dict(Counter(r["split"] for r in said)),
-        {name: {"sha256": folder.sha256(name), "bytes": folder.size(name)} for name in (samples, recordings)},
+        files,
     )
     folder.write(receipt_name(number), json.dumps(receipt.__dict__).encode())
     return receipt
@@ -114,10 +114,14 @@ def make_shard(job: Job, number: int) -> Receipt:
 
 def finished(job: Job, number: int) -> Receipt | None:
     """Return the receipt of a shard whose files are there in full; None for one that is to be made (again)."""
-    folder = Folder(job.out)
-    found = folder.read_json(receipt_name(number))
+    found = place(job.out).read_json(receipt_name(number))
     if found is None or set(found) != {f.name for f in Receipt.__dataclass_fields__.values()}:
         return None
     receipt = Receipt(**found)
-    complete = all(folder.size(name) == file["bytes"] for name, file in receipt.files.items())
-    return receipt if complete and set(receipt.files) == set(names(number)) else None
+    return receipt if set(receipt.files) == set(names(number)) and is_there(job, receipt) else None
+
+
+def is_there(job: Job, receipt: Receipt) -> bool:
+    """Return whether the files of a receipt are where this process looks for them, in full."""
+    folder = place(job.out)
+    return all(folder.size(name) == file["bytes"] for name, file in receipt.files.items())

@@ -1,21 +1,76 @@
-"""Where a dataset is written: a folder whose files are there completely or not at all.
+"""Where a dataset is written: a place whose files are there completely or not at all.
 
-Another kind of place is another class with these methods and a way to be told by its path.
+Another kind of place is another `Place` and a way to be told by its path, in `remote.place`.
 """
 
 import hashlib
 import json
 import os
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from imubench.atomic import atomic_file
 from imubench.errors import InputError
 
 
-class Folder:
+class Place(ABC):
+    """Files by name, in folders by `/`."""
+
+    path: str  # as it was given
+
+    @abstractmethod
+    def writing(self, name: str) -> AbstractContextManager[Path]:
+        """Hand out a local path to write to; on a clean exit its content is kept and then has its name.
+
+        Raises `InputError` where that is not possible: no permission, a full disk.
+        """
+
+    @abstractmethod
+    def reading(self, name: str) -> AbstractContextManager[Path | IO[bytes]]:
+        """Hand out what Parquet readers take, without reading it; `OSError` where there is none."""
+
+    @abstractmethod
+    def read(self, name: str) -> bytes:
+        """Return a file's content; `InputError` where it cannot be read."""
+
+    @abstractmethod
+    def size(self, name: str) -> int | None:
+        """Return a file's size in bytes; None where there is no such file."""
+
+    @abstractmethod
+    def sha256(self, name: str) -> str:
+        """Return the hash of a file; `InputError` where it cannot be read."""
+
+    @abstractmethod
+    def names(self) -> list[str]:
+        """Return the names of all files, hidden ones included, in order."""
+
+    @abstractmethod
+    def entries(self) -> set[str]:
+        """Return the names of files and folders at the top; none where nothing is there, `InputError` of a file."""
+
+    @abstractmethod
+    def remove(self, names: list[str]) -> None:
+        """Remove files, and on a disk their folder if nothing is left in it."""
+
+    def write(self, name: str, content: bytes) -> None:
+        """Write a small file."""
+        with self.writing(name) as path:
+            path.write_bytes(content)
+
+    def read_json(self, name: str) -> dict[str, Any] | None:
+        """Return a table of JSON, or None where there is none or something else."""
+        try:
+            found = json.loads(self.read(name))
+        except ValueError:  # an InputError is one
+            return None
+        return found if isinstance(found, dict) else None
+
+
+class Folder(Place):
     """A folder on a disk of this machine, or on one that all workers share."""
 
     def __init__(self, path: str) -> None:
@@ -24,20 +79,17 @@ class Folder:
 
     @contextmanager
     def writing(self, name: str) -> Iterator[Path]:
-        """Hand out a path to write to; on a clean exit its content is on the disk and then has its name.
-
-        Raises `InputError` where that is not possible: no permission, a full disk.
-        """
+        """Hand out a path beside the file's; on a clean exit its content is on the disk and then has its name."""
         try:
             with atomic_file(self.root / name) as partial:
                 yield partial
         except OSError as error:
             raise cannot_write(self.root / name, error) from None
 
-    def write(self, name: str, content: bytes) -> None:
-        """Write a small file."""
-        with self.writing(name) as path:
-            path.write_bytes(content)
+    @contextmanager
+    def reading(self, name: str) -> Iterator[Path]:
+        """Hand out the file's path."""
+        yield self.root / name
 
     def read(self, name: str) -> bytes:
         """Return a file's content; `InputError` where it cannot be read."""
@@ -45,14 +97,6 @@ class Folder:
             return (self.root / name).read_bytes()
         except OSError as error:
             raise InputError(f"{self.root / name}: expected a readable file, got: {error.strerror}") from None
-
-    def read_json(self, name: str) -> dict[str, Any] | None:
-        """Return a table of JSON, or None where there is none or something else."""
-        try:
-            found = json.loads((self.root / name).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
-        return found if isinstance(found, dict) else None
 
     def size(self, name: str) -> int | None:
         """Return a file's size in bytes; None where there is no such file."""
@@ -74,14 +118,32 @@ class Folder:
         files = (Path(where, name) for where, _, names in os.walk(self.root) for name in names)
         return sorted(file.relative_to(self.root).as_posix() for file in files)
 
-    def remove(self, name: str) -> None:
-        """Remove a file, and its folder if nothing is left in it."""
-        with suppress(OSError):
-            (self.root / name).unlink()
-            (self.root / name).parent.rmdir()
+    def entries(self) -> set[str]:
+        """Return the names of files and folders at the top; none where nothing is there, `InputError` of a file."""
+        try:
+            if not self.root.exists():
+                return set()
+            if not self.root.is_dir():
+                raise InputError(f"{self.path}: expected a folder to write, got a file of that name")
+            return {path.name for path in self.root.iterdir()}
+        except OSError as error:
+            raise cannot_write(self.root, error) from None
+
+    def remove(self, names: list[str]) -> None:
+        """Remove files, and their folder if nothing is left in it."""
+        for name in names:
+            with suppress(OSError):
+                (self.root / name).unlink()
+                (self.root / name).parent.rmdir()
 
 
-def cannot_write(path: Path, error: OSError) -> InputError:
+def described(path: Path) -> dict[str, Any]:
+    """Return what a manifest says of a file: {"sha256", "bytes"}."""
+    with path.open("rb") as file:
+        return {"sha256": hashlib.file_digest(file, "sha256").hexdigest(), "bytes": path.stat().st_size}
+
+
+def cannot_write(path: Path | str, error: OSError) -> InputError:
     """Return the error for a place that takes no data."""
     reason = error.strerror or str(error).rpartition("] ")[2]  # Arrow has it at the end of a line of its own
     return InputError(f"{path}: expected a place that can be written, got: {reason}")

@@ -235,8 +235,9 @@ def generate_command(
     count: Annotated[int, typer.Option(help="How many recordings.", min=1, max=2**31 - 1)],
     seed: Annotated[int, typer.Option(help="The same seed gives the same bytes.", min=0, max=2**63 - 1)] = 0,
     workers: Annotated[int | None, typer.Option(help="Processes; none: one a core, 0: only this one.", min=0)] = None,
-    engine: Annotated[str, typer.Option(help="Who makes the recordings.")] = "local",
-    out: Out = None,
+    engine: Annotated[str, typer.Option(help="Who makes the recordings: local or ray.")] = "local",
+    address: Annotated[str | None, typer.Option(help="Of the Ray cluster.", show_default=False)] = None,
+    out: Annotated[str | None, typer.Option("--out", help="Folder, or URL, to write.", show_default=False)] = None,
 ) -> None:
     """Generate a dataset of labelled recordings: Parquet files, manifest.json.
 
@@ -246,11 +247,11 @@ def generate_command(
     """
     from imubench.cli_generate import run as run_generation
 
-    run_generation(spec, count, seed, out, workers, engine, console, errors)
+    run_generation(spec, count, seed, out, workers, engine, address, console, errors)
 
 
 @app.command("verify")
-def verify_command(folder: Annotated[Path, typer.Argument(help="A dataset of `imubench generate`.")]) -> None:
+def verify_command(folder: Annotated[str, typer.Argument(help="A dataset of `imubench generate`.")]) -> None:
     """Check every file of a dataset against the hashes in its manifest.json."""
     from imubench.cli_generate import check
 
@@ -260,7 +261,7 @@ def verify_command(folder: Annotated[Path, typer.Argument(help="A dataset of `im
 @app.command("export")
 def export_command(
     form: Annotated[str, typer.Argument(help="qmt, opensim or ring.")],
-    folder: Annotated[Path, typer.Argument(help="A dataset of `imubench generate`.")],
+    folder: Annotated[str, typer.Argument(help="A dataset of `imubench generate`.")],
     out: Annotated[Path, typer.Option("--out", help="Folder for the files.")],
     split: Annotated[str | None, typer.Option(help="Only the recordings of a split.", show_default=False)] = None,
     count: Annotated[int | None, typer.Option(help="At most so many.", min=1, show_default=False)] = None,

@@ -17,27 +17,27 @@ from imubench.dataset.reading import Stored, indices, read
 from imubench.dataset.shard import Job
 from imubench.dataset.spec import load_spec
 from imubench.errors import unknown
-from imubench.reproduce.parts import cores
 
 
 def run(
     spec: Path,
     count: int,
     seed: int,
-    out: Path | None,
+    out: str | None,
     workers: int | None,
     engine: str,
+    address: str | None,
     console: Console,
     errors: Console,
 ) -> None:
     """Make a dataset into `out` and print what there is."""
     found = load_spec(spec)
-    target = out or Path("runs") / found.name
-    job = Job(found.content, seed, count, str(target))
+    target = out or str(Path("runs") / found.name)
+    job = Job(found.content, seed, count, target)
     start = time.perf_counter()
     try:
         with bars(errors) as report:
-            made = generate(job, cores() if workers is None else workers, engine, report)
+            made = generate(job, workers, engine, report, address)
     except KeyboardInterrupt:
         errors.print("finished files are kept: the same command goes on from there")
         raise
@@ -54,7 +54,7 @@ def run(
 
 
 def export(
-    form: str, folder: Path, out: Path, split: str | None, count: int | None, console: Console, errors: Console
+    form: str, folder: str, out: Path, split: str | None, count: int | None, console: Console, errors: Console
 ) -> None:
     """Write recordings of a dataset in another form and print how many."""
     if form not in EXPORTS:
@@ -71,9 +71,9 @@ def export(
     console.print(f"{len(chosen)} recordings written: {out}", soft_wrap=True)
 
 
-def check(folder: Path, console: Console, errors: Console) -> None:
+def check(folder: str, console: Console, errors: Console) -> None:
     """Check every file of a dataset against its manifest and print what there is."""
     with errors.status(f"verify {folder} ..."):
-        found = verify(str(folder))
+        found = verify(folder)
     total = sum(found["recordings"].values())
     console.print(f"{folder}: {total} recordings, {len(found['files'])} files as in manifest.json", soft_wrap=True)
