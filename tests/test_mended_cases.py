@@ -1,0 +1,30 @@
+"""Blind cases on which the diagnosis once went wrong, each for a reason of its own; now it says what is there."""
+
+import pytest
+
+from imubench.diagnosis.diagnose import diagnose
+from imubench.format1 import read
+from imubench.proof.mixture import make, mixture
+from imubench.trials.make import shortened
+
+pytestmark = pytest.mark.slow
+
+CASES = {
+    "a quick motion, not settled": (7, 20, 3, 15.0, set()),
+    "strokes held too smooth": (7, 20, 10, 15.0, set()),
+    "a mount that only its declaration contradicts": (7, 20, 0, 15.0, {("mount_pose", "imu2")}),
+    "noise in the motion that residuals went with": (4021, 40, 7, 40.0, set()),
+    "a free spline for a drift": (4021, 40, 31, 40.0, {("gyro_drift", "imu1")}),
+    "a spring that looked like a lighter body": (
+        *(4021, 40, 2, 40.0),
+        {("joint_spring", "joint"), ("viscous_friction", "joint"), ("gyro_scale", "imu2")},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_case(name, tmp_path):
+    seed, count, number, seconds, expected = CASES[name]
+    make(shortened(mixture(seed, count)[number], seconds), tmp_path / "r")
+    said, _ = diagnose(read(tmp_path / "r")[0])
+    assert {(f.effect, f.at) for f in said.findings} == expected
