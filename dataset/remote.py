@@ -92,12 +92,15 @@ class Remote(Place):
     def entries(self) -> set[str]:
         """Return the names of files and folders at the top; none where nothing is there, `InputError` of a file."""
         self.system.invalidate_cache()
-        if self.system.isfile(self.root):
-            raise InputError(f"{self.path}: expected a folder to write, got a file of that name")
         try:
-            found = self.system.ls(self.root, detail=False)
+            is_file = self.system.isfile(self.root)
+            found = [] if is_file else self.system.ls(self.root, detail=False)
         except FileNotFoundError:
             return set()
+        except Exception as error:  # the first look at the storage: no network, no key
+            raise InputError(f"{self.path}: expected a place that can be listed, got: {_line(error)}") from error
+        if is_file:
+            raise InputError(f"{self.path}: expected a folder to write, got a file of that name")
         return {path.rstrip("/").rpartition("/")[2] for path in found}
 
     def remove(self, names: list[str]) -> None:

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from imubench.cli import main
+from imubench.dataset import on_ray
 from imubench.dataset.generate import generate
-from imubench.dataset.manifest import MANIFEST
+from imubench.dataset.manifest import MANIFEST, identity
 from imubench.dataset.shard import RECEIPTS, Job
 from imubench.errors import InputError
 
@@ -64,6 +65,14 @@ def test_an_address_without_ray_and_ray_without_workers_are_refused(tmp_path):
         generate(job(tmp_path / "d"), 0, address="10.0.0.1:6379")
     with pytest.raises(InputError, match="expected 1 or more with the engine ray, got 0"):
         generate(job(tmp_path / "d"), 0, "ray")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("key", ("versions", "code", "machine"))
+def test_a_node_that_has_something_else_makes_nothing(tmp_path, key):
+    asked = job(tmp_path / "d")
+    with pytest.raises(InputError, match=f"ray: expected nodes with the {key} of this one, other, got "):
+        on_ray._make(asked, identity(asked) | {key: "other"}, 0)
     assert not list(tmp_path.iterdir())
 
 

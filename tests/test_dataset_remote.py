@@ -99,6 +99,15 @@ def test_storage_that_takes_no_data_is_said_in_one_line(alone, url, monkeypatch,
     assert content(url) == content(alone)
 
 
+def test_storage_that_does_not_answer_is_said_in_one_line(url, monkeypatch):
+    def refuse(*_, **__):
+        raise RuntimeError("no credentials")
+
+    monkeypatch.setattr(type(place(url).system), "ls", refuse)
+    with pytest.raises(InputError, match="expected a place that can be listed, got: no credentials"):
+        generate(job(url), 0)
+
+
 def test_verify_finds_what_is_wrong_at_a_url(url, monkeypatch, capsys):
     generate(job(url), workers=0)
     where = place(url)
