@@ -31,6 +31,7 @@ START_NOISE = {"gyro": 0.3, "accel": 1.0, "angle": 0.01, "position": 0.01, "rota
 LOOSE_EQUATION = 1e4  # of its std: the sensors say what moves before the equation of motion is asked
 FREER = 8.0  # times the roughness of a motion that may be held too smooth
 UNRELATED = 1.0  # of follows_motion: no more than by chance
+KNOCKING = ("end_stop", "joint_play")  # what knocks by itself
 STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s
 
@@ -96,8 +97,10 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
 def with_samples(fitted: tuple[Finding, ...], samples: Sampled) -> tuple[Finding, ...]:
     """Return what the fit found, and what the raw samples show that it did not find itself."""
     same = {(f.effect, f.at) for f in fitted}
-    stopped = any(f.effect == "end_stop" for f in fitted)
-    raw = samples.findings if stopped else (*samples.findings, *samples.unless_stopped)
+    knocking = any(f.effect in KNOCKING for f in fitted)
+    raw = samples.findings if knocking else (*samples.findings, *samples.unless_stopped)
+    if knocking:
+        raw = tuple(f for f in raw if f.effect != "impacts")
     return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
 
 
