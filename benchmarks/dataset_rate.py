@@ -4,7 +4,6 @@ Processor time of one core counts, so that other work on the machine does not.
 """
 
 import io
-import math
 import re
 import time
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from benchmarks.table import Row
 from imubench.dataset import columns, make, parse_spec
 from imubench.dataset.shard import PARQUET
 from imubench.sim.compile import compile_model
-from imubench.sim.play import _default_step
+from imubench.sim.sprung import stepping_model
 
 HINGE = "[[rig]]\nfamily = 'hinge'\n"
 RIGID = {
@@ -49,7 +48,7 @@ def spend(text: str, count: int) -> Spent:
     """Make and encode `count` recordings, and step the models of those with springs as often, nothing recorded."""
     spec, spent = parse_spec({"spec.toml": text.encode()}), Spent()
     floats = [f.name for f in columns.schema(spec) if pa.types.is_floating(f.type)]
-    make(spec, 1, count)  # caches
+    columns.samples_table(spec, make(spec, 1, count))  # imports and caches
     for index in range(count):
         start = time.process_time()
         made, file = make(spec, 1, index), io.BytesIO()
@@ -59,13 +58,13 @@ def spend(text: str, count: int) -> Spent:
         spent.size += file.tell()
         rig = made.drawn.rig
         if rig.sprung:
-            split = math.ceil(1 / (RATE * _default_step(rig)) - 1e-9)
-            model = compile_model(rig, timestep=1 / (RATE * split), driven="joints")
+            model = stepping_model(compile_model(rig, driven="joints"), RATE)
+            steps = round(SECONDS / model.opt.timestep)
             batch = mujoco_batch.Batch(model, nsim=1, nthread=1)
             start = time.process_time()
-            batch.rollout(SECONDS * RATE * split, record=())
+            batch.rollout(steps, record=())
             spent.bare += time.process_time() - start
-            spent.steps += SECONDS * RATE * split
+            spent.steps += steps
     return spent
 
 

@@ -79,15 +79,15 @@ def samples_table(spec: Spec, made: Made) -> pa.Table:
     form = schema(spec)
     count = made.truth.time.size
     arrays: dict[str, pa.Array] = {
-        "recording": pa.array(np.full(count, made.drawn.index, dtype=np.int32)),
+        "recording": _column(np.full(count, made.drawn.index), pa.int32()),
         "split": pa.DictionaryArray.from_arrays(
-            np.full(count, list(spec.splits).index(made.drawn.split), dtype=np.int8), list(spec.splits)
+            _column(np.full(count, list(spec.splits).index(made.drawn.split)), pa.int8()), list(spec.splits)
         ),
-        "time": pa.array(made.truth.time),
+        "time": _column(made.truth.time, pa.float64()),
     }
     for imu in made.recording.imus:
         arrays |= {n: _spread(values, rows, count, form.field(n).type) for n, values, rows in _signals(imu)}
-    arrays |= {name: pa.array(values, type=form.field(name).type) for name, values in _truth(spec, made)}
+    arrays |= {name: _column(values, form.field(name).type) for name, values in _truth(spec, made)}
     columns = [arrays.get(field.name, pa.nulls(count, field.type)) for field in form]
     return pa.Table.from_arrays(columns, schema=form)
 
@@ -104,11 +104,17 @@ def _signals(imu: Imu) -> Iterator[tuple[str, Array, NDArray[np.intp]]]:
 def _spread(values: Array, rows: NDArray[np.intp], count: int, kind: pa.DataType) -> pa.Array:
     """Return `values` in their rows; the other rows are empty."""
     if len(values) == count:
-        return pa.array(values, type=kind)
+        return _column(values, kind)
     column = np.zeros(count)
     empty = np.ones(count, dtype=bool)
     column[rows], empty[rows] = values, False
     return pa.array(column, type=kind, mask=empty)
+
+
+def _column(values: Array, kind: pa.DataType) -> pa.Array:
+    """Return numbers as a column: `pa.array` without its look at what they are."""
+    own = np.ascontiguousarray(values, dtype=kind.to_pandas_dtype())
+    return pa.Array.from_buffers(kind, len(own), [None, pa.py_buffer(own)])
 
 
 def _truth(spec: Spec, made: Made) -> Iterator[tuple[str, Array]]:

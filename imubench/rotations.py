@@ -6,6 +6,11 @@ from numpy.typing import ArrayLike
 from imubench.arrays import Array
 
 
+def _parts(q: ArrayLike) -> tuple[Array, Array, Array, Array]:
+    q = np.asarray(q, dtype=float)
+    return q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+
+
 def conjugate(q: ArrayLike) -> Array:
     """Return the inverse of unit quaternions (..., 4)."""
     return np.asarray(q, dtype=float) * np.array([1.0, -1.0, -1.0, -1.0])
@@ -13,8 +18,8 @@ def conjugate(q: ArrayLike) -> Array:
 
 def multiply(p: ArrayLike, q: ArrayLike) -> Array:
     """Return the Hamilton product p q of quaternions (..., 4): first q turns, then p."""
-    pw, px, py, pz = np.moveaxis(np.asarray(p, dtype=float), -1, 0)
-    qw, qx, qy, qz = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    pw, px, py, pz = _parts(p)
+    qw, qx, qy, qz = _parts(q)
     return np.stack(
         [
             pw * qw - px * qx - py * qy - pz * qz,
@@ -29,7 +34,7 @@ def multiply(p: ArrayLike, q: ArrayLike) -> Array:
 def to_matrix(q: ArrayLike) -> Array:
     """Return rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
     q = np.asarray(q, dtype=float)
-    w, x, y, z = np.moveaxis(q, -1, 0)
+    w, x, y, z = _parts(q)
     matrix = np.empty((*q.shape[:-1], 3, 3))
     matrix[..., 0, 0] = 1 - 2 * (y * y + z * z)
     matrix[..., 0, 1] = 2 * (x * y - w * z)

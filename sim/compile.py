@@ -49,6 +49,9 @@ def compile_model(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitf
     Where joints are driven, the segments' motion is known, and only the IMUs have sensors.
     """
     spec = specify(rig, timestep, integrator, watch_segments=not driven)
+    if driven:
+        for part in (*spec.geoms, *(s for s in spec.sites if not s.name.startswith("imu"))):
+            spec.delete(part)  # pictures and unwatched places: time for nothing
     spec.compiler.fusestatic = driven == "all"  # a rigid IMU needs no body of its own there: fewer to compute
     model = spec.compile()
     if driven:
@@ -64,6 +67,11 @@ def compile_model(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitf
 def mount_dofs(model: Any) -> np.ndarray:
     """Return the mask (nv,) of the degrees of freedom that belong to sprung mounts."""
     return np.array([_is_mount_dof(model, i) for i in range(model.nv)], dtype=bool)
+
+
+def mount_positions(model: Any) -> np.ndarray:
+    """Return the places (mounts,) of sprung mounts' joints in qpos, in the order of their degrees of freedom."""
+    return np.asarray(model.jnt_qposadr[model.dof_jntid[mount_dofs(model)]], dtype=int)
 
 
 def _is_mount_dof(model: Any, dof: int) -> bool:

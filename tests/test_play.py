@@ -11,8 +11,9 @@ from imubench import rotations
 from imubench.recording import RIGS
 from imubench.sim import rigs
 from imubench.sim.compile import DRIVEN_ARMATURE, compile_model, specify
+from imubench.sim.driven import evaluate, joint_state
 from imubench.sim.motion import AngleMotion
-from imubench.sim.play import evaluate, joint_state, play
+from imubench.sim.play import play
 from imubench.sim.readout import read_truth
 from imubench.sim.signals import STILL, Sines, hand
 

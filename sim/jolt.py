@@ -1,0 +1,61 @@
+"""Jolts: what the velocities of sprung mounts do when the segments' rates change at once.
+
+No spring or damper notices a change at once; inertia alone does. In segment axes, with V and w the changes of the
+segment's velocity at its origin and of its rate, r the pivot, c the centre of mass from there and k the radius of
+gyration about it, the same about every axis:
+
+    translation alone        x' -= V + w x (r + c)                    (the segment takes the sensor's turning along)
+    rotation alone           omega -= w + c x (V + w x r) / k^2       (the pivot takes its place along)
+    both                     x' -= V + w x r,   omega -= w            (the sensor flies free)
+
+omega, the sensor's rate relative to the segment, is that of three joints in a row about x, y and z.
+"""
+
+import numpy as np
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.sim.rigs import Mount
+from imubench.truth import SegmentTruth
+
+
+def jolted(mount: Mount, jump: SegmentTruth, positions: Array, velocities: Array) -> Array:
+    """Return the velocities (n, joints) of a mount after the motion of its segment changed by the rates of `jump`.
+
+    `positions` and `velocities` (n, joints) are those of its slides, if it has them, and then of its hinges.
+    """
+    after = velocities.copy()
+    w = jump.rate
+    V = rotations.rotate_back(jump.quaternion, jump.velocity)
+    pivot = mount.position - rotations.rotate(mount.quaternion, mount.lever)
+    if mount.translation is not None:
+        pivot = pivot + positions[:, :3]
+        if mount.rotation is None:
+            after[:, :3] -= V + np.cross(w, pivot + rotations.rotate(mount.quaternion, mount.com))
+            return after
+        after[:, :3] -= V + np.cross(w, pivot)
+    a, b, c = positions[:, -3:].T
+    turned = rotations.multiply(mount.quaternion, turned_by(a, b, c))
+    change = rotations.rotate_back(turned, w)  # sensor axes from here on
+    if mount.translation is None:
+        pushed = rotations.rotate_back(turned, V + np.cross(w, pivot))
+        change += np.cross(mount.com, pushed) / mount.gyration**2
+    after[:, -3:] -= joint_rates(b, c, change)
+    return after
+
+
+def turned_by(a: Array, b: Array, c: Array) -> Array:
+    """Return the quaternions (n, 4) of Rx(a) Ry(b) Rz(c) for angles (n,) in rad."""
+    ca, sa, cb, sb, cc, sc = (f(angle / 2) for angle in (a, b, c) for f in (np.cos, np.sin))
+    w, x, y, z = ca * cb, sa * cb, ca * sb, sa * sb  # of Rx Ry
+    return np.stack([w * cc - z * sc, x * cc + y * sc, y * cc - x * sc, w * sc + z * cc], axis=-1)
+
+
+def joint_rates(b: Array, c: Array, omega: Array) -> Array:
+    """Return the rates (n, 3) of joints about x, y, z in a row, the last two at `b` and `c` (n,), for `omega` (n, 3).
+
+    omega = (cos b cos c, -cos b sin c, sin b) a' + (sin c, cos c, 0) b' + (0, 0, c'), in the axes of the last joint.
+    """
+    x, y, z = omega.T
+    first = (np.cos(c) * x - np.sin(c) * y) / np.cos(b)
+    return np.stack([first, np.sin(c) * x + np.cos(c) * y, z - np.sin(b) * first], axis=-1)
