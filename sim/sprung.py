@@ -31,8 +31,8 @@ from imubench.sim.motion import Motion, Trajectory
 from imubench.sim.rigs import Rig
 
 CHUNK = 4096  # integration steps at once: memory does not grow with the duration, and stays in the cache
-STEPS = 12  # a period of the fastest mode, if nothing else is said
-LIGHT = 0.002, 0.05  # damping ratios between which lighter dampers take smaller steps
+STEPS = 8  # a period of the fastest mode, if nothing else is said
+LIGHT = 0.005, 0.05  # damping ratios between which lighter dampers take smaller steps
 LONGEST_STEP = 5e-3  # s: a motion's own bandwidth is not known; at 20 Hz this leaves some 1e-3 of the response
 BRIEF = 1e-4  # s, for the rate of a load
 MOST_TURN = 1.4  # rad, about each axis: beyond, a linear rotational spring means nothing and its axes line up
@@ -80,7 +80,7 @@ def _default_step(model: Any) -> float:
     a, b = np.linalg.solve(mass, np.diag(stiffness)), np.linalg.solve(mass, np.diag(damping))
     modes = np.linalg.eigvals(np.block([[still, np.eye(len(mass))], [-a, -b]]))
     ratio = np.clip(-modes.real / np.abs(modes), *LIGHT)
-    steps = STEPS * (LIGHT[1] / ratio) ** 0.25
+    steps = STEPS * (LIGHT[1] / ratio) ** 0.5
     return min(float((2 * np.pi / (steps * np.abs(modes))).min()), LONGEST_STEP)
 
 
