@@ -145,5 +145,5 @@ def described(path: Path) -> dict[str, Any]:
 
 def cannot_write(path: Path | str, error: OSError) -> InputError:
     """Return the error for a place that takes no data."""
-    reason = error.strerror or str(error).rpartition("] ")[2]  # Arrow has it at the end of a line of its own
+    reason = (error.strerror or str(error)).rpartition("] ")[2]  # Arrow has it at the end of a line of its own
     return InputError(f"{path}: expected a place that can be written, got: {reason}")

@@ -38,7 +38,7 @@ name = "low_pass"
 probability = 0.3
 """
 COUNT = 11
-SLOW = SPEC.replace("seconds = 10", "seconds = 150")  # some seconds a shard, so that a kill meets workers at work
+SLOW = SPEC.replace("seconds = 10", "seconds = 200")  # some seconds a shard, so that a kill meets workers at work
 
 
 def job(out: Path, seed: int = 3, count: int = COUNT, text: str = SPEC) -> Job:
@@ -237,11 +237,62 @@ def _dying(*_):
     yield
 
 
-@pytest.mark.skipif(os.name == "nt" or os.getuid() == 0, reason="permissions mean nothing to this user")
+def unprivileged() -> list[str]:
+    """How to start a process that permissions bind, whoever runs the tests."""
+    if os.getuid():
+        return []
+    return ["setpriv", "--bounding-set", "-dac_override,-dac_read_search"]
+
+
+def runs(*command: str) -> bool:
+    return bool(shutil.which(command[0])) and not subprocess.run(command, capture_output=True, check=False).returncode
+
+
+@pytest.mark.skipif(os.name == "nt" or not runs(*unprivileged(), "true"), reason="needs permissions that bind")
 def test_a_place_without_permission_is_said_in_one_line(tmp_path):
+    (tmp_path / "spec.toml").write_text(SPEC)
     (tmp_path / "shut").mkdir(mode=0o500)
-    with pytest.raises(InputError, match="expected a place that can be written, got: Permission denied"):
-        generate(job(tmp_path / "shut" / "d"), 0)
+    command = [sys.executable, "-m", "imubench", "generate", str(tmp_path / "spec.toml"), "--count", "2"]
+    command += ["--workers", "0", "--out", str(tmp_path / "shut" / "d")]
+    done = subprocess.run([*unprivileged(), *command], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2
+    assert "lock: expected a place that can be written, got: Permission denied" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not any((tmp_path / "shut").iterdir())
+
+
+SMALL_DISK = """
+mount -t tmpfs -o size=600k tmpfs {at} || exit 77
+{run} --out {at}/d 2> {at}.err; echo $? > {at}.rc
+{python} -c "import sys; from imubench.dataset.manifest import verify; verify(sys.argv[1])" {at}/d 2> {at}.verify
+ls -A {at}/d/samples > {at}.left
+mount -o remount,size=50m {at}
+{run} --out {at}/d && cp -r {at}/d {at}-kept
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not runs("unshare", "-rm", "true"), reason="needs mounts of its own")
+@pytest.mark.parametrize("workers", (0, 2))
+def test_a_small_disk_fills_what_is_finished_stays_and_a_larger_one_goes_on(alone, tmp_path, workers):
+    disk, spec = tmp_path / "disk", tmp_path / "spec.toml"
+    disk.mkdir()
+    spec.write_text(SPEC)
+    run = f"{sys.executable} -m imubench generate {spec} --count {COUNT} --seed 3 --workers {workers}"
+    script = SMALL_DISK.format(at=disk, run=run, python=sys.executable)
+    done = subprocess.run(["unshare", "-rm", "sh", "-c", script], capture_output=True, text=True, timeout=120)
+    if done.returncode == 77:
+        pytest.skip(f"needs a tmpfs: {done.stderr.strip()}")
+    assert done.returncode == 0, done.stderr
+    said = Path(f"{disk}.err").read_text()
+    assert Path(f"{disk}.rc").read_text() == "2\n"
+    assert "expected a place that can be written, got: No space left on device" in said
+    assert said.count("\n") == 1
+    assert "not finished: the same command goes on" in Path(f"{disk}.verify").read_text()
+    left = Path(f"{disk}.left").read_text().split()
+    assert left
+    assert all(name.startswith("part-") for name in left)
+    assert hashes(Path(f"{disk}-kept")) == hashes(alone)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs Linux' always full device")
