@@ -18,7 +18,7 @@ from imubench.dataset.rig_ranges import DrawnRig, draw_rig, pick
 from imubench.dataset.spec import Spec
 from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
-from imubench.sim.injected import injected_profile, moved_mount, sprung_mount
+from imubench.sim.injected import injected_profile, moved_mount, sliding_mount, sprung_mount
 from imubench.sim.motion import Motion
 from imubench.sim.rigs import Mount, Rig
 
@@ -79,7 +79,7 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
     chosen = suited[pick([m.weight for m in suited], streams["motion"])]
     name, motion = chosen.draw(streams["motion"], seconds + BEYOND)
     sensors = [f"imu{i + 1}" for i in range(len(drawn.rig.mounts))]
-    effects = (*drawn.springs, *_effects(spec, streams["effects"], sensors, seconds))
+    effects = (*drawn.springs, *_effects(spec, streams["effects"], drawn.rig.family, sensors, seconds))
     with located(f"recording {index} of seed {seed}"):
         nominal = _parts(spec, streams["imus"], sensors)
         parts = {at: injected_profile(nominal[at], at, effects) for at in sensors}
@@ -87,7 +87,7 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
             at: _measured(spec, m, streams["declared"]) for at, m in zip(sensors, drawn.rig.mounts, strict=True)
         }
         mounts = tuple(
-            sprung_mount(moved_mount(mount, at, declared[at], effects), at, effects)
+            sliding_mount(sprung_mount(moved_mount(mount, at, declared[at], effects), at, effects), at, effects)
             for at, mount in zip(sensors, drawn.rig.mounts, strict=True)
         )
         g = next((e["parameters"]["g"] for e in effects if e["effect"] == "gravity"), drawn.rig.gravity)
@@ -110,10 +110,11 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
     )
 
 
-def _effects(spec: Spec, rng: np.random.Generator, sensors: list[str], seconds: float) -> list[dict[str, Any]]:
-    own = rng.spawn(len(spec.effects))
-    places = (*sensors, "world")
-    return [found for e, stream in zip(spec.effects, own, strict=True) for found in e.draw(stream, places, seconds)]
+def _effects(
+    spec: Spec, rng: np.random.Generator, family: str, sensors: list[str], seconds: float
+) -> list[dict[str, Any]]:
+    suited = [pair for pair in zip(spec.effects, rng.spawn(len(spec.effects)), strict=True) if pair[0].suits(family)]
+    return [found for effect, own in suited for found in effect.draw(own, (*sensors, "world"), seconds)]
 
 
 def _parts(spec: Spec, rng: np.random.Generator, sensors: list[str]) -> dict[str, ImuProfile]:

@@ -19,6 +19,9 @@ from imubench.sim.injected import INJECTED
 IMUS = ("imu1", "imu2")
 CLOCKS = ("time_offset", "clock_skew")  # seen only beside another clock: at imu2, if nothing else is said
 SPRUNG = ("soft_mount", "rocking_mount")
+SLIDING = ("skin_sliding", "mount_shift")
+SLIP_TIME = ("mount_shift", "time")
+SLIP_WITHIN = 0.1, 0.9  # of a recording: when a mount slips, if nothing else is said
 CHANNELS = ("gyro", "accel")
 CHANNELLED: Mapping[str, bool] = {"low_pass": True, "saturation": False, "quantisation": False}  # both at once?
 MODES = ("missing", "held")
@@ -38,6 +41,7 @@ LIMITS: Mapping[str, tuple[float, float, bool]] = {  # parameter -> low, high, l
     "skew": (-0.1, 0.1, False),
     "offset": (-0.4, 0.4, False),  # s; motions go on for half a second
     "g": (0.0, np.inf, False),
+    "time": (0.0, np.inf, False),
 }
 
 
@@ -50,6 +54,10 @@ class EffectRange:
     probability: float  # at each place
     ranges: Mapping[str, Range]
     settings: Mapping[str, Any]  # channels, mode
+
+    def suits(self, family: str) -> bool:
+        """Return whether a rig of this family can have it."""
+        return family in EFFECTS[self.name].rigs
 
     def draw(self, rng: np.random.Generator, places: Sequence[str], seconds: float) -> list[dict[str, Any]]:
         """Return the effects on a recording of `seconds` s, of a rig with these places: name, place, parameters."""
@@ -65,6 +73,8 @@ class EffectRange:
             values = {"times": sorted(_plain(rng.uniform(0.0, seconds, round(values["count"]))))}
         if self.name == "rocking_mount":
             values["gyration"] = GYRATION
+        if self.name == "mount_shift" and "time" not in values:
+            values["time"] = float(seconds * rng.uniform(*SLIP_WITHIN))
         return values | dict(self.settings)
 
 
@@ -85,7 +95,7 @@ def parse_effect(table: Mapping[str, Any], where: str) -> EffectRange:
         name,
         _places(table, name, f"{where}.at"),
         number(table.get("probability", 1.0), f"{where}.probability", high=1.0),
-        {key: _range(table, name, key, where) for key in shapes},
+        {key: _range(table, name, key, where) for key in shapes if key in table or (name, key) != SLIP_TIME},
         _settings(table, name, where),
     )
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from imubench.dataset.effect_ranges import SPRUNG, EffectRange, check_once, parse_effect
+from imubench.dataset.effect_ranges import IMUS, SLIDING, SPRUNG, EffectRange, check_once, parse_effect
 from imubench.dataset.imu_choices import ImuChoice, parse_imu
 from imubench.dataset.motion_ranges import Files, MotionRange, parse_motion
 from imubench.dataset.ranges import Range, check_keys, chosen, is_number, number, parse_range
@@ -124,6 +124,11 @@ def _check_fits(spec: Spec, where: str) -> None:
             if ranges.probability and any(e.name == kind for e in spec.effects):
                 raise InputError(f"{where}: {kind}: expected springs with the rig or as an effect, got both")
     check_once(spec.effects)
+    sprung = any(r.soft.probability or r.rocking.probability for r in spec.rigs)
+    hung = {at for e in spec.effects if e.name in SPRUNG for at in e.places} | set(IMUS if sprung else ())
+    for e in spec.effects:
+        if e.name in SLIDING and hung & set(e.places):
+            raise InputError(f"{where}: {e.name}: expected springs under an IMU or a mount that slides, got both")
 
 
 def _tables(table: Mapping[str, Any], key: str, where: str, default: object) -> Sequence[Mapping[str, Any]]:

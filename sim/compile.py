@@ -110,11 +110,19 @@ def _set_mount(body: Any, mount: Mount) -> None:
     segment_axes = rotations.rotate_back(mount.quaternion, np.eye(3))
     if mount.translation is not None:
         _add_springs(body, mount.translation, "slide", segment_axes, np.full(3, mount.mass))
-    if mount.path is not None:
+    if mount.slides:
         for axis, letter in zip(segment_axes, "xyz", strict=True):
             body.add_joint(name=f"{body.name}_path_{letter}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        for name, rotation in turns(mount):
+            body.add_joint(name=f"{body.name}_path_{name}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=rotation)
     if mount.rotation is not None:
         _add_springs(body, mount.rotation, "hinge", np.eye(3), np.full(3, mount.mass * mount.gyration**2))
+
+
+def turns(mount: Mount) -> list[tuple[str, np.ndarray]]:
+    """Return name and rotation vector (3,) of the turns that a sliding mount makes, one after the other."""
+    found = [("slip", mount.slip.rotation)] if mount.slip is not None else []
+    return [(name, vector) for name, vector in (*found, ("twist", mount.twist)) if vector.any()]
 
 
 def _add_springs(body: Any, spring: Any, kind: str, axes: np.ndarray, inertia: np.ndarray) -> None:

@@ -7,10 +7,12 @@ import numpy as np
 from mujoco import batch as mujoco_batch
 
 from imubench.arrays import Array
-from imubench.sim.compile import DRIVEN_ARMATURE, mount_dofs, mount_positions
+from imubench.effects.mounts import slipped
+from imubench.jets import Jet
+from imubench.sim.compile import DRIVEN_ARMATURE, mount_dofs, mount_positions, turns
+from imubench.sim.kinematics import turned
 from imubench.sim.motion import Trajectory
-from imubench.sim.rigs import Rig
-from imubench.sim.signals import Signal
+from imubench.sim.rigs import Mount, Rig
 
 CHUNK = 512  # samples handed to MuJoCo at once: their state rows stay in the cache, a fifth of the time of 8192
 
@@ -56,9 +58,9 @@ def joint_state(
     if "hinge" in names:
         p, v = int(model.joint("hinge").qposadr[0]), int(model.joint("hinge").dofadr[0])
         qpos[:, p], qvel[:, v], qacc[:, v] = trajectory.angle, trajectory.angle_rate, trajectory.angle_acceleration
-    for name, signal, felt in _paths(rig):
+    for name, (value, rate, acceleration), felt in _paths(rig, trajectory):
         p, v = int(model.joint(name).qposadr[0]), int(model.joint(name).dofadr[0])
-        qpos[:, p], rate, acceleration = signal(trajectory.time)
+        qpos[:, p] = value
         if felt:
             qvel[:, v], qacc[:, v] = rate, acceleration
     if mounts is not None:
@@ -66,8 +68,26 @@ def joint_state(
     return qpos, qvel, qacc
 
 
-def _paths(rig: Rig) -> Iterator[tuple[str, Signal, bool]]:
-    """Yield joint name, signal and whether it is felt, for every prescribed slide of a mount."""
-    for i, mount in enumerate(rig.mounts):
-        for signal, letter in zip(mount.path or (), "xyz", strict=False):
-            yield f"imu{i + 1}_path_{letter}", signal, mount.path_felt
+def _paths(rig: Rig, trajectory: Trajectory) -> Iterator[tuple[str, tuple[Array, Array, Array], bool]]:
+    """Yield joint name, course with its derivatives, and whether it is felt, of every joint of a sliding mount."""
+    for n, mount in enumerate(rig.mounts, 1):
+        if not mount.slides:
+            continue
+        angle, step = turned(rig, trajectory), _slipped(mount, trajectory.time)
+        for i, letter in enumerate("xyz"):
+            told = mount.path[i](trajectory.time) if mount.path is not None else (0.0, 0.0, 0.0)
+            moved = mount.slip.translation[i] if mount.slip is not None else 0.0
+            course = [x + mount.slide[i] * a + moved * s for x, a, s in zip(told, angle, step, strict=True)]
+            yield f"imu{n}_path_{letter}", (course[0], course[1], course[2]), mount.path_felt
+        for name, vector in turns(mount):
+            first, second, third = (np.linalg.norm(vector) * x for x in (step if name == "slip" else angle))
+            yield f"imu{n}_path_{name}", (first, second, third), mount.path_felt
+
+
+def _slipped(mount: Mount, time: Array) -> tuple[Array, Array, Array]:
+    """Return how far (0 to 1) a mount has slipped at `time` (n,) s, and the derivatives."""
+    if mount.slip is None:
+        still = np.zeros(time.size)
+        return still, still, still
+    value, rate, second = slipped(Jet(time[:, None]), Jet(np.full((1, 1), mount.slip.time)))
+    return value.value[:, 0], rate.value[:, 0], second.value[:, 0]

@@ -18,7 +18,7 @@ from imubench.jets import Jet
 from imubench.recording import Imu
 from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
-from imubench.sim.rigs import Mount, springs
+from imubench.sim.rigs import Mount, Slip, springs
 
 Injected = Mapping[str, Any]  # {"effect", "at", "parameters"}
 
@@ -30,7 +30,7 @@ SUMMED = {  # effect -> field of a channel's profile, by its parameter: the effe
 NOISE = {f"{kind}_noise": ("noise_std", "std") for kind in ("gyro", "accel")}  # the effect is the total
 DIGITAL = {"low_pass": ("bandwidth", "cutoff"), "saturation": ("range", "limit"), "quantisation": ("step", "step")}
 ADDED = ("gyro_drift", "accel_drift", "vibration")  # by the effects' own laws, on the samples
-MOUNTED = ("mount_pose", "soft_mount", "rocking_mount")
+MOUNTED = ("mount_pose", "soft_mount", "rocking_mount", "mount_shift", "skin_sliding")
 INJECTED = (
     *SUMMED, *NOISE, *DIGITAL, *ADDED, *MOUNTED,
     "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity",
@@ -58,6 +58,17 @@ def sprung_mount(mount: Mount, at: str, effects: Sequence[Injected]) -> Mount:
             com, lever = (np.asarray(p[key], dtype=float) for key in ("com", "lever"))
             rocking = springs(p["frequency"], p["damping_ratio"])
             mount = replace(mount, rotation=rocking, com=com, lever=lever, gyration=p["gyration"])
+    return mount
+
+
+def sliding_mount(mount: Mount, at: str, effects: Sequence[Injected]) -> Mount:
+    """Return the mount of the sensor `at` with its `mount_shift` and its `skin_sliding`."""
+    for e in effects:
+        p = e["parameters"]
+        if e["at"] == at and e["effect"] == "mount_shift":
+            mount = replace(mount, slip=Slip(p["time"], p["translation"], p["rotation"]))
+        elif e["at"] == at and e["effect"] == "skin_sliding":
+            mount = replace(mount, slide=p["slide"], twist=p["twist"])
     return mount
 
 

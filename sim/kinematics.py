@@ -47,6 +47,27 @@ def hinge_of(rig: Rig, trajectory: Trajectory) -> tuple[Array, Array, Array]:
     return still + rig.locked_at, still, still
 
 
+def turned(rig: Rig, trajectory: Trajectory) -> tuple[Array, Array, Array]:
+    """Return the angle (n,) by which a rig's joint is turned, and its derivatives: what skin slides with.
+
+    The hinge angle; of the pendulum the swing atan2(R[0, 2], R[2, 2]), without jumps; zero on a free body.
+    With r = R e_z: r' = R (w x e_z) and r'' = R (w' x e_z + w x (w x e_z)).
+    """
+    if rig.family == "hinge":
+        return hinge_of(rig, trajectory)
+    if rig.family != "pendulum":
+        still = np.zeros(trajectory.time.size)
+        return still, still, still
+    w, up = trajectory.rate, np.array([0.0, 0.0, 1.0])
+    across = np.cross(w, up)
+    parts = (up, across, np.cross(trajectory.angular_acceleration, up) + np.cross(w, across))
+    (x, z), (dx, dz), (ddx, ddz) = (rotations.rotate(trajectory.quaternion, v)[:, [0, 2]].T for v in parts)
+    size = x**2 + z**2
+    rate = (z * dx - x * dz) / size
+    second = (z * ddx - x * ddz - 2 * rate * (x * dx + z * dz)) / size
+    return np.unwrap(np.arctan2(x, z)), rate, second
+
+
 def _first(rig: Rig, t: Trajectory) -> SegmentTruth:
     still = np.broadcast_to(np.zeros(3), t.position.shape)
     if rig.base == "fixed":

@@ -29,7 +29,7 @@ def play(
     """Return the truth of a prescribed motion, `rate` samples a second for `duration` s.
 
     `step` is the longest integration step of sprung mounts in s; None takes an eighth of the period of their fastest
-    mode, less where that is hardly damped, and 5 ms at most. `threads` 0 uses every core; the result does not depend on it.
+    mode, less where that is hardly damped, and 5 ms at most. `threads` 0 uses every core; no result depends on it.
     """
     positive(duration, "duration")
     positive(rate, "rate")

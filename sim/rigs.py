@@ -36,6 +36,19 @@ def springs(frequency: ArrayLike, damping_ratio: ArrayLike) -> Spring:
 
 
 @dataclass(frozen=True)
+class Slip:
+    """A sensor that slips once: from `time` s on it sits elsewhere; the change takes a fifth of a second."""
+
+    time: float  # s, of its start
+    translation: Array = field(default_factory=lambda: np.zeros(3))  # (3,) m, segment axes
+    rotation: Array = field(default_factory=lambda: np.zeros(3))  # (3,) rad, sensor axes: q = q_mount exp(rotation)
+
+    def __post_init__(self) -> None:
+        for key in ("translation", "rotation"):
+            object.__setattr__(self, key, frozen(getattr(self, key), (3,), f"slip.{key}"))
+
+
+@dataclass(frozen=True)
 class Mount:
     """Where an IMU sits on its segment, and on what it hangs.
 
@@ -55,9 +68,12 @@ class Mount:
     lever: Array = field(default_factory=lambda: np.zeros(3))  # (3,) m, sensor axes, pivot to sensing point
     path: tuple[Signal, Signal, Signal] | None = None  # m, segment axes: the sensor slides like this, whatever happens
     path_felt: bool = True  # False: the accelerometer does not feel the sliding, as some papers have it
+    slip: Slip | None = None
+    slide: Array = field(default_factory=lambda: np.zeros(3))  # (3,) m/rad, segment axes: with the angle of the joint
+    twist: Array = field(default_factory=lambda: np.zeros(3))  # (3,) rad/rad, sensor axes: q = q_mount exp(twist angle)
 
     def __post_init__(self) -> None:
-        for key in ("position", "com", "lever"):
+        for key in ("position", "com", "lever", "slide", "twist"):
             object.__setattr__(self, key, frozen(getattr(self, key), (3,), f"mount.{key}"))
         object.__setattr__(self, "quaternion", frozen_quaternion(self.quaternion, "mount.quaternion"))
         positive(self.mass, "mount.mass")
@@ -67,7 +83,7 @@ class Mount:
                 f"mount.com: expected less than the gyration radius {self.gyration:g} m from the pivot, "
                 f"got {np.linalg.norm(self.com):g} m"
             )
-        if self.path is not None and self.sprung:
+        if self.slides and self.sprung:
             raise InputError("mount: expected springs or a prescribed path, got both")
 
     @property
@@ -76,9 +92,14 @@ class Mount:
         return self.translation is not None or self.rotation is not None
 
     @property
+    def slides(self) -> bool:
+        """True if the sensor moves on its segment as it is told: along a path, by a slip, or with the joint."""
+        return self.path is not None or self.slip is not None or bool(self.slide.any() or self.twist.any())
+
+    @property
     def moves(self) -> bool:
-        """True if the sensor can move on its segment, on springs or along a path."""
-        return self.sprung or self.path is not None
+        """True if the sensor can move on its segment, on springs or as it is told."""
+        return self.sprung or self.slides
 
 
 @dataclass(frozen=True)

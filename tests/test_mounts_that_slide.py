@@ -1,0 +1,107 @@
+"""Mounts that slip once or slide with the joint: where the law has them, and what their sensors read there."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from imubench import rotations
+from imubench.dataset import make, parse_spec
+from imubench.errors import InputError
+from imubench.sim import rigs
+from imubench.sim.motion import AngleMotion
+from imubench.sim.play import play
+from imubench.sim.rigs import Mount, Slip, springs
+from imubench.sim.signals import Sines
+
+SLIDE, TWIST = np.array([0.02, -0.01, 0.015]), np.array([0.1, -0.2, 0.05])
+SLIP = Slip(0.4, np.array([0.01, 0.02, -0.03]), np.array([0.2, 0.1, -0.3]))
+KINDS = {"slip": {"slip": SLIP}, "slide": {"slide": SLIDE, "twist": TWIST}, "twist": {"twist": TWIST}}
+KINDS["both"] = KINDS["slip"] | KINDS["slide"]
+WAYS = {
+    "hinge": {"heading": 1.0, "tilt": 0.4, "spin": 0.8, "angle": 0.7, "x": 0.1},
+    "pendulum": {"tilt": 0.4, "spin": 0.9},
+}
+
+
+def rig_of(family: str, **kind: object) -> rigs.Rig:
+    mount = Mount(np.array([0.1, 0.02, 0.03]), rotations.exp(np.array([0.4, -1.0, 0.3])), **kind)
+    return rigs.hinge(mounts=(Mount(), mount)) if family == "hinge" else rigs.pendulum(mounts=(mount,))
+
+
+def motion_of(family: str) -> AngleMotion:
+    return AngleMotion(**{key: Sines(a, 0.7 + 0.1 * i, i) for i, (key, a) in enumerate(WAYS[family].items())})
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("family", WAYS)
+def test_sensors_read_how_they_move(family, kind):
+    """Differences of position and attitude, of order 2, against the readings."""
+    h = 2e-4
+    truth = play(rig_of(family, **KINDS[kind]), motion_of(family), 0.8, 1 / h)
+    sensor = truth.sensors[-1]
+    second = np.diff(sensor.position, 2, axis=0) / h**2
+    force = rotations.rotate_back(sensor.quaternion[1:-1], second + np.array([0, 0, 9.81]))
+    q = sensor.quaternion
+    rate = rotations.log(rotations.multiply(rotations.conjugate(q[:-2]), q[2:])) / (2 * h)
+    # At both ends of the slip the jerk jumps by 60 * 0.03 / 0.2^3 = 225 m/s^3: h / 6 of it.
+    assert_allclose(sensor.specific_force[1:-1], force, atol=1e-2)
+    assert_allclose(sensor.gyro[1:-1], rate, atol=5e-4)
+    turning = np.gradient(sensor.gyro, h, axis=0)[1:-1]
+    # Its derivative jumps there by 60 * 0.36 / 0.2^3 = 2700 rad/s^3: h / 4 of it.
+    assert_allclose(sensor.angular_acceleration[1:-1], turning, atol=0.15)
+
+
+@pytest.mark.parametrize("family", WAYS)
+def test_mounts_are_where_the_laws_have_them(family):
+    """exp(slip) and then exp(twist angle), the swing of a pendulum being atan2(R[0, 2], R[2, 2])."""
+    truth = play(rig_of(family, **KINDS["both"]), motion_of(family), 1.0, 100.0)
+    sensor = truth.sensors[-1]
+    R = rotations.to_matrix(truth.segments[0].quaternion)
+    angle = truth.joint_angle if family == "hinge" else np.arctan2(R[:, 0, 2], R[:, 2, 2])
+    assert np.ptp(angle) > 0.5
+    u = np.clip((truth.time - SLIP.time) / 0.2, 0.0, 1.0)
+    gone = u**3 * (10 - 15 * u + 6 * u**2)
+    moved = np.outer(angle, SLIDE) + np.outer(gone, SLIP.translation)
+    turned = rotations.multiply(rotations.exp(np.outer(gone, SLIP.rotation)), rotations.exp(np.outer(angle, TWIST)))
+    # Rotations of 0.4 rad taken apart and put together again.
+    assert_allclose(sensor.displacement, moved, atol=1e-12)
+    assert_allclose(sensor.rotation, rotations.log(turned), atol=1e-12)
+
+
+def test_a_mount_that_does_not_move_reads_as_a_rigid_one():
+    still, rigid = (
+        play(rig_of("hinge", **kind), motion_of("hinge"), 0.4, 100.0).sensors[1] for kind in ({"slip": Slip(9.0)}, {})
+    )
+    assert_allclose(still.specific_force, rigid.specific_force, atol=1e-10)  # another model, the same physics
+    with pytest.raises(InputError, match="expected springs or a prescribed path, got both"):
+        rig_of("hinge", slip=SLIP, rotation=springs(10.0, 0.1))
+
+
+@pytest.mark.parametrize("name", ["skin_sliding", "mount_shift"])
+def test_datasets_draw_them_for_rigs_that_can(name):
+    text = (
+        "seconds = 10\nrecordings_per_rig = 1\n[[effect]]\nname = '{}'\nat = 'imu1'\n" + "[[rig]]\nfamily = '{}'\n" * 3
+    )
+    spec = parse_spec({"spec.toml": text.format(name, "hinge", "pendulum", "free").encode()})
+    seen = set()
+    for index in range(12):
+        made = make(spec, 0, index)
+        family, (shown, moved) = made.drawn.rig.family, (len(made.drawn.effects), made.truth.sensors[0].displacement)
+        seen.add(family)
+        assert shown == (family != "free" or name == "mount_shift")
+        assert bool(shown) == bool(np.abs(moved).max() > 1e-4)
+        for e in made.drawn.effects:
+            assert "time" not in e["parameters"] or 1.0 <= e["parameters"]["time"] <= 9.0
+    assert seen == {"hinge", "pendulum", "free"}
+
+
+def test_springs_and_sliding_under_one_imu_are_refused():
+    sliding = "[[effect]]\nname = 'mount_shift'\nat = 'imu2'\n"
+    for other in ("soft_probability = 0.1\n", "[[effect]]\nname = 'rocking_mount'\nat = 'imu2'\n"):
+        with pytest.raises(
+            InputError, match="mount_shift: expected springs under an IMU or a mount that slides, got both"
+        ):
+            parse_spec({"spec.toml": f"[[rig]]\nfamily = 'hinge'\n{other}{sliding}".encode()})
+    parse_spec(
+        {"spec.toml": f"[[rig]]\nfamily = 'hinge'\n[[effect]]\nname = 'soft_mount'\nat = 'imu1'\n{sliding}".encode()}
+    )
