@@ -14,12 +14,11 @@ from imubench.dataset.rig_ranges import FARTHEST, FASTEST, GYRATION, SPRING_NUMB
 from imubench.effects import EFFECTS
 from imubench.effects.effect import Parameter
 from imubench.errors import InputError, unknown
-from imubench.sim.injected import INJECTED
+from imubench.sim.injected import INJECTED, SLIDING
 
 IMUS = ("imu1", "imu2")
 CLOCKS = ("time_offset", "clock_skew")  # seen only beside another clock: at imu2, if nothing else is said
 SPRUNG = ("soft_mount", "rocking_mount")
-SLIDING = ("skin_sliding", "mount_shift")
 SLIP_TIME = ("mount_shift", "time")
 SLIP_WITHIN = 0.1, 0.9  # of a recording: when a mount slips, if nothing else is said
 CHANNELS = ("gyro", "accel")

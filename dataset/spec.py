@@ -5,13 +5,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from imubench.dataset.effect_ranges import IMUS, SLIDING, SPRUNG, EffectRange, check_once, parse_effect
+from imubench.dataset.effect_ranges import IMUS, SPRUNG, EffectRange, check_once, parse_effect
 from imubench.dataset.imu_choices import ImuChoice, parse_imu
 from imubench.dataset.motion_ranges import Files, MotionRange, parse_motion
 from imubench.dataset.ranges import Range, check_keys, chosen, is_number, number, parse_range
 from imubench.dataset.rig_ranges import RigRange, parse_rig
 from imubench.errors import InputError
 from imubench.recording import RIGS
+from imubench.sim.injected import SLIDING
 from imubench.toml_file import parse_toml
 
 KEYS = (

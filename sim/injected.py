@@ -30,9 +30,10 @@ SUMMED = {  # effect -> field of a channel's profile, by its parameter: the effe
 NOISE = {f"{kind}_noise": ("noise_std", "std") for kind in ("gyro", "accel")}  # the effect is the total
 DIGITAL = {"low_pass": ("bandwidth", "cutoff"), "saturation": ("range", "limit"), "quantisation": ("step", "step")}
 ADDED = ("gyro_drift", "accel_drift", "vibration")  # by the effects' own laws, on the samples
-MOUNTED = ("mount_pose", "soft_mount", "rocking_mount", "mount_shift", "skin_sliding")
+MOUNTED = ("mount_pose", "soft_mount", "rocking_mount")
+SLIDING = ("mount_shift", "skin_sliding")
 INJECTED = (
-    *SUMMED, *NOISE, *DIGITAL, *ADDED, *MOUNTED,
+    *SUMMED, *NOISE, *DIGITAL, *ADDED, *MOUNTED, *SLIDING,
     "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity",
 )  # fmt: skip
 """The effects that prescribed motion can be played with."""
