@@ -31,7 +31,7 @@ NUMBERS = {  # column of the recordings -> title, unit; N stands for every IMU o
     "segmentN_length": ("Length of a segment", "m"),
 }
 LIMITS = (
-    "Simulated throughout: motion is prescribed and smooth; no contact, no free swing, no joint that gives way.",
+    "Simulated throughout: motion is prescribed and smooth, or a free swing; no contact, no joint that gives way.",
     "Mounts are rigid or on linear springs and dampers; skin and muscle are neither.",
     "IMU profiles are models of datasheets and papers; a part in a laboratory may behave otherwise.",
     "Bias instability and random walk are in the samples; their course over time is not stored.",

@@ -16,9 +16,11 @@ from imubench.dataset.motion_ranges import BEYOND
 from imubench.dataset.ranges import located
 from imubench.dataset.rig_ranges import DrawnRig, draw_rig, pick
 from imubench.dataset.spec import Spec
+from imubench.dataset.swing_range import FreeSwing
+from imubench.recording import RIGS, Body
 from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
-from imubench.sim.injected import injected_profile, moved_mount, sliding_mount, sprung_mount
+from imubench.sim.injected import believed, injected_profile, moved_mount, resisting, sliding_mount, sprung_mount
 from imubench.sim.motion import Motion
 from imubench.sim.rigs import Mount, Rig
 
@@ -40,7 +42,8 @@ class Drawn:
     declared_gravity: float  # m/s^2
     declared: Mapping[str, DeclaredMount]  # by sensor
     motion_name: str
-    motion: Motion
+    motion: Motion | FreeSwing
+    body: Body | None  # of a free swing, as declared
     parts: Mapping[str, ImuProfile]  # by sensor, effects included
     nominal: Mapping[str, ImuProfile]  # by sensor, the same parts without effects
     effects: tuple[dict[str, Any], ...]  # {"effect", "at", "parameters"}
@@ -79,7 +82,10 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
     chosen = suited[pick([m.weight for m in suited], streams["motion"])]
     name, motion = chosen.draw(streams["motion"], seconds + BEYOND)
     sensors = [f"imu{i + 1}" for i in range(len(drawn.rig.mounts))]
-    effects = (*drawn.springs, *_effects(spec, streams["effects"], drawn.rig.family, sensors, seconds))
+    effects = (
+        *drawn.springs,
+        *_effects(spec, streams["effects"], drawn.rig.family, isinstance(motion, FreeSwing), seconds),
+    )
     with located(f"recording {index} of seed {seed}"):
         nominal = _parts(spec, streams["imus"], sensors)
         parts = {at: injected_profile(nominal[at], at, effects) for at in sensors}
@@ -91,7 +97,8 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
             for at, mount in zip(sensors, drawn.rig.mounts, strict=True)
         )
         g = next((e["parameters"]["g"] for e in effects if e["effect"] == "gravity"), drawn.rig.gravity)
-        rig = replace(drawn.rig, mounts=mounts, gravity=g)
+        rig = resisting(replace(drawn.rig, mounts=mounts, gravity=g), effects)
+        body = believed(rig.segments[-1], effects) if isinstance(motion, FreeSwing) else None
     split = split_of(spec, seed, rig_index)
     return Drawn(
         index,
@@ -103,6 +110,7 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
         declared,
         name,
         motion,
+        body,
         parts,
         nominal,
         effects,
@@ -110,11 +118,10 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
     )
 
 
-def _effects(
-    spec: Spec, rng: np.random.Generator, family: str, sensors: list[str], seconds: float
-) -> list[dict[str, Any]]:
-    suited = [pair for pair in zip(spec.effects, rng.spawn(len(spec.effects)), strict=True) if pair[0].suits(family)]
-    return [found for effect, own in suited for found in effect.draw(own, (*sensors, "world"), seconds)]
+def _effects(spec: Spec, rng: np.random.Generator, family: str, free: bool, seconds: float) -> list[dict[str, Any]]:
+    places = (*(f"imu{i + 1}" for i in range(len(RIGS[family]))), "joint", "body", "world")
+    own = zip(spec.effects, rng.spawn(len(spec.effects)), strict=True)
+    return [found for e, stream in own if e.suits(family, free) for found in e.draw(stream, places, seconds)]
 
 
 def _parts(spec: Spec, rng: np.random.Generator, sensors: list[str]) -> dict[str, ImuProfile]:

@@ -14,9 +14,11 @@ from imubench.dataset.rig_ranges import FARTHEST, FASTEST, GYRATION, SPRING_NUMB
 from imubench.effects import EFFECTS
 from imubench.effects.effect import Parameter
 from imubench.errors import InputError, unknown
-from imubench.sim.injected import INJECTED, SLIDING
+from imubench.sim.injected import INJECTED, SLIDING, SWUNG
 
 IMUS = ("imu1", "imu2")
+PLACES = {"imu": IMUS, "joint": ("joint",), "body": ("body",), "world": ("world",)}
+ON_HINGES = ("dry_friction", "air_drag", "joint_spring")  # as MuJoCo has them, they differ on a ball joint
 CLOCKS = ("time_offset", "clock_skew")  # seen only beside another clock: at imu2, if nothing else is said
 SPRUNG = ("soft_mount", "rocking_mount")
 SLIP_TIME = ("mount_shift", "time")
@@ -28,7 +30,7 @@ SHAPES: Mapping[str, Mapping[str, tuple[int, ...]]] = {  # where the law's own p
     "vibration": {"frequency": (), "amplitude": (3,)},
     "impacts": {"count": ()},
 }
-LIMITS: Mapping[str, tuple[float, float, bool]] = {  # parameter -> low, high, low excluded
+LIMITS: Mapping[str, tuple[float, float, bool]] = {  # [effect.]parameter -> low, high, low excluded
     "frequency": (0.0, np.inf, True),
     "cutoff": (0.0, np.inf, True),
     "limit": (0.0, np.inf, True),
@@ -41,6 +43,8 @@ LIMITS: Mapping[str, tuple[float, float, bool]] = {  # parameter -> low, high, l
     "offset": (-0.4, 0.4, False),  # s; motions go on for half a second
     "g": (0.0, np.inf, False),
     "time": (0.0, np.inf, False),
+    **dict.fromkeys(("c", "t", "d", "k"), (0.0, np.inf, False)),
+    "inertia.scale": (0.5, 2.0, False),
 }
 
 
@@ -54,9 +58,12 @@ class EffectRange:
     ranges: Mapping[str, Range]
     settings: Mapping[str, Any]  # channels, mode
 
-    def suits(self, family: str) -> bool:
-        """Return whether a rig of this family can have it."""
-        return family in EFFECTS[self.name].rigs
+    def suits(self, family: str, free: bool) -> bool:
+        """Return whether a rig of this family can have it, in a free swing or in another motion."""
+        if self.name in ON_HINGES and family != "hinge":
+            return False
+        fits = not free if self.name in SLIDING else free or self.name not in SWUNG
+        return fits and family in EFFECTS[self.name].rigs
 
     def draw(self, rng: np.random.Generator, places: Sequence[str], seconds: float) -> list[dict[str, Any]]:
         """Return the effects on a recording of `seconds` s, of a rig with these places: name, place, parameters."""
@@ -83,8 +90,7 @@ def parse_effect(table: Mapping[str, Any], where: str) -> EffectRange:
     if name not in INJECTED:
         if name in EFFECTS:
             raise InputError(
-                f"{where}.name: expected an effect that prescribed motion can be played with "
-                f"({', '.join(INJECTED)}), got '{name}'"
+                f"{where}.name: expected an effect that can be played ({', '.join(INJECTED)}), got '{name}'"
             )
         raise unknown(f"{where}.name", name, INJECTED)
     shapes = _shapes(name)
@@ -120,7 +126,7 @@ def _shapes(name: str) -> Mapping[str, tuple[int, ...]]:
 
 
 def _places(table: Mapping[str, Any], name: str, where: str) -> tuple[str, ...]:
-    known = ("world",) if name == "gravity" else IMUS
+    known = PLACES[EFFECTS[name].place]
     default = ["imu2"] if name in CLOCKS else list(known)
     given = table.get("at", default)
     places = [given] if isinstance(given, str) else given
@@ -133,7 +139,7 @@ def _places(table: Mapping[str, Any], name: str, where: str) -> tuple[str, ...]:
 
 
 def _range(table: Mapping[str, Any], name: str, key: str, where: str) -> Range:
-    low, high, excluded = LIMITS.get(key, (-np.inf, np.inf, False))
+    low, high, excluded = LIMITS.get(f"{name}.{key}", LIMITS.get(key, (-np.inf, np.inf, False)))
     if name in SPRUNG:
         low, high, excluded = {"frequency": (0.5, FASTEST, False), "com": (-FARTHEST, FARTHEST, False)}.get(
             key, (low, high, excluded)

@@ -1,4 +1,4 @@
-"""Motions that a dataset draws from: random ones, the 14 of Olsson et al., the pendulum's ellipse, a file of one's own.
+"""Motions that a dataset draws from: random ones, the 14 of Olsson et al., the pendulum's, a file of one's own, swings.
 
 A new kind is one class with `parse`, `suits` and `draw`, and one line in `KINDS`.
 """
@@ -12,6 +12,7 @@ import numpy as np
 from imubench.dataset.motion_file import MotionFile
 from imubench.dataset.ranges import Range, check_keys, number, parse_range
 from imubench.dataset.rig_ranges import RigRange
+from imubench.dataset.swing_range import FreeSwing, SwingMotion
 from imubench.errors import InputError, unknown
 from imubench.scenarios.olsson2020.motions import MARGIN, MOTIONS, SHORTEST
 from imubench.sim.motion import AngleMotion, Motion, Trajectory
@@ -33,8 +34,8 @@ class MotionRange(Protocol):
     def suits(self, rig: RigRange) -> bool:
         """Return whether a rig can do it."""
 
-    def draw(self, rng: np.random.Generator, seconds: float) -> tuple[str, Motion]:
-        """Return a motion that is defined up to `seconds` s, and its name."""
+    def draw(self, rng: np.random.Generator, seconds: float) -> tuple[str, Motion | FreeSwing]:
+        """Return a motion that is defined up to `seconds` s, or how a swing begins, and its name."""
 
 
 def parse_motion(table: Mapping[str, Any], where: str, files: Files, seconds: Range) -> MotionRange:
@@ -209,5 +210,6 @@ KINDS: dict[str, Parse] = {
     "olsson2020": OlssonMotions.parse,
     "pendulum": PendulumMotion.parse,
     "file": FileMotion.parse,
+    "swing": SwingMotion.parse,
 }
 """The kinds of motion by name."""

@@ -11,6 +11,7 @@ from imubench.dataset.drawing import Drawn, draw
 from imubench.dataset.imu_choices import on_the_truths_grid
 from imubench.dataset.motion_ranges import BEYOND
 from imubench.dataset.spec import Spec
+from imubench.dataset.swing_range import FreeSwing
 from imubench.recording import Imu, Recording
 from imubench.sim.imu_model import Declared, observe
 from imubench.sim.injected import injected_samples
@@ -35,9 +36,16 @@ def make(spec: Spec, seed: int, index: int) -> Made:
     drawn = draw(spec, seed, index)
     grid = all(on_the_truths_grid(part) for part in drawn.parts.values())
     split = 1 if grid else OVERSAMPLING
-    world = play(drawn.rig, drawn.motion, drawn.seconds + (0 if grid else BEYOND), spec.rate * split, threads=1)
+    free, seconds = isinstance(drawn.motion, FreeSwing), drawn.seconds + (0 if grid else BEYOND)
+    if isinstance(drawn.motion, FreeSwing):
+        world = drawn.motion.play(drawn.rig, seconds, spec.rate * split)
+    else:
+        world = play(drawn.rig, drawn.motion, seconds, spec.rate * split, threads=1)
     declared = Declared(
         mounts=drawn.declared,
+        motion="free" if free else "hand",
+        free_swings=((0.0, drawn.seconds),) if free else (),
+        body=drawn.body,
         gravity=drawn.declared_gravity,
         base=drawn.rig.base,
         base_quaternion=drawn.rig.base_quaternion,

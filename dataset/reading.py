@@ -17,7 +17,7 @@ from imubench.dataset.manifest import read_manifest
 from imubench.dataset.remote import place
 from imubench.dataset.shard import names
 from imubench.errors import InputError, unknown
-from imubench.recording import RIGS, Imu, Recording
+from imubench.recording import RIGS, Body, Imu, Recording
 from imubench.truth import SegmentTruth, SensorTruth, Truth
 
 
@@ -76,11 +76,15 @@ def _extent(folder: str) -> tuple[int, int]:
 
 def _recording(row: Mapping[str, Any], table: pa.Table) -> Recording:
     sensors = [f"imu{n}" for n in range(1, len(RIGS[row["family"]]) + 1)]
+    free = row["free_swing"] is not None
     return Recording(
         name=row["name"],
         rig=row["family"],
         imus=tuple(_imu(name, row, table) for name in sensors),
         gravity=row["gravity"],
+        motion="free" if free else "hand",
+        free_swings=(tuple(row["free_swing"]),) if free else (),
+        body=Body(row["body_mass"], row["body_com"], row["body_inertia"]) if free else None,
         base=row["base"],
         base_quaternion=row["base_quaternion"],
     )

@@ -31,6 +31,10 @@ RECORDING = {
     "base": TEXT,
     "base_quaternion": _vector(4),  # segment 1 -> world, of a fixed base
     "motion": TEXT,
+    "free_swing": pa.list_(REAL, 2),  # start and end, s; empty of a motion by hand
+    "body_mass": REAL,  # kg, of the swinging segment, as declared; empty as well
+    "body_com": _vector(3),  # m
+    "body_inertia": _vector(3),  # kg m^2
     "seconds": REAL,
     "rate": REAL,  # Hz
     "samples": pa.int32(),  # rows in the table of samples
@@ -71,7 +75,7 @@ def schema(spec: Spec) -> pa.Schema:
 
 def row(made: Made, seed: int) -> dict[str, Any]:
     """Return one recording's row."""
-    drawn, recording = made.drawn, made.recording
+    drawn, recording, body = made.drawn, made.recording, made.recording.body
     effects = [e | {"parameters": json.dumps(e["parameters"], default=lambda a: a.tolist())} for e in drawn.effects]
     found: dict[str, Any] = {
         "recording": drawn.index,
@@ -83,6 +87,10 @@ def row(made: Made, seed: int) -> dict[str, Any]:
         "base": drawn.rig.base,
         "base_quaternion": drawn.rig.base_quaternion.tolist(),
         "motion": drawn.motion_name,
+        "free_swing": recording.free_swings[0] if recording.free_swings else None,
+        "body_mass": body and body.mass,
+        "body_com": body and body.com.tolist(),
+        "body_inertia": body and body.inertia.tolist(),
         "seconds": drawn.seconds,
         "rate": recording.imus[0].rate,
         "samples": made.truth.time.size,

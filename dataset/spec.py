@@ -10,9 +10,10 @@ from imubench.dataset.imu_choices import ImuChoice, parse_imu
 from imubench.dataset.motion_ranges import Files, MotionRange, parse_motion
 from imubench.dataset.ranges import Range, check_keys, chosen, is_number, number, parse_range
 from imubench.dataset.rig_ranges import RigRange, parse_rig
+from imubench.dataset.swing_range import SwingMotion
 from imubench.errors import InputError
 from imubench.recording import RIGS
-from imubench.sim.injected import SLIDING
+from imubench.sim.injected import SLIDING, SWUNG
 from imubench.toml_file import parse_toml
 
 KEYS = (
@@ -125,6 +126,11 @@ def _check_fits(spec: Spec, where: str) -> None:
             if ranges.probability and any(e.name == kind for e in spec.effects):
                 raise InputError(f"{where}: {kind}: expected springs with the rig or as an effect, got both")
     check_once(spec.effects)
+    for e in spec.effects:
+        if e.name in SWUNG and not any(m.kind == SwingMotion.kind for m in spec.motions):
+            raise InputError(
+                f"{where}: {e.name}: expected a motion of kind '{SwingMotion.kind}', which it shows in, got none"
+            )
     sprung = any(r.soft.probability or r.rocking.probability for r in spec.rigs)
     hung = {at for e in spec.effects if e.name in SPRUNG for at in e.places} | set(IMUS if sprung else ())
     for e in spec.effects:

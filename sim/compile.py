@@ -59,7 +59,7 @@ def compile_model(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitf
         dofs = [_is_mount_dof(model, i) for i in range(model.nv)]
         model.dof_armature[:] = [0.0 if mount and driven == "joints" else DRIVEN_ARMATURE for mount in dofs]
         model.dof_damping[:] = np.where(model.dof_armature > 0, 0.0, model.dof_damping)
-        model.dof_frictionloss[:] = 0.0
+        model.dof_frictionloss[:] = model.dof_dampingpoly[:] = 0.0
         mujoco.mj_setConst(model, mujoco.MjData(model))
     return model
 
@@ -87,7 +87,14 @@ def _set_joint(spec: Any, rig: Rig) -> None:
     if rig.family == "free":
         return
     joint.damping[0] = rig.damping
+    if rig.family == "hinge":
+        joint.damping[1], joint.stiffness[0] = rig.drag, rig.stiffness
+        joint.springref = np.rad2deg(rig.spring_angle) if spec.compiler.degree else rig.spring_angle
     joint.frictionloss = rig.dry_friction
+    joint.solref_friction = [
+        2 * spec.option.timestep,
+        1.0,
+    ]  # turns over as fast as a step allows: MuJoCo's own is 20 ms
     if rig.locked_at is not None:
         spec.delete(joint)
         spec.body("segment2").quat = rotations.exp(np.array([0.0, rig.locked_at, 0.0]))

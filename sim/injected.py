@@ -15,10 +15,10 @@ from imubench.arrays import Array
 from imubench.effects import EFFECTS
 from imubench.effects.effect import Reading
 from imubench.jets import Jet
-from imubench.recording import Imu
+from imubench.recording import Body, Imu
 from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
-from imubench.sim.rigs import Mount, Slip, springs
+from imubench.sim.rigs import Mount, Rig, Segment, Slip, springs
 
 Injected = Mapping[str, Any]  # {"effect", "at", "parameters"}
 
@@ -32,11 +32,19 @@ DIGITAL = {"low_pass": ("bandwidth", "cutoff"), "saturation": ("range", "limit")
 ADDED = ("gyro_drift", "accel_drift", "vibration")  # by the effects' own laws, on the samples
 MOUNTED = ("mount_pose", "soft_mount", "rocking_mount")
 SLIDING = ("mount_shift", "skin_sliding")
+TORQUES: Mapping[str, Mapping[str, str]] = {  # effect -> parameter -> number of the rig
+    "viscous_friction": {"c": "damping"},
+    "dry_friction": {"t": "dry_friction"},
+    "air_drag": {"d": "drag"},
+    "joint_spring": {"k": "stiffness", "q0": "spring_angle"},
+}
+SWUNG = (*TORQUES, "inertia")
+"""The effects that show in free swings alone."""
 INJECTED = (
     *SUMMED, *NOISE, *DIGITAL, *ADDED, *MOUNTED, *SLIDING,
-    "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity",
+    "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity", *SWUNG,
 )  # fmt: skip
-"""The effects that prescribed motion can be played with."""
+"""The effects that can be played."""
 
 
 def moved_mount(mount: Mount, at: str, declared: DeclaredMount, effects: Sequence[Injected]) -> Mount:
@@ -71,6 +79,26 @@ def sliding_mount(mount: Mount, at: str, effects: Sequence[Injected]) -> Mount:
         elif e["at"] == at and e["effect"] == "skin_sliding":
             mount = replace(mount, slide=p["slide"], twist=p["twist"])
     return mount
+
+
+def resisting(rig: Rig, effects: Sequence[Injected]) -> Rig:
+    """Return the rig with the torques of its effects at the joint."""
+    for e in effects:
+        for parameter, key in TORQUES.get(e["effect"], {}).items():
+            rig = replace(rig, **{key: e["parameters"][parameter]})  # type: ignore[arg-type]
+    return rig
+
+
+def believed(segment: Segment, effects: Sequence[Injected]) -> Body:
+    """Return the body that is declared for a swinging segment: with `inertia`, m l / I is `scale` times what it says.
+
+    Raises `InputError` where no body has that inertia about its joint and the segment's weight.
+    """
+    inertia, arm = segment.inertia, segment.mass * (segment.com @ segment.com - segment.com**2)
+    for e in effects:
+        if e["effect"] == "inertia":
+            inertia = e["parameters"]["scale"] * (inertia + arm) - arm
+    return Body(segment.mass, segment.com, inertia)
 
 
 def injected_profile(profile: ImuProfile, at: str, effects: Sequence[Injected]) -> ImuProfile:

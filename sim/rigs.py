@@ -135,6 +135,9 @@ class Rig:
     locked_at: float | None = None  # rad; the hinge angle at which a screw holds the joint
     damping: float = 0.0  # N m s/rad, viscous friction of the joint
     dry_friction: float = 0.0  # N m
+    drag: float = 0.0  # N m s^2/rad^2, torque -drag |w| w; hinge only
+    stiffness: float = 0.0  # N m/rad, of a spring across the joint; hinge only
+    spring_angle: float = 0.0  # rad, at which that is slack
     gravity: float = STANDARD_GRAVITY  # m/s^2
 
     def __post_init__(self) -> None:
@@ -149,7 +152,9 @@ class Rig:
         if self.family != "hinge" and (self.base == "fixed" or self.locked_at is not None):
             raise InputError(f"rig {self.family}: expected a hinge for base = 'fixed' or a screw, got none")
         object.__setattr__(self, "base_quaternion", frozen_quaternion(self.base_quaternion, "base_quaternion"))
-        for key in ("damping", "dry_friction", "gravity"):
+        if self.family != "hinge" and (self.drag or self.stiffness):
+            raise InputError(f"rig {self.family}: expected a hinge for drag or a spring across the joint, got none")
+        for key in ("damping", "dry_friction", "drag", "gravity"):
             positive(getattr(self, key), f"rig.{key}", or_zero=True)
 
     @property

@@ -8,10 +8,11 @@ from imubench.dataset.playing import make
 from imubench.dataset.ranges import Range, parse_range
 from imubench.dataset.spec import parse_spec
 from imubench.effects import EFFECTS
-from imubench.sim.injected import INJECTED
+from imubench.sim.injected import INJECTED, SWUNG
 from imubench.sim.play import play
 
 HINGE = "seconds = 4\n[[rig]]\nfamily = 'hinge'\n[[imu]]\nprofile = 'perfect'\n"
+SWINGING = HINGE.replace("'hinge'", "'hinge'\nbase = 'fixed'") + "[[motion]]\nkind = 'swing'\n"
 ALL = """
 seconds = 10
 recordings_per_rig = 3
@@ -113,16 +114,20 @@ def test_without_effects_and_with_perfect_sensors_a_recording_is_the_simulators_
 
 @pytest.mark.parametrize("name", INJECTED)
 def test_every_effect_shows_in_the_samples_and_in_the_table(name):
-    spec = spec_of(HINGE + f"[[effect]]\nname = '{name}'\n{GIVEN.get(name, '')}\n")
-    plain, made = make(spec_of(HINGE), 0, 0), make(spec, 0, 0)
+    rig = SWINGING if name in SWUNG else HINGE
+    spec = spec_of(rig + f"[[effect]]\nname = '{name}'\n{GIVEN.get(name, '')}\n")
+    plain, made = make(spec_of(rig), 0, 0), make(spec, 0, 0)
     assert made.drawn.effects, name
     assert {e["effect"] for e in made.drawn.effects} == {name}
     effect = EFFECTS[name]
     known = {p.name for p in effect.parameters if p.reported} | {f.name for f in effect.found} | set(effect.settings)
     for e in made.drawn.effects:
         assert set(e["parameters"]) == known
-        assert e["at"] in ("imu1", "imu2", "world")
-        at = "imu1" if e["at"] == "world" else e["at"]
+        assert e["at"] in ("imu1", "imu2", "joint", "body", "world")
+        if name == "inertia":  # what is believed is changed, and not the world
+            assert made.recording.body.inertia[1] != plain.recording.body.inertia[1]
+            continue
+        at = e["at"] if e["at"].startswith("imu") else "imu2"
         with_it, without = made.recording.imu(at), plain.recording.imu(at)
         changed = with_it.time.size != without.time.size or any(
             not np.array_equal(getattr(with_it, key), getattr(without, key)) for key in ("time", "gyro", "accel")

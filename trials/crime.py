@@ -20,7 +20,15 @@ from imubench.proof.mixture import Question
 from imubench.recording import Encoder, Imu, Pose, Recording
 from imubench.sim.imu_model import Declared, DeclaredMount, observe
 from imubench.sim.imu_profile import ChannelProfile, ImuProfile
-from imubench.sim.injected import INJECTED, SLIDING, injected_profile, injected_samples, moved_mount, sprung_mount
+from imubench.sim.injected import (
+    INJECTED,
+    SLIDING,
+    SWUNG,
+    injected_profile,
+    injected_samples,
+    moved_mount,
+    sprung_mount,
+)
 from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.rigs import STANDARD_RIGS, Mount, Rig, random_hinge
@@ -31,7 +39,9 @@ from imubench.trials.scoring import CaseScore
 from imubench.trials.seal import Truth
 from imubench.truth import Truth as World
 
-SIMULATED = tuple(name for name in INJECTED if name not in SLIDING)  # a sprung sensor that slides is beyond `sim`
+SIMULATED = tuple(
+    name for name in INJECTED if name not in (*SLIDING, *SWUNG)
+)  # those that a hand's motion leaves simple
 SUFFIX = "-sim"
 ENCODER_STD, POSITION_STD, ROTATION_STD = 5e-4, 1e-3, 4e-3  # rad, m, rad
 BEYOND = 0.5  # s that the motion goes on, for clocks that are late or fast
