@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.dataset.playing import Made, rows_of
 from imubench.dataset.spec import Spec
-from imubench.recording import Imu
+from imubench.recording import Imu, Pose, Recording
 from imubench.truth import SegmentTruth, SensorTruth
 
 XYZ, WXYZ = "xyz", "wxyz"
@@ -27,6 +27,7 @@ SENSOR_FIELDS = {
     "position": XYZ, "quaternion": WXYZ, "acceleration": XYZ, "gyro": XYZ, "specific_force": XYZ,
     "angular_acceleration": XYZ, "joint_vector": XYZ, "joint_axis": XYZ, "displacement": XYZ, "rotation": XYZ,
 }  # fmt: skip
+POSE_FIELDS = {"position": XYZ, "quaternion": WXYZ}  # field of a measured Pose -> its components
 CORE = ("quaternion", "gyro", "specific_force", "joint_vector", "joint_axis")
 """What `truth = "core"` keeps of segments and sensors, beside the hinge angle."""
 
@@ -58,8 +59,16 @@ def schema(spec: Spec) -> pa.Schema:
     for n in numbers(spec):
         columns.append((f"imu{n}_time", pa.float64()))
         columns += [(f"imu{n}_{name}_{axis}", kind) for _, name in SIGNALS for axis in XYZ]
-    columns += [(name, kind) for name in truth_columns(spec)]
+    columns += [(name, kind) for name in (*measured_columns(spec), *truth_columns(spec))]
     return pa.schema(columns)
+
+
+def measured_columns(spec: Spec) -> list[str]:
+    """Return the names of the columns of the encoder and of measured poses, of a spec that has them."""
+    names = [] if spec.encoder is None else ["encoder_angle"]
+    for pose in spec.poses:
+        names += [f"{pose.segment}_measured_{key}_{c}" for key, parts in POSE_FIELDS.items() for c in parts]
+    return names
 
 
 def truth_columns(spec: Spec) -> list[str]:
@@ -87,7 +96,8 @@ def samples_table(spec: Spec, made: Made) -> pa.Table:
     }
     for imu in made.recording.imus:
         arrays |= {n: _spread(values, rows, count, form.field(n).type) for n, values, rows in _signals(imu)}
-    arrays |= {name: _column(values, form.field(name).type) for name, values in _truth(spec, made)}
+    pairs = (*_measured(made.recording), *_truth(spec, made))
+    arrays |= {name: _column(values, form.field(name).type) for name, values in pairs}
     columns = [arrays.get(field.name, pa.nulls(count, field.type)) for field in form]
     return pa.Table.from_arrays(columns, schema=form)
 
@@ -99,6 +109,13 @@ def _signals(imu: Imu) -> Iterator[tuple[str, Array, NDArray[np.intp]]]:
     for key, name in SIGNALS:
         for i, axis in enumerate(XYZ):
             yield f"{imu.name}_{name}_{axis}", getattr(imu, key)[:, i], rows
+
+
+def _measured(recording: Recording) -> Iterator[tuple[str, Array]]:
+    for encoder in recording.encoders:
+        yield "encoder_angle", encoder.angle
+    for pose in recording.poses:
+        yield from _components(pose, f"{pose.segment}_measured", POSE_FIELDS)
 
 
 def _spread(values: Array, rows: NDArray[np.intp], count: int, kind: pa.DataType) -> pa.Array:
@@ -130,7 +147,9 @@ def _truth(spec: Spec, made: Made) -> Iterator[tuple[str, Array]]:
         yield from _components(sensor, f"imu{n}_true", sensor_fields(spec))
 
 
-def _components(part: SegmentTruth | SensorTruth, name: str, kept: dict[str, str]) -> Iterator[tuple[str, Array]]:
+def _components(
+    part: SegmentTruth | SensorTruth | Pose, name: str, kept: dict[str, str]
+) -> Iterator[tuple[str, Array]]:
     for key, parts in kept.items():
         values = getattr(part, key)
         if values is not None:

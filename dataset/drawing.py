@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from imubench import rotations
+from imubench.dataset.effect_ranges import Shown
 from imubench.dataset.imu_choices import bought
+from imubench.dataset.instruments import DrawnEncoder, DrawnPose
 from imubench.dataset.motion_ranges import BEYOND
 from imubench.dataset.ranges import located
 from imubench.dataset.rig_ranges import DrawnRig, draw_rig, pick
@@ -25,7 +27,7 @@ from imubench.sim.motion import Motion
 from imubench.sim.rigs import Mount, Rig
 
 RIG, RECORDING, SPLIT = 0, 1, 2  # the first number of a key
-PARTS = ("seconds", "motion", "imus", "declared", "effects", "observing", "samples")
+PARTS = ("seconds", "motion", "imus", "declared", "effects", "observing", "samples", "instruments")
 """What draws within a recording: append new parts at the end, or old seeds give other recordings."""
 GOLDEN = 0.6180339887498949  # a step that spreads splits evenly over the rigs, however many there are
 
@@ -44,6 +46,8 @@ class Drawn:
     motion_name: str
     motion: Motion | FreeSwing
     body: Body | None  # of a free swing, as declared
+    encoder: DrawnEncoder | None
+    poses: tuple[DrawnPose, ...]
     parts: Mapping[str, ImuProfile]  # by sensor, effects included
     nominal: Mapping[str, ImuProfile]  # by sensor, the same parts without effects
     effects: tuple[dict[str, Any], ...]  # {"effect", "at", "parameters"}
@@ -82,10 +86,9 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
     chosen = suited[pick([m.weight for m in suited], streams["motion"])]
     name, motion = chosen.draw(streams["motion"], seconds + BEYOND)
     sensors = [f"imu{i + 1}" for i in range(len(drawn.rig.mounts))]
-    effects = (
-        *drawn.springs,
-        *_effects(spec, streams["effects"], drawn.rig.family, isinstance(motion, FreeSwing), seconds),
-    )
+    encoder, poses = _instruments(spec, streams["instruments"], drawn.rig.family)
+    shown = Shown(drawn.rig.family, isinstance(motion, FreeSwing), encoder is not None)
+    effects = (*drawn.springs, *_effects(spec, streams["effects"], shown, seconds))
     with located(f"recording {index} of seed {seed}"):
         nominal = _parts(spec, streams["imus"], sensors)
         parts = {at: injected_profile(nominal[at], at, effects) for at in sensors}
@@ -111,6 +114,8 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
         name,
         motion,
         body,
+        encoder,
+        poses,
         parts,
         nominal,
         effects,
@@ -118,10 +123,19 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
     )
 
 
-def _effects(spec: Spec, rng: np.random.Generator, family: str, free: bool, seconds: float) -> list[dict[str, Any]]:
-    places = (*(f"imu{i + 1}" for i in range(len(RIGS[family]))), "joint", "body", "world")
+def _effects(spec: Spec, rng: np.random.Generator, shown: Shown, seconds: float) -> list[dict[str, Any]]:
+    places = (*(f"imu{i + 1}" for i in range(len(RIGS[shown.family]))), "joint", "body", "world")
     own = zip(spec.effects, rng.spawn(len(spec.effects)), strict=True)
-    return [found for e, stream in own if e.suits(family, free) for found in e.draw(stream, places, seconds)]
+    return [found for e, stream in own if e.suits(shown) for found in e.draw(stream, places, seconds)]
+
+
+def _instruments(
+    spec: Spec, rng: np.random.Generator, family: str
+) -> tuple[DrawnEncoder | None, tuple[DrawnPose, ...]]:
+    first, *others = rng.spawn(1 + len(spec.poses))
+    encoder = spec.encoder.draw(first, family) if spec.encoder is not None else None
+    poses = (pose.draw(own, RIGS[family]) for pose, own in zip(spec.poses, others, strict=True))
+    return encoder, tuple(pose for pose in poses if pose is not None)
 
 
 def _parts(spec: Spec, rng: np.random.Generator, sensors: list[str]) -> dict[str, ImuProfile]:

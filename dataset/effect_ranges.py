@@ -45,7 +45,17 @@ LIMITS: Mapping[str, tuple[float, float, bool]] = {  # [effect.]parameter -> low
     "time": (0.0, np.inf, False),
     **dict.fromkeys(("c", "t", "d", "k"), (0.0, np.inf, False)),
     "inertia.scale": (0.5, 2.0, False),
+    "range": (0.0, np.pi, False),
 }
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a recording has for effects to show in."""
+
+    family: str
+    free: bool  # a free swing
+    encoder: bool
 
 
 @dataclass(frozen=True)
@@ -58,12 +68,12 @@ class EffectRange:
     ranges: Mapping[str, Range]
     settings: Mapping[str, Any]  # channels, mode
 
-    def suits(self, family: str, free: bool) -> bool:
-        """Return whether a rig of this family can have it, in a free swing or in another motion."""
-        if self.name in ON_HINGES and family != "hinge":
+    def suits(self, shown: Shown) -> bool:
+        """Return whether a recording can have it."""
+        if (self.name in ON_HINGES and shown.family != "hinge") or (self.name == "backlash" and not shown.encoder):
             return False
-        fits = not free if self.name in SLIDING else free or self.name not in SWUNG
-        return fits and family in EFFECTS[self.name].rigs
+        fits = not shown.free if self.name in SLIDING else shown.free or self.name not in SWUNG
+        return fits and shown.family in EFFECTS[self.name].rigs
 
     def draw(self, rng: np.random.Generator, places: Sequence[str], seconds: float) -> list[dict[str, Any]]:
         """Return the effects on a recording of `seconds` s, of a rig with these places: name, place, parameters."""

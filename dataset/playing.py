@@ -55,7 +55,18 @@ def make(spec: Spec, seed: int, index: int) -> Made:
     imus = zip(observed.imus, drawn.streams["samples"].spawn(len(observed.imus)), strict=True)
     told = tuple(_told(imu, drawn, rng) for imu, rng in imus)
     count = round(drawn.seconds * spec.rate)
-    return Made(replace(observed, imus=told), thinned(world, split, count), drawn)
+    truth = thinned(world, split, count)
+    return Made(replace(observed, imus=told, **_read(drawn, truth)), truth, drawn)
+
+
+def _read(drawn: Drawn, truth: Truth) -> dict[str, Any]:
+    """Return what a recording's encoder and its measured poses say."""
+    first, *others = drawn.streams["instruments"].spawn(1 + len(drawn.poses))
+    encoder, poses = drawn.encoder, zip(drawn.poses, others, strict=True)
+    return {
+        "encoders": () if encoder is None else (encoder.read(truth, drawn.effects, first),),
+        "poses": tuple(pose.read(truth, own) for pose, own in poses),
+    }
 
 
 def _told(imu: Imu, drawn: Drawn, rng: np.random.Generator) -> Imu:

@@ -12,12 +12,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from imubench.arrays import Array
-from imubench.dataset.columns import SEGMENT_FIELDS, SENSOR_FIELDS, SHARED_ORIGIN, SIGNALS, XYZ
+from imubench.dataset.columns import POSE_FIELDS, SEGMENT_FIELDS, SENSOR_FIELDS, SHARED_ORIGIN, SIGNALS, XYZ
+from imubench.dataset.instruments import SEGMENTS
 from imubench.dataset.manifest import read_manifest
 from imubench.dataset.remote import place
 from imubench.dataset.shard import names
 from imubench.errors import InputError, unknown
-from imubench.recording import RIGS, Body, Imu, Recording
+from imubench.recording import RIGS, Body, Encoder, Imu, Pose, Recording
 from imubench.truth import SegmentTruth, SensorTruth, Truth
 
 
@@ -81,6 +82,8 @@ def _recording(row: Mapping[str, Any], table: pa.Table) -> Recording:
         name=row["name"],
         rig=row["family"],
         imus=tuple(_imu(name, row, table) for name in sensors),
+        encoders=_encoders(row, table),
+        poses=_poses(row, table),
         gravity=row["gravity"],
         motion="free" if free else "hand",
         free_swings=(tuple(row["free_swing"]),) if free else (),
@@ -88,6 +91,24 @@ def _recording(row: Mapping[str, Any], table: pa.Table) -> Recording:
         base=row["base"],
         base_quaternion=row["base_quaternion"],
     )
+
+
+def _encoders(row: Mapping[str, Any], table: pa.Table) -> tuple[Encoder, ...]:
+    if row["encoder_noise_std"] is None:
+        return ()
+    time, angle = _column(table, "time"), _column(table, "encoder_angle")
+    return (Encoder("hinge", time, angle, row["encoder_noise_std"], row["encoder_zero"]),)
+
+
+def _poses(row: Mapping[str, Any], table: pa.Table) -> tuple[Pose, ...]:
+    names = [name for name in SEGMENTS if row.get(f"{name}_measured_position_std") is not None]
+    return tuple(_pose(name, row, table) for name in names)
+
+
+def _pose(name: str, row: Mapping[str, Any], table: pa.Table) -> Pose:
+    position, quaternion = (_stacked(table, f"{name}_measured_{key}", parts) for key, parts in POSE_FIELDS.items())
+    stds = (row[f"{name}_measured_{key}_std"] for key in ("position", "rotation"))
+    return Pose(name, _column(table, "time"), position, quaternion, *stds)
 
 
 def _imu(name: str, row: Mapping[str, Any], table: pa.Table) -> Imu:

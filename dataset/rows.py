@@ -35,6 +35,8 @@ RECORDING = {
     "body_mass": REAL,  # kg, of the swinging segment, as declared; empty as well
     "body_com": _vector(3),  # m
     "body_inertia": _vector(3),  # kg m^2
+    "encoder_noise_std": REAL,  # rad, as declared; empty without an encoder
+    "encoder_zero": REAL,  # rad
     "seconds": REAL,
     "rate": REAL,  # Hz
     "samples": pa.int32(),  # rows in the table of samples
@@ -42,6 +44,7 @@ RECORDING = {
     "true_gravity": REAL,
     "effects": pa.list_(pa.struct({"effect": TEXT, "at": TEXT, "parameters": TEXT})),  # parameters: JSON
 }
+MEASURED = {f"measured_{key}_std": REAL for key in ("position", "rotation")}  # m, rad; empty where it is not measured
 SEGMENT = {"mass": REAL, "com": _vector(3), "inertia": _vector(3), "length": REAL}  # kg, m, kg m^2, m
 IMU = {
     "profile": TEXT,
@@ -68,7 +71,7 @@ def schema(spec: Spec) -> pa.Schema:
     """Return names and types of the columns of the table of recordings."""
     columns = dict(RECORDING)
     for n in numbers(spec):
-        columns |= {f"segment{n}_{key}": kind for key, kind in SEGMENT.items()}
+        columns |= {f"segment{n}_{key}": kind for key, kind in (SEGMENT | MEASURED).items()}
         columns |= {f"imu{n}_{key}": kind for key, kind in IMU.items()}
     return pa.schema(columns)
 
@@ -91,6 +94,8 @@ def row(made: Made, seed: int) -> dict[str, Any]:
         "body_mass": body and body.mass,
         "body_com": body and body.com.tolist(),
         "body_inertia": body and body.inertia.tolist(),
+        "encoder_noise_std": drawn.encoder and drawn.encoder.noise_std,
+        "encoder_zero": drawn.encoder and drawn.encoder.zero,
         "seconds": drawn.seconds,
         "rate": recording.imus[0].rate,
         "samples": made.truth.time.size,
@@ -100,6 +105,9 @@ def row(made: Made, seed: int) -> dict[str, Any]:
     }
     for n, segment in enumerate(drawn.rig.segments, 1):
         found |= _segment(f"segment{n}", segment)
+    for pose in drawn.poses:
+        found[f"{pose.segment}_measured_position_std"] = pose.position_noise_std
+        found[f"{pose.segment}_measured_rotation_std"] = pose.rotation_noise_std
     for mount, imu in zip(drawn.rig.mounts, recording.imus, strict=True):
         part, nominal = drawn.parts[imu.name], drawn.nominal[imu.name]
         found |= _mounts(imu.name, mount, drawn.declared[imu.name])

@@ -7,6 +7,7 @@ from typing import Any
 
 from imubench.dataset.effect_ranges import IMUS, SPRUNG, EffectRange, check_once, parse_effect
 from imubench.dataset.imu_choices import ImuChoice, parse_imu
+from imubench.dataset.instruments import EncoderRange, PoseRange, parse_encoder, parse_pose
 from imubench.dataset.motion_ranges import Files, MotionRange, parse_motion
 from imubench.dataset.ranges import Range, check_keys, chosen, is_number, number, parse_range
 from imubench.dataset.rig_ranges import RigRange, parse_rig
@@ -18,7 +19,7 @@ from imubench.toml_file import parse_toml
 
 KEYS = (
     "format", "name", "summary", "licence", "seconds", "rate", "recordings_per_rig", "recordings_per_file",
-    "precision", "truth", "declared", "splits", "rig", "motion", "imu", "effect",
+    "precision", "truth", "declared", "splits", "rig", "motion", "imu", "encoder", "pose", "effect",
 )  # fmt: skip
 PRECISIONS = ("single", "double")
 TRUTHS = ("full", "core", "none")
@@ -53,6 +54,8 @@ class Spec:
     motions: tuple[MotionRange, ...]
     imus: tuple[ImuChoice, ...]
     effects: tuple[EffectRange, ...]
+    encoder: EncoderRange | None = None
+    poses: tuple[PoseRange, ...] = ()
     content: Mapping[str, bytes] = field(repr=False, default_factory=dict)  # the spec's file and those it names
 
     @property
@@ -114,6 +117,8 @@ def _parsed(table: Mapping[str, Any], where: str, read: Files) -> Spec:
         motions=each("motion", lambda t, at: parse_motion(t, at, read, seconds), [{"kind": "random"}]),
         imus=each("imu", lambda t, at: parse_imu(t, at, read), [{"profile": "xsens_mtw"}]),
         effects=each("effect", parse_effect, []),
+        encoder=parse_encoder(_table(table.get("encoder"), f"{where}: encoder"), f"{where}: encoder"),
+        poses=each("pose", parse_pose, []),
     )
 
 
@@ -126,7 +131,12 @@ def _check_fits(spec: Spec, where: str) -> None:
             if ranges.probability and any(e.name == kind for e in spec.effects):
                 raise InputError(f"{where}: {kind}: expected springs with the rig or as an effect, got both")
     check_once(spec.effects)
+    seen = [pose.segment for pose in spec.poses]
+    if len(set(seen)) != len(seen):
+        raise InputError(f"{where}: pose: expected each segment once, got {', '.join(seen)}")
     for e in spec.effects:
+        if e.name == "backlash" and spec.encoder is None:
+            raise InputError(f"{where}: backlash: expected an [encoder], which it shows in, got none")
         if e.name in SWUNG and not any(m.kind == SwingMotion.kind for m in spec.motions):
             raise InputError(
                 f"{where}: {e.name}: expected a motion of kind '{SwingMotion.kind}', which it shows in, got none"
@@ -161,9 +171,14 @@ def _count(table: Mapping[str, Any], key: str, default: int, where: str) -> int:
     return value
 
 
-def _declared(table: Any, where: str) -> Declared:
-    if not isinstance(table, dict):
+def _table(table: Any, where: str) -> Any:
+    if table is not None and not isinstance(table, dict):
         raise InputError(f"{where}: expected a table, got {table!r}")
+    return table
+
+
+def _declared(table: Any, where: str) -> Declared:
+    _table(table, where)
     check_keys(table, ("position_std", "rotation_std"), where)
     return Declared(**{key: number(value, f"{where}.{key}") for key, value in table.items()})
 

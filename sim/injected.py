@@ -42,7 +42,7 @@ SWUNG = (*TORQUES, "inertia")
 """The effects that show in free swings alone."""
 INJECTED = (
     *SUMMED, *NOISE, *DIGITAL, *ADDED, *MOUNTED, *SLIDING,
-    "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity", *SWUNG,
+    "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity", "backlash", *SWUNG,
 )  # fmt: skip
 """The effects that can be played."""
 
@@ -85,7 +85,7 @@ def resisting(rig: Rig, effects: Sequence[Injected]) -> Rig:
     """Return the rig with the torques of its effects at the joint."""
     for e in effects:
         for parameter, key in TORQUES.get(e["effect"], {}).items():
-            rig = replace(rig, **{key: e["parameters"][parameter]})  # type: ignore[arg-type]
+            rig = replace(rig, **{key: e["parameters"][parameter]})
     return rig
 
 

@@ -114,7 +114,7 @@ def test_without_effects_and_with_perfect_sensors_a_recording_is_the_simulators_
 
 @pytest.mark.parametrize("name", INJECTED)
 def test_every_effect_shows_in_the_samples_and_in_the_table(name):
-    rig = SWINGING if name in SWUNG else HINGE
+    rig = SWINGING if name in SWUNG else HINGE + "[encoder]\n" if name == "backlash" else HINGE
     spec = spec_of(rig + f"[[effect]]\nname = '{name}'\n{GIVEN.get(name, '')}\n")
     plain, made = make(spec_of(rig), 0, 0), make(spec, 0, 0)
     assert made.drawn.effects, name
@@ -126,6 +126,10 @@ def test_every_effect_shows_in_the_samples_and_in_the_table(name):
         assert e["at"] in ("imu1", "imu2", "joint", "body", "world")
         if name == "inertia":  # what is believed is changed, and not the world
             assert made.recording.body.inertia[1] != plain.recording.body.inertia[1]
+            continue
+        if name == "backlash":
+            (with_it,), (without,) = made.recording.encoders, plain.recording.encoders
+            assert 0 < np.abs(with_it.angle - without.angle).max() <= e["parameters"]["range"] + 1e-12
             continue
         at = e["at"] if e["at"].startswith("imu") else "imu2"
         with_it, without = made.recording.imu(at), plain.recording.imu(at)

@@ -39,9 +39,8 @@ from imubench.trials.scoring import CaseScore
 from imubench.trials.seal import Truth
 from imubench.truth import Truth as World
 
-SIMULATED = tuple(
-    name for name in INJECTED if name not in (*SLIDING, *SWUNG)
-)  # those that a hand's motion leaves simple
+ELSEWHERE = (*SLIDING, *SWUNG, "backlash")  # what needs more than rigid or sprung mounts in a hand
+SIMULATED = tuple(name for name in INJECTED if name not in ELSEWHERE)
 SUFFIX = "-sim"
 ENCODER_STD, POSITION_STD, ROTATION_STD = 5e-4, 1e-3, 4e-3  # rad, m, rad
 BEYOND = 0.5  # s that the motion goes on, for clocks that are late or fast
