@@ -152,7 +152,11 @@ def test_a_shard_whose_file_is_gone_or_cut_is_made_again(alone, tmp_path):
 
 def started(out: Path, spec: Path, workers: int = 2) -> subprocess.Popen:
     command = [sys.executable, "-m", "imubench", "generate", str(spec), "--count", str(COUNT), "--seed", "3"]
-    return subprocess.Popen([*command, "--workers", str(workers), "--out", str(out)], start_new_session=True)
+    return subprocess.Popen(
+        [*command, "--workers", str(workers), "--out", str(out)],
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # shells have jobs in the background ignore it
+    )
 
 
 def until(condition, seconds: float = 60.0) -> None:
