@@ -4,10 +4,10 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.alike import alike
+from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.priors import middles
-from imubench.diagnosis.refit import information
 from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
 from imubench.diagnosis.select import NEEDED, Selection
 from imubench.diagnosis.separate import separation
@@ -21,7 +21,7 @@ MOST_SURE = 0.98
 
 def findings(selection: Selection) -> tuple[Finding, ...]:
     """Return the effects that stay, strongest first."""
-    _, std = information(selection.fit)
+    std = parameter_std(selection.fit)
     recording = selection.fit.model.recording
     out = []
     for kept in sorted(selection.kept, key=lambda k: -k.heldout.value):

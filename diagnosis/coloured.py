@@ -1,0 +1,125 @@
+"""Standard deviations of the fitted parameters where the noise is not white.
+
+A parameter's error is what the noise e of every sample adds, sum_t a(t) e(t), with the influence a that the fit gives
+each sample. Its variance is the sum of |A(f)|^2 S(f): A the influence's spectrum, S the noise power, 1 for
+white noise of the fitted level. What the fit leaves shows S, once divided by what it would leave of white noise: the
+motion follows slow noise more than quick noise, and that share is found by handing white noise to the same linear fit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.blocks import Solution
+from imubench.diagnosis.fit import Fit, factored
+from imubench.diagnosis.noise import Spread
+from imubench.diagnosis.priors import TILT
+from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, Rows
+from imubench.diagnosis.splines import SUPPORT
+from imubench.diagnosis.threads import one_thread
+
+DRAWS = 6  # of white noise
+SEED = 4242  # of them, so that a diagnosis repeats itself
+ABSORBED = 0.05  # of white noise's power: where the fit leaves less, the residuals cannot tell the noise
+LEAST = 0.5  # of the white power: S falls below 1 only because slow noise raised the level
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """Noise power of one group of rows over white noise's of the fitted level, in bands that double in width."""
+
+    edges: Array  # (bands + 1,) bins of the transform of all samples
+    power: Array  # (bands,)
+    seen: Array  # (bands,) share of white noise's power that the fit leaves
+
+    def at(self, bins: int) -> Array:
+        """Return the power (bins,) at every bin; a constant counts to the slowest band."""
+        band = np.searchsorted(self.edges, np.arange(bins), side="right") - 1
+        return np.asarray(self.power[np.clip(band, 0, len(self.power) - 1)])
+
+
+@one_thread
+def parameter_std(fit: Fit) -> dict[str, Array]:
+    """Return every parameter's standard deviations, the colour of the residuals counted in."""
+    solution, measured = _solved(fit)
+    spread = Spread.of(solution, fit.model.tracks.width)
+    variance = np.diag(spread.shared).copy()
+    for (r, part), white in zip(measured, white_residuals(solution, measured, fit.model.tracks.width), strict=True):
+        found = spectra(r.whitened, white)
+        a = influence(spread, part)
+        power = np.sum(np.abs(np.fft.rfft(a, axis=0)) ** 2, axis=1) / len(a)  # (bins, p)
+        power[1 : (len(a) + 1) // 2] *= 2
+        variance += (found.at(len(power)) - 1) @ power
+    std = np.sqrt(np.maximum(variance, LEAST * np.diag(spread.shared)))
+    return {name: std[fit.model.parameters.columns(name)] for name in fit.model.priors}
+
+
+@one_thread
+def noise_spectra(fit: Fit) -> dict[str, Spectra]:
+    """Return the colour of every group of measurements."""
+    solution, measured = _solved(fit)
+    white = white_residuals(solution, measured, fit.model.tracks.width)
+    return {r.name: spectra(r.whitened, w) for (r, _), w in zip(measured, white, strict=True)}
+
+
+def _solved(fit: Fit) -> tuple[Solution, list[tuple[Rows, Linear]]]:
+    """Return the factored fit, and the measurements with their Jacobians."""
+    rows = [r for r in fit.rows if not r.name.startswith(TILT)]
+    _, solution, parts = factored(fit.model, rows)
+    return solution, [(r, part) for r, part in zip(rows, parts, strict=True) if r.counts]
+
+
+def influence(spread: Spread, part: Linear) -> Array:
+    """Return how far a whitened residual of 1 moves the parameters (n, m, p)."""
+    n, m = part.residual.shape
+    width, p = spread.reach.shape[1:]
+    out = np.empty((n, m, p))
+    local = part.local.reshape(n, m, SUPPORT * width)
+    for i in range(SUPPORT):  # a sixth of the splines at a time: less memory than all windows at once
+        some = local[:, :, i * width : (i + 1) * width]
+        moved = np.matmul(some, spread.reach[part.first + i])
+        out = moved if i == 0 else out + moved
+    return np.asarray((part.border - out) @ spread.shared)
+
+
+def white_residuals(solution: Solution, measured: Sequence[tuple[Rows, Linear]], width: int) -> list[Array]:
+    """Return what the linear fit leaves of draws of white noise, (n, m, draws) for every group."""
+    rng = np.random.default_rng(SEED)
+    noise = [rng.standard_normal((*part.residual.shape, DRAWS)) for _, part in measured]
+    blocks, b, p = solution.border.shape
+    pull = np.zeros((blocks * KNOTS_PER_BLOCK, width, DRAWS))
+    shared = np.zeros((p, DRAWS))
+    for (_, part), e in zip(measured, noise, strict=True):
+        part.scatter(e, pull)
+        shared += np.einsum("nmp,nmd->pd", part.border, e)
+    x, values = solution.solve(pull.reshape(blocks, b, DRAWS), shared)
+    knots = x.reshape(-1, width, DRAWS)
+    out = []
+    for (_, part), e in zip(measured, noise, strict=True):
+        left = e - part.border @ values
+        for i in range(SUPPORT):
+            left -= np.matmul(part.local[:, :, i], knots[part.first + i])
+        out.append(left)
+    return out
+
+
+def spectra(left: Array, white: Array) -> Spectra:
+    """Return the noise power that residuals (n, m) show, beside residuals of white noise (n, m, draws)."""
+    bins = len(left) // 2 + 1
+    edges = [1]
+    while 3 * edges[-1] < bins:
+        edges.append(2 * edges[-1] + 2)
+    edges.append(bins)
+    power = np.sum(np.abs(np.fft.rfft(left, axis=0)) ** 2, axis=1)
+    expected = np.mean(np.sum(np.abs(np.fft.rfft(white, axis=0)) ** 2, axis=1), axis=1)
+    whole = left.shape[1] * len(left)  # power of white noise in one bin
+    seen = np.array([np.mean(expected[low:high]) for low, high in pairwise(edges)]) / whole
+    found = np.array([np.mean(power[low:high]) for low, high in pairwise(edges)]) / whole
+    ratio = np.where(seen > ABSORBED, found / np.maximum(seen, ABSORBED), 1.0)
+    return Spectra(np.array(edges, dtype=float), np.maximum(ratio, LEAST), seen)
+
+
+__all__ = ["Spectra", "influence", "noise_spectra", "parameter_std", "spectra", "white_residuals"]
