@@ -11,9 +11,10 @@ from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit, settled, solve
 from imubench.diagnosis.model import Hypothesis, State
 from imubench.diagnosis.noise import declared, fit_with_noise
-from imubench.diagnosis.refit import extended, log_evidence
+from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import Screened, obeyed, screen
 from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial
+from imubench.diagnosis.worth import worth
 
 ROUNDS = 3  # of their noise estimation
 MORE = 2  # rounds for the best of them on the whole recording
@@ -30,8 +31,10 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
     say("screening effects with states")
     screened = [s for s in screen(short, stateful) if s.evidence > NEEDED]
     tried = []
-    worth = [s for s in screened if s.evidence > RIVALS * screened[0].evidence][:TRIED]
-    for some in [[s] for s in worth] + pairs(worth):
+    likely = [s for s in screened if s.evidence > RIVALS * screened[0].evidence][:TRIED]
+    for some in [[s] for s in likely] + pairs(likely):
+        if len(some) > 1 and not any(t.evidence > NEEDED for t, _ in tried):
+            break  # where both are there, each alone is worth something too
         say(f"refitting with {' and '.join(s.hypothesis.name for s in some)}")
         with suppress(NotPositiveDefiniteError):
             tried.append((_lively(short, some), some))
@@ -115,9 +118,8 @@ def _grown(fit: Fit, trial: Trial) -> Trial:
 
 
 def _against(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
-    """Return a refit beside the fit without its effects, each at its own noise levels."""
-    won = log_evidence(tried) - log_evidence(fit)
-    return Trial(hypotheses[0], tried, won, tuple(hypotheses[1:]))
+    """Return a refit beside the fit without its effects."""
+    return Trial(hypotheses[0], tried, worth(fit, tried), tuple(hypotheses[1:]))
 
 
 def calm(fit: Fit) -> dict[str, float]:

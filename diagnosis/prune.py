@@ -13,6 +13,7 @@ from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended, information, log_evidence
 from imubench.diagnosis.trial import NEEDED, SCREENED, Kept
+from imubench.diagnosis.worth import worth
 
 CERTAIN = 30.0  # nat that an effect is worth without looking closer
 SPLINES = 15.0  # nat that an effect with a life of its own must be worth
@@ -56,11 +57,11 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
             loss = about_zero(fit, h, covariance)
         else:
             short = excerpt(fit, *loudest(fit, SCREENED))
-            loss = log_evidence(short) - log_evidence(_without(short, h))
+            loss = worth(_without(short, h), short)
         if loss > CERTAIN:
             return loss, None
     without = _without(fit, h)
-    return log_evidence(fit) - log_evidence(without), without
+    return worth(without, fit) if h.effect.states else log_evidence(fit) - log_evidence(without), without
 
 
 def _without(fit: Fit, h: Hypothesis) -> Fit:
