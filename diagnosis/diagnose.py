@@ -17,7 +17,7 @@ from imubench.diagnosis.left_out import left_out_change
 from imubench.diagnosis.noise import declared, declared_by, fit_with_noise
 from imubench.diagnosis.priors import START_SMOOTH
 from imubench.diagnosis.regressors import regressors
-from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Unseen, Verdict
+from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled, heard, sampled
 from imubench.diagnosis.select import RELATED, select
 from imubench.diagnosis.start import blind_start, model_of
@@ -58,10 +58,13 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         rest, best = unknowns(chosen.fit, where) if chosen else ((), fit)
         rounded = {f.at for f in samples.findings if f.effect == "quantisation"}
         rest = tuple(f for f in rest if f.at not in rounded)  # rounding goes with the signal, and is said already
+        noises = tuple(f for f in rest if f.effect != UNKNOWN)
+        rest = tuple(f for f in rest if f.effect == UNKNOWN)
+        now |= {f"{f.at}.{f.effect.removesuffix('_noise')}": float(f.parameters["std"].value) for f in noises}
         after = gather.weighed(best, now)
         kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
         fitted = tuple(f for f in (findings(chosen) if chosen else ()) if (f.effect, f.at) in kept)
-        named = with_samples(fitted, samples)
+        named = with_samples((*fitted, *noises), samples)
         traces = gather.traces(before, after if named or rest else None)
     evidence = Evidence(
         recording,

@@ -15,8 +15,9 @@ from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.findings import MOST_SURE, SOFT
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.heldout import Gain, predicted
+from imubench.diagnosis.loud import loud
 from imubench.diagnosis.model import Hypothesis
-from imubench.diagnosis.noise import declared, fit_with_noise
+from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended, information, log_evidence, refit
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
@@ -28,8 +29,6 @@ from imubench.diagnosis.where import SMALL, locate
 NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
 MOST = 2  # unknowns in one diagnosis
 REFITTED = 2  # terms at most
-ALLOWED = 1.15**2 * 1.2 * 1.3  # of the declared noise power: right within 15 %, 20 % of colour, 30 % for rough motion
-SURELY = 0.9  # confidence in noise power beyond that, which no term explains
 UNITS = {"gyro": "rad/s", "accel": "m/s^2", "torque": "N m"}
 
 
@@ -158,17 +157,6 @@ def place(found: Fitted) -> Where:
     order = np.argsort(-power)
     shares = {names[i]: float(power[i] / power.sum()) for i in order if power[i] > SMALL * power.sum()}
     return Where(term.at, shares, (), (), term.goes_with, 1.0)
-
-
-def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
-    """Return the place where noise is louder than declared though no term explains it, the loudest one."""
-    told = declared(fit.model)
-    over = {n: (fit.noise[n] / std) ** 2 for n, std in told.items() if n in fit.noise and n.split(".")[0] not in known}
-    sensors = {n.split(".")[0] for n, power in over.items() if power > ALLOWED}
-    chosen = next((w for w in where if w.at in sensors), None)
-    if chosen is None:
-        return []
-    return [Finding(UNKNOWN, chosen.at, SURELY, {}, Interval(0.0, (0.0, 0.0)), where=chosen)]
 
 
 __all__ = ["Fitted", "Guess", "found_in", "promising", "unknowns"]

@@ -11,7 +11,7 @@ from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.result import UNKNOWN, Where
 from imubench.diagnosis.terms import Unknown, UnknownTorque, terms
-from imubench.diagnosis.unknown import loud, unknowns
+from imubench.diagnosis.unknown import unknowns
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -125,13 +125,3 @@ def test_noise_alone_raises_nothing(tmp_path, options):
 )
 def test_coloured_noise_alone_raises_nothing(tmp_path, seed, options):
     assert unknowns(fitted(tmp_path, [], seed, **options))[0] == ()
-
-
-def test_noise_too_loud_for_what_is_declared_is_told_where_it_is(swinging):
-    where = Where("imu2", {"gyr_x": 0.9}, (), (), "nothing clear", 0.9)
-    louder = dict(swinging.noise)
-    assert loud(swinging, [where], set()) == []
-    louder["imu2.gyro"] *= 2
-    (told,) = loud(type(swinging)(**{**vars(swinging), "noise": louder}), [where], set())
-    assert (told.effect, told.at, told.where) == (UNKNOWN, "imu2", where)
-    assert loud(type(swinging)(**{**vars(swinging), "noise": louder}), [where], {"imu2"}) == []

@@ -1,0 +1,78 @@
+"""Noise louder than declared that no effect and no term explains: white, so a noise; or of unknown origin."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.coloured import Spectra, noise_spectra
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.noise import declared, levels
+from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
+from imubench.diagnosis.rows import Rows
+
+ALLOWED = 1.15**2 * 1.2 * 1.3  # of the declared noise power: right within 15 %, 20 % of colour, 30 % for rough motion
+SURELY = 0.9  # confidence in noise power beyond that, which no term explains
+FLAT = 1.15  # by how much a band's power may differ from the whole's, beyond what chance lets it
+CHANCE = 2.5  # standard deviations of a band's power, three axes at every bin
+VISIBLE = 0.3  # of white noise's power, that the fit must leave in a band to tell
+STEADY = 1.2  # by how much the power may differ between calm and quick moments
+WINDOW = 1.0  # s
+UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
+
+
+def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
+    """Return white noise by its name, or the loudest place of what is not white; IMUs in `known` are explained."""
+    told = declared(fit.model)
+    imus = {i.name for i in fit.model.recording.imus} - known
+    over = {n: (fit.noise[n] / std) ** 2 for n, std in told.items() if n in fit.noise and n.split(".")[0] not in known}
+    over = {n: power for n, power in over.items() if power > ALLOWED}
+    if not over:
+        return []
+    spectra, (_, leverage) = noise_spectra(fit), levels(fit)
+    out = []
+    for rows in fit.measured:
+        at = rows.name.split(".")[0]
+        if rows.name in over and at in imus and flat(spectra[rows.name]) and steady(fit, rows, leverage[rows.name]):
+            out.append(_white(fit, rows, leverage[rows.name]))
+            del over[rows.name]
+    sensors = {n.split(".")[0] for n in over}
+    chosen = next((w for w in where if w.at in sensors), None)
+    if chosen is not None:
+        out.append(Finding(UNKNOWN, chosen.at, SURELY, {}, Interval(0.0, (0.0, 0.0)), where=chosen))
+    return out
+
+
+def flat(spectra: Spectra) -> bool:
+    """Return whether the noise is white as far as its bands tell; at least two have to."""
+    told = spectra.seen > VISIBLE
+    off = np.abs(np.log(spectra.power[told]))
+    chance = CHANCE / np.sqrt(3 * np.diff(spectra.edges)[told])
+    return len(off) > 1 and bool(np.all(off < np.log(FLAT) + chance))
+
+
+def steady(fit: Fit, rows: Rows, leverage: Array) -> bool:
+    """Return whether an IMU's residuals are as large while it turns fast as while it does not."""
+    imu = next(i for i in fit.model.recording.imus if i.name == rows.name.split(".")[0])
+    speed = np.interp(rows.time + fit.model.start, imu.time, np.linalg.norm(imu.gyro, axis=1))
+    bins = ((rows.time - rows.time[0]) / WINDOW).astype(int)
+    count = np.maximum(np.bincount(bins), 1)
+    pace = np.sqrt(np.bincount(bins, speed**2) / count)[bins]
+    quick = pace > np.median(pace)
+    if not 0 < quick.sum() < quick.size:
+        return False
+    power = np.sum(rows.whitened**2, axis=1) / np.maximum(np.sum(1 - leverage, axis=1), 1e-3)
+    ratio = float(np.mean(power[quick]) / np.mean(power[~quick]))
+    return 1 / STEADY < ratio < STEADY
+
+
+def _white(fit: Fit, rows: Rows, leverage: Array) -> Finding:
+    """Return a louder white noise as a finding."""
+    at, part = rows.name.split(".")
+    std = fit.noise[rows.name]
+    error = std / np.sqrt(2 * max(float(np.sum(1 - leverage)), 1.0))
+    size = Parameter(np.array(std), np.array(error), UNITS[part])
+    return Finding(f"{part}_noise", at, SURELY, {"std": size}, Interval(0.0, (0.0, 0.0)))
+
+
+__all__ = ["ALLOWED", "flat", "loud", "steady"]
