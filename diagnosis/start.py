@@ -18,6 +18,7 @@ from imubench.effects import EFFECTS
 from imubench.jets import Jet
 from imubench.recording import Imu, Recording
 
+DENSEST = 128.0  # knots a second: no rig moves faster than that shows, and time grows with their number
 LEVELLING = 3.0  # s over which the mean specific force is taken for up
 COARSE = 0.004  # s, a clock offset that a linear score could not judge any more
 ALIKE = 0.5  # correlation of both sensors' rates across the hinge, under which they tell nothing of the clocks
@@ -30,7 +31,7 @@ def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
     rig = Rig.of(recording)
     stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     start, end = min(t[0] for t in stamps), max(t[-1] for t in stamps)
-    rate = knots_per_s or min(1 / float(np.median(np.diff(t))) for t in stamps)
+    rate = knots_per_s or min(DENSEST, *(imu.rate for imu in recording.imus))
     knots = Knots.over(-EDGE, end - start + EDGE, 1 / rate)
     mounts = {i.name: Geometry(i.mount_position, rotations.to_matrix(i.mount_quaternion)) for i in recording.imus}
     return Model(recording, rig, Tracks(knots, rig.widths), mounts, float(start))
