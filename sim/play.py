@@ -5,16 +5,22 @@ integrated forward (`sprung`). What a sensor reads is evaluated at the samples a
 position, rate and acceleration, and a sprung mount the acceleration that its springs, dampers and the load give it.
 """
 
+from typing import Literal
+
 import numpy as np
 
+from imubench.errors import unknown
 from imubench.recording import positive
 from imubench.sim.compile import compile_model
 from imubench.sim.driven import evaluate, joint_state
 from imubench.sim.motion import Motion
+from imubench.sim.on_warp import evaluate as evaluate_on_warp
 from imubench.sim.readout import read_truth
 from imubench.sim.rigs import Rig
 from imubench.sim.sprung import sprung_motion
 from imubench.truth import Truth
+
+ENGINES = ("mujoco", "warp")
 
 
 def play(
@@ -25,17 +31,22 @@ def play(
     step: float | None = None,
     labels: tuple[tuple[str, float, float], ...] = (),
     threads: int = 0,
+    engine: Literal["mujoco", "warp"] = "mujoco",
 ) -> Truth:
     """Return the truth of a prescribed motion, `rate` samples a second for `duration` s.
 
     `step` is the longest integration step of sprung mounts in s; None takes an eighth of the period of their fastest
     mode, less where that is hardly damped, and 5 ms at most. `threads` 0 uses every core; no result depends on it.
+    `engine` "warp" has the samples evaluated by MuJoCo Warp (`on_warp`), in single precision, on a GPU where one is.
     """
+    if engine not in ENGINES:
+        raise unknown("engine", engine, ENGINES)
     positive(duration, "duration")
     positive(rate, "rate")
     time = np.arange(round(duration * rate)) / rate
     model = compile_model(rig, driven="joints" if rig.sprung else "all")
     mounts = sprung_motion(rig, model, motion, time.size, rate, step) if rig.sprung else None
     trajectory = motion(time)
-    data = evaluate(model, *joint_state(rig, model, trajectory, mounts), threads=threads)
+    state = joint_state(rig, model, trajectory, mounts)
+    data = evaluate_on_warp(model, *state) if engine == "warp" else evaluate(model, *state, threads=threads)
     return read_truth(rig, model, time, data, labels, trajectory)
