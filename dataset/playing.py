@@ -10,6 +10,7 @@ from imubench.arrays import Array
 from imubench.dataset.drawing import Drawn, draw
 from imubench.dataset.imu_choices import on_the_truths_grid
 from imubench.dataset.motion_ranges import BEYOND
+from imubench.dataset.ranges import located
 from imubench.dataset.spec import Spec
 from imubench.dataset.swing_range import FreeSwing
 from imubench.recording import Imu, Recording
@@ -37,10 +38,11 @@ def make(spec: Spec, seed: int, index: int) -> Made:
     grid = all(on_the_truths_grid(part) for part in drawn.parts.values())
     split = 1 if grid else OVERSAMPLING
     free, seconds = isinstance(drawn.motion, FreeSwing), drawn.seconds + (0 if grid else BEYOND)
-    if isinstance(drawn.motion, FreeSwing):
-        world = drawn.motion.play(drawn.rig, seconds, spec.rate * split)
-    else:
-        world = play(drawn.rig, drawn.motion, seconds, spec.rate * split, threads=1)
+    with located(f"recording {index} of seed {seed}"):
+        if isinstance(drawn.motion, FreeSwing):
+            world = drawn.motion.play(drawn.rig, seconds, spec.rate * split)
+        else:
+            world = play(drawn.rig, drawn.motion, seconds, spec.rate * split, threads=1)
     declared = Declared(
         mounts=drawn.declared,
         motion="free" if free else "hand",

@@ -8,6 +8,7 @@ from imubench.dataset.playing import make
 from imubench.dataset.ranges import Range, parse_range
 from imubench.dataset.spec import parse_spec
 from imubench.effects import EFFECTS
+from imubench.errors import InputError
 from imubench.sim.injected import INJECTED, SWUNG
 from imubench.sim.play import play
 
@@ -190,3 +191,10 @@ def test_ranges_hold_what_they_draw(value, kind, low, high):
         assert abs(draws.std() - 2) < 0.16  # five standard errors of the std of 2000 draws
     if kind == "log":
         assert abs(np.median(draws) - np.sqrt(8)) < 0.3  # half lie below the geometric mean, within five errors
+
+
+def test_springs_that_the_motion_throws_about_are_said_with_the_recording():
+    text = "seconds = 4\n[[rig]]\nfamily = 'hinge'\nrocking = { frequency = 2, damping_ratio = 0.02 }\n"
+    spec = spec_of(text + "[[motion]]\nkind = 'random'\nbandwidth = 8\n")
+    with pytest.raises(InputError, match=r"recording 0 of seed 0: sprung mount: expected springs that hold the sensor"):
+        make(spec, 0, 0)
