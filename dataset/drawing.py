@@ -22,12 +22,20 @@ from imubench.dataset.swing_range import FreeSwing
 from imubench.recording import RIGS, Body
 from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
-from imubench.sim.injected import believed, injected_profile, moved_mount, resisting, sliding_mount, sprung_mount
+from imubench.sim.injected import (
+    believed,
+    carried,
+    injected_profile,
+    moved_mount,
+    resisting,
+    sliding_mount,
+    sprung_mount,
+)
 from imubench.sim.motion import Motion
 from imubench.sim.rigs import Mount, Rig
 
 RIG, RECORDING, SPLIT = 0, 1, 2  # the first number of a key
-PARTS = ("seconds", "motion", "imus", "declared", "effects", "observing", "samples", "instruments")
+PARTS = ("seconds", "motion", "imus", "declared", "effects", "observing", "samples", "instruments", "pivot")
 """What draws within a recording: append new parts at the end, or old seeds give other recordings."""
 GOLDEN = 0.6180339887498949  # a step that spreads splits evenly over the rigs, however many there are
 
@@ -101,6 +109,8 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
         )
         g = next((e["parameters"]["g"] for e in effects if e["effect"] == "gravity"), drawn.rig.gravity)
         rig = resisting(replace(drawn.rig, mounts=mounts, gravity=g), effects)
+        if not isinstance(motion, FreeSwing):
+            motion, rig = carried(motion, rig, effects, streams["pivot"])
         body = believed(rig.segments[-1], effects) if isinstance(motion, FreeSwing) else None
     split = split_of(spec, seed, rig_index)
     return Drawn(

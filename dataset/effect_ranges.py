@@ -46,6 +46,7 @@ LIMITS: Mapping[str, tuple[float, float, bool]] = {  # [effect.]parameter -> low
     **dict.fromkeys(("c", "t", "d", "k"), (0.0, np.inf, False)),
     "inertia.scale": (0.5, 2.0, False),
     "range": (0.0, np.pi, False),
+    "band": (0.05, 20.0, False),  # Hz
 }
 
 
@@ -72,7 +73,7 @@ class EffectRange:
         """Return whether a recording can have it."""
         if (self.name in ON_HINGES and shown.family != "hinge") or (self.name == "backlash" and not shown.encoder):
             return False
-        fits = not shown.free if self.name in SLIDING else shown.free or self.name not in SWUNG
+        fits = not shown.free if self.name in (*SLIDING, "moving_pivot") else shown.free or self.name not in SWUNG
         return fits and shown.family in EFFECTS[self.name].rigs
 
     def draw(self, rng: np.random.Generator, places: Sequence[str], seconds: float) -> list[dict[str, Any]]:
@@ -89,6 +90,8 @@ class EffectRange:
             values = {"times": sorted(_plain(rng.uniform(0.0, seconds, round(values["count"]))))}
         if self.name == "rocking_mount":
             values["gyration"] = GYRATION
+        if self.name == "moving_pivot":
+            values["band"] = sorted(values["band"])
         if self.name == "mount_shift" and "time" not in values:
             values["time"] = float(seconds * rng.uniform(*SLIP_WITHIN))
         return values | dict(self.settings)

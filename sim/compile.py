@@ -83,6 +83,8 @@ def _set_joint(spec: Any, rig: Rig) -> None:
     if rig.family == "hinge" and rig.base == "fixed":
         spec.delete(spec.joint("base"))
         spec.body("segment1").quat = rig.base_quaternion
+    if rig.pivot_moves:
+        _carry(spec)
     joint = spec.joint("hinge" if rig.family == "hinge" else "base")
     if rig.family == "free":
         return
@@ -98,6 +100,14 @@ def _set_joint(spec: Any, rig: Rig) -> None:
     if rig.locked_at is not None:
         spec.delete(joint)
         spec.body("segment2").quat = rotations.exp(np.array([0.0, rig.locked_at, 0.0]))
+
+
+def _carry(spec: Any) -> None:
+    """Put slides along the world's axes before a pendulum's ball joint."""
+    spec.delete(spec.joint("base"))
+    for axis, letter in zip(np.eye(3), "xyz", strict=True):
+        spec.body("segment1").add_joint(name=f"pivot_{letter}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    spec.body("segment1").add_joint(name="base", type=mujoco.mjtJoint.mjJNT_BALL)
 
 
 def _set_mount(body: Any, mount: Mount) -> None:

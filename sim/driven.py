@@ -55,6 +55,10 @@ def joint_state(
             p, v = p + 3, v + 3
         qpos[:, p : p + 4], qvel[:, v : v + 3] = trajectory.quaternion, trajectory.rate
         qacc[:, v : v + 3] = trajectory.angular_acceleration
+    for i, letter in enumerate("xyz" if rig.pivot_moves else ""):
+        p, v = int(model.joint(f"pivot_{letter}").qposadr[0]), int(model.joint(f"pivot_{letter}").dofadr[0])
+        qpos[:, p], qvel[:, v] = trajectory.position[:, i], trajectory.velocity[:, i]
+        qacc[:, v] = trajectory.acceleration[:, i]
     if "hinge" in names:
         p, v = int(model.joint("hinge").qposadr[0]), int(model.joint("hinge").dofadr[0])
         qpos[:, p], qvel[:, v], qacc[:, v] = trajectory.angle, trajectory.angle_rate, trajectory.angle_acceleration

@@ -18,7 +18,9 @@ from imubench.jets import Jet
 from imubench.recording import Body, Imu
 from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
+from imubench.sim.motion import Carried, Motion
 from imubench.sim.rigs import Mount, Rig, Segment, Slip, springs
+from imubench.sim.signals import Sines
 
 Injected = Mapping[str, Any]  # {"effect", "at", "parameters"}
 
@@ -38,11 +40,12 @@ TORQUES: Mapping[str, Mapping[str, str]] = {  # effect -> parameter -> number of
     "air_drag": {"d": "drag"},
     "joint_spring": {"k": "stiffness", "q0": "spring_angle"},
 }
+LINES = 30  # sines of a moving pivot, along each axis
 SWUNG = (*TORQUES, "inertia")
 """The effects that show in free swings alone."""
 INJECTED = (
     *SUMMED, *NOISE, *DIGITAL, *ADDED, *MOUNTED, *SLIDING,
-    "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity", "backlash", *SWUNG,
+    "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity", "backlash", "moving_pivot", *SWUNG,
 )  # fmt: skip
 """The effects that can be played."""
 
@@ -87,6 +90,19 @@ def resisting(rig: Rig, effects: Sequence[Injected]) -> Rig:
         for parameter, key in TORQUES.get(e["effect"], {}).items():
             rig = replace(rig, **{key: e["parameters"][parameter]})
     return rig
+
+
+def carried(motion: Motion, rig: Rig, effects: Sequence[Injected], rng: np.random.Generator) -> tuple[Motion, Rig]:
+    """Return motion and rig with the `moving_pivot` of a pendulum: lines within the band, of equal acceleration."""
+    for e in effects:
+        if e["effect"] == "moving_pivot":
+            std, (low, high) = e["parameters"]["std"], e["parameters"]["band"]
+            share = (np.arange(LINES) + rng.uniform(0.3, 0.7, (3, LINES))) / LINES  # apart, so that they beat slowly
+            frequency, phase = low + (high - low) * share, rng.uniform(0, 2 * np.pi, (3, LINES))
+            amplitude = std * np.sqrt(2 / LINES) / (2 * np.pi * frequency) ** 2
+            paths = (Sines(*numbers) for numbers in zip(amplitude, frequency, phase, strict=True))
+            return Carried(motion, *paths), replace(rig, pivot_moves=True)
+    return motion, rig
 
 
 def believed(segment: Segment, effects: Sequence[Injected]) -> Body:

@@ -74,7 +74,7 @@ def _first(rig: Rig, t: Trajectory) -> SegmentTruth:
         q = np.broadcast_to(rig.base_quaternion, t.quaternion.shape)
         return SegmentTruth("segment1", still, q, still, still, still, still)
     position, velocity, acceleration = t.position, t.velocity, t.acceleration
-    if rig.family == "pendulum":
+    if rig.family == "pendulum" and not rig.pivot_moves:
         position = velocity = acceleration = still
     return SegmentTruth("segment1", position, t.quaternion, velocity, t.rate, acceleration, t.angular_acceleration)
 

@@ -1,7 +1,7 @@
 """A motion says where every joint is at any time, with exact rates and accelerations."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from imubench.sim.signals import STILL, Signal
 class Trajectory:
     """The joints of a rig at given times.
 
-    Position and velocity are those of segment 1's frame (the pendulum's and a fixed base's stay put).
+    Position and velocity are those of segment 1's frame (a fixed base's stays put, and a pendulum's unless it is said
+    that its pivot moves).
     """
 
     time: Array  # (n,) s
@@ -59,6 +60,22 @@ class AngleMotion:
         return Trajectory(
             time, position, velocity, acceleration, _quaternion(a, b, c), rate, angular, *self.angle(time)
         )
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A motion whose position is that of another: what it does is done on a moving origin."""
+
+    motion: Motion
+    x: Signal  # m, world
+    y: Signal
+    z: Signal
+
+    def __call__(self, time: Array) -> Trajectory:
+        """Return the trajectory at `time` (n,) s."""
+        parts = zip(self.x(time), self.y(time), self.z(time), strict=True)
+        position, velocity, acceleration = (np.stack(part, axis=-1) for part in parts)
+        return replace(self.motion(time), position=position, velocity=velocity, acceleration=acceleration)
 
 
 def _quaternion(a: Array, b: Array, c: Array) -> Array:

@@ -132,6 +132,7 @@ class Rig:
     segments: tuple[Segment, ...]
     base: Literal["free", "fixed"] = "free"  # hinge only
     base_quaternion: Array = field(default_factory=lambda: np.array([1.0, 0, 0, 0]))  # segment 1 -> world, if fixed
+    pivot_moves: bool = False  # pendulum only: its pivot goes where the motion's position says
     locked_at: float | None = None  # rad; the hinge angle at which a screw holds the joint
     damping: float = 0.0  # N m s/rad, viscous friction of the joint
     dry_friction: float = 0.0  # N m
@@ -152,6 +153,8 @@ class Rig:
         if self.family != "hinge" and (self.base == "fixed" or self.locked_at is not None):
             raise InputError(f"rig {self.family}: expected a hinge for base = 'fixed' or a screw, got none")
         object.__setattr__(self, "base_quaternion", frozen_quaternion(self.base_quaternion, "base_quaternion"))
+        if self.family != "pendulum" and self.pivot_moves:
+            raise InputError(f"rig {self.family}: expected a pendulum for a pivot that moves, got none")
         if self.family != "hinge" and (self.drag or self.stiffness):
             raise InputError(f"rig {self.family}: expected a hinge for drag or a spring across the joint, got none")
         for key in ("damping", "dry_friction", "drag", "gravity"):

@@ -72,6 +72,10 @@ def swing_many(
     """
     for value, name in ((duration, "duration"), (rate, "rate"), (step, "step")):
         positive(value, name)
+    if any(rig.pivot_moves or any(mount.slides for mount in rig.mounts) for rig in rigs):
+        raise InputError(
+            "swing: expected joints that gravity and torques move, got a pivot or a mount that is told where"
+        )
     if len(rigs) != len(starts):
         raise InputError(f"swing_many: expected one start per rig, got {len(rigs)} rigs and {len(starts)} starts")
     split = int(np.ceil(1.0 / (rate * step) - 1e-9))

@@ -45,6 +45,7 @@ GIVEN = {  # parameters of effects without a prior
     "vibration": "frequency = 12\namplitude = { std = 0.5 }",
     "impacts": "count = 3",
     "low_pass": "cutoff = 5",
+    "moving_pivot": "std = 0.3\nband = [0.5, 5]",
 }
 
 
@@ -115,7 +116,15 @@ def test_without_effects_and_with_perfect_sensors_a_recording_is_the_simulators_
 
 @pytest.mark.parametrize("name", INJECTED)
 def test_every_effect_shows_in_the_samples_and_in_the_table(name):
-    rig = SWINGING if name in SWUNG else HINGE + "[encoder]\n" if name == "backlash" else HINGE
+    rig = (
+        HINGE.replace("hinge", "pendulum")
+        if name == "moving_pivot"
+        else SWINGING
+        if name in SWUNG
+        else HINGE + "[encoder]\n"
+        if name == "backlash"
+        else HINGE
+    )
     spec = spec_of(rig + f"[[effect]]\nname = '{name}'\n{GIVEN.get(name, '')}\n")
     plain, made = make(spec_of(rig), 0, 0), make(spec, 0, 0)
     assert made.drawn.effects, name
@@ -132,7 +141,7 @@ def test_every_effect_shows_in_the_samples_and_in_the_table(name):
             (with_it,), (without,) = made.recording.encoders, plain.recording.encoders
             assert 0 < np.abs(with_it.angle - without.angle).max() <= e["parameters"]["range"] + 1e-12
             continue
-        at = e["at"] if e["at"].startswith("imu") else "imu2"
+        at = e["at"] if e["at"].startswith("imu") else made.recording.imus[-1].name
         with_it, without = made.recording.imu(at), plain.recording.imu(at)
         changed = with_it.time.size != without.time.size or any(
             not np.array_equal(getattr(with_it, key), getattr(without, key)) for key in ("time", "gyro", "accel")

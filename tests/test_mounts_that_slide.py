@@ -1,4 +1,4 @@
-"""Mounts that slip once or slide with the joint: where the law has them, and what their sensors read there."""
+"""Mounts that slip once or slide with the joint, and pivots that move: where laws have them, what sensors read."""
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.rigs import Mount, Slip, springs
 from imubench.sim.signals import Sines
+from imubench.sim.swing import Start, swing
 
 SLIDE, TWIST = np.array([0.02, -0.01, 0.015]), np.array([0.1, -0.2, 0.05])
 SLIP = Slip(0.4, np.array([0.01, 0.02, -0.03]), np.array([0.2, 0.1, -0.3]))
@@ -105,3 +106,27 @@ def test_springs_and_sliding_under_one_imu_are_refused():
     parse_spec(
         {"spec.toml": f"[[rig]]\nfamily = 'hinge'\n[[effect]]\nname = 'soft_mount'\nat = 'imu1'\n{sliding}".encode()}
     )
+
+
+def test_a_pivot_moves_as_its_law_says_and_the_sensor_feels_it():
+    text = (
+        "seconds = 60\n[[rig]]\nfamily = 'pendulum'\n{}[[effect]]\nname = 'moving_pivot'\nstd = 0.4\nband = [0.5, 3]\n"
+    )
+    made = make(parse_spec({"spec.toml": text.format("").encode()}), 0, 0)
+    (effect,), pivot = made.drawn.effects, made.truth.segments[0]
+    low, high = effect["parameters"]["band"]
+    # 30 lines beat: over 60 s the square of their sum is its mean within a tenth.
+    assert pivot.acceleration.std(axis=0) == pytest.approx([0.4] * 3, rel=0.1)
+    power = np.abs(np.fft.rfft(pivot.acceleration * np.hanning(6000)[:, None], axis=0)) ** 2
+    inside = (np.fft.rfftfreq(6000, 0.01) > low - 0.05) & (np.fft.rfftfreq(6000, 0.01) < high + 0.05)
+    assert power[inside].sum() > 0.999 * power.sum()
+    for springs_under in ("", "rocking = { frequency = 15 }\n"):
+        drawn = make(parse_spec({"spec.toml": text.format(springs_under).encode()}), 0, 0).drawn
+        sensor = play(drawn.rig, drawn.motion, 0.5, 2000.0).sensors[0]
+        second = np.diff(sensor.position, 2, axis=0) * 2000.0**2
+        force = rotations.rotate_back(sensor.quaternion[1:-1], second + np.array([0, 0, 9.81]))
+        assert_allclose(sensor.specific_force[1:-1], force, atol=2e-3)  # h^2 / 12 of a fourth derivative of 1e5 m/s^4
+    with pytest.raises(InputError, match="expected a pendulum for a pivot that moves"):
+        rigs.hinge(pivot_moves=True)
+    with pytest.raises(InputError, match="swing: expected joints that gravity and torques move"):
+        swing(rigs.pendulum(pivot_moves=True), Start(), 1.0)

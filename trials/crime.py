@@ -39,7 +39,7 @@ from imubench.trials.scoring import CaseScore
 from imubench.trials.seal import Truth
 from imubench.truth import Truth as World
 
-ELSEWHERE = (*SLIDING, *SWUNG, "backlash")  # what needs more than rigid or sprung mounts in a hand
+ELSEWHERE = (*SLIDING, *SWUNG, "backlash", "moving_pivot")  # what needs more than rigid or sprung mounts in a hand
 SIMULATED = tuple(name for name in INJECTED if name not in ELSEWHERE)
 SUFFIX = "-sim"
 ENCODER_STD, POSITION_STD, ROTATION_STD = 5e-4, 1e-3, 4e-3  # rad, m, rad
