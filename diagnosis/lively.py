@@ -28,6 +28,7 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
     the list. What the others gained there is scaled to the length of the whole.
     """
     short = excerpt(fit, *loudest(fit, SCREENED))
+    short = fit_with_noise(short.model, short.state, short.noise, short.anchor, rounds=2)  # as what it is held against
     say("screening effects with states")
     screened = [s for s in screen(short, stateful) if s.evidence > NEEDED]
     tried = []

@@ -3,29 +3,52 @@
 The evidence of a model integrates over every motion that its prior allows. A sensor on springs answers a motion T
 times, T a function of frequency, so that its evidence has a term -sum ln |T| over all frequencies at which the prior
 allows more motion than the noise shows: hundreds of nat for a resonance, of either sign, and about the prior alone. The
-true motion has no power there. So the fits are compared as predictions are: at equal noise, by what the cost falls by
-less the freedoms that the samples give to the fit, the trace of the hat matrix (Akaike's criterion, for
-splines held by priors).
+true motion has no power there. So the fits are compared by the likelihood of the samples less the freedoms that they
+give to the fit, p = the trace of the hat matrix (the conditional Akaike criterion of Vaida and Blanchard 2005,
+Biometrika 92:351), each at the noise level s that it leaves. Of n samples only n - p tell that level::
+
+    (n - p) ln(s_before / s) - (cost - cost_before) - (p - p_before)
+
+Where little is explained the levels' own scatter is more than that. What counts then, if it is less, is the whole cost,
+priors and laws too, both fits at the later one's levels.
 """
+
+import numpy as np
 
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.noise import levels
 from imubench.diagnosis.priors import TILT
+from imubench.diagnosis.swings import GROUP
+
+Told = dict[str, tuple[int, float, float]]
 
 
 def worth(before: Fit, after: Fit) -> float:
-    """Return the nat by which `after` explains the samples better than `before` does, its freedoms taken off."""
+    """Return the nat by which `after` predicts samples and free swings' equation better, each at its own noise."""
     ruler = solve(before.model, before.state, {n: after.noise[n] for n in before.noise}, before.anchor, steps=3)
-    return _cost(ruler) - _cost(after) - (_freedoms(after) - _freedoms(ruler))
+    old, same, new = _told(before), _told(ruler), _told(after)
+    freedoms = sum(p for _, p, _ in new.values()) - sum(p for _, p, _ in same.values())
+    return min(_won(before, old, after, new), _cost(ruler) - _cost(after) - freedoms)
 
 
 def _cost(fit: Fit) -> float:
     return sum(r.cost for r in fit.rows if not r.name.startswith(TILT))
 
 
-def _freedoms(fit: Fit) -> float:
+def _won(before: Fit, old: Told, after: Fit, new: Told) -> float:
+    out = 0.0
+    for name in sorted(old.keys() & new.keys()):
+        (n, p, cost), (_, p_before, cost_before) = new[name], old[name]
+        fell = np.log(before.noise[name] / after.noise[name]) if name in before.noise else 0.0
+        out += float((n - p) * fell - (cost - cost_before) - (p - p_before))
+    return out
+
+
+def _told(fit: Fit) -> Told:
+    """Return how many numbers every group of data has, the freedoms that they give, and what they cost."""
     _, leverage = levels(fit)
-    return sum(float(leverage[r.name].sum()) for r in fit.measured)
+    data = [r for r in fit.rows if r.counts or r.name == GROUP]
+    return {r.name: (r.residual.value.size, float(leverage[r.name].sum()), r.cost) for r in data}
 
 
 __all__ = ["worth"]
