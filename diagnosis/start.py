@@ -31,7 +31,7 @@ def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
     rig = Rig.of(recording)
     stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     start, end = min(t[0] for t in stamps), max(t[-1] for t in stamps)
-    rate = knots_per_s or min(DENSEST, *(imu.rate for imu in recording.imus))
+    rate = knots_per_s or min(DENSEST, *(1 / float(np.median(np.diff(imu.time))) for imu in recording.imus))
     knots = Knots.over(-EDGE, end - start + EDGE, 1 / rate)
     mounts = {i.name: Geometry(i.mount_position, rotations.to_matrix(i.mount_quaternion)) for i in recording.imus}
     return Model(recording, rig, Tracks(knots, rig.widths), mounts, float(start))
