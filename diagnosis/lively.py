@@ -31,7 +31,7 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
     short = fit_with_noise(short.model, short.state, short.noise, short.anchor, rounds=2)  # as what it is held against
     say("screening effects with states")
     screened = [s for s in screen(short, stateful) if s.evidence > NEEDED]
-    tried = []
+    tried: list[tuple[Trial, list[Screened]]] = []
     likely = [s for s in screened if s.evidence > RIVALS * screened[0].evidence][:TRIED]
     for some in [[s] for s in likely] + pairs(likely):
         if len(some) > 1 and not any(t.evidence > NEEDED for t, _ in tried):

@@ -9,7 +9,7 @@ from imubench.diagnosis.fit import all_rows
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended, refit
-from imubench.diagnosis.result import UNKNOWN, Where
+from imubench.diagnosis.result import UNKNOWN
 from imubench.diagnosis.terms import Unknown, UnknownTorque, terms
 from imubench.diagnosis.unknown import unknowns
 from imubench.effects import EFFECTS
