@@ -16,6 +16,7 @@ import numpy as np
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.sim.rigs import Mount
+from imubench.sim.threes import cross, matrix, product, rows, turn_back
 from imubench.truth import SegmentTruth
 
 
@@ -24,38 +25,38 @@ def jolted(mount: Mount, jump: SegmentTruth, positions: Array, velocities: Array
 
     `positions` and `velocities` (n, joints) are those of its slides, if it has them, and then of its hinges.
     """
-    after = velocities.copy()
-    w = jump.rate
-    V = rotations.rotate_back(jump.quaternion, jump.velocity)
-    pivot = mount.position - rotations.rotate(mount.quaternion, mount.lever)
+    x, after = rows(positions), rows(velocities).copy()
+    w, com = rows(jump.rate), mount.com[:, None]
+    V = turn_back(matrix(rows(jump.quaternion)), rows(jump.velocity))
+    pivot = (mount.position - rotations.rotate(mount.quaternion, mount.lever))[:, None]
     if mount.translation is not None:
-        pivot = pivot + positions[:, :3]
+        pivot = pivot + x[:3]
         if mount.rotation is None:
-            after[:, :3] -= V + np.cross(w, pivot + rotations.rotate(mount.quaternion, mount.com))
-            return after
-        after[:, :3] -= V + np.cross(w, pivot)
-    a, b, c = positions[:, -3:].T
-    turned = rotations.multiply(mount.quaternion, turned_by(a, b, c))
-    change = rotations.rotate_back(turned, w)  # sensor axes from here on
+            after[:3] -= V + cross(w, pivot + rotations.rotate(mount.quaternion, mount.com)[:, None])
+            return after.T
+        after[:3] -= V + cross(w, pivot)
+    a, b, c = x[-3:]
+    turned = matrix(product(mount.quaternion[:, None], turned_by(a, b, c)))
+    change = turn_back(turned, w)  # sensor axes from here on
     if mount.translation is None:
-        pushed = rotations.rotate_back(turned, V + np.cross(w, pivot))
-        change += np.cross(mount.com, pushed) / mount.gyration**2
-    after[:, -3:] -= joint_rates(b, c, change)
-    return after
+        change += cross(com, turn_back(turned, V + cross(w, pivot))) / mount.gyration**2
+    after[-3:] -= joint_rates(b, c, change)
+    return after.T
 
 
 def turned_by(a: Array, b: Array, c: Array) -> Array:
-    """Return the quaternions (n, 4) of Rx(a) Ry(b) Rz(c) for angles (n,) in rad."""
+    """Return the quaternions (4, n) of Rx(a) Ry(b) Rz(c) for angles (n,) in rad."""
     ca, sa, cb, sb, cc, sc = (f(angle / 2) for angle in (a, b, c) for f in (np.cos, np.sin))
     w, x, y, z = ca * cb, sa * cb, ca * sb, sa * sb  # of Rx Ry
-    return np.stack([w * cc - z * sc, x * cc + y * sc, y * cc - x * sc, w * sc + z * cc], axis=-1)
+    return np.array([w * cc - z * sc, x * cc + y * sc, y * cc - x * sc, w * sc + z * cc])
 
 
 def joint_rates(b: Array, c: Array, omega: Array) -> Array:
-    """Return the rates (n, 3) of joints about x, y, z in a row, the last two at `b` and `c` (n,), for `omega` (n, 3).
+    """Return the rates (3, n) of joints about x, y, z in a row, the last two at `b` and `c` (n,), for `omega` (3, n).
 
     omega = (cos b cos c, -cos b sin c, sin b) a' + (sin c, cos c, 0) b' + (0, 0, c'), in the axes of the last joint.
     """
-    x, y, z = omega.T
-    first = (np.cos(c) * x - np.sin(c) * y) / np.cos(b)
-    return np.stack([first, np.sin(c) * x + np.cos(c) * y, z - np.sin(b) * first], axis=-1)
+    x, y, z = omega
+    cc, sc = np.cos(c), np.sin(c)
+    first = (cc * x - sc * y) / np.cos(b)
+    return np.array([first, sc * x + cc * y, z - np.sin(b) * first])

@@ -13,9 +13,11 @@ from imubench.errors import unknown
 from imubench.recording import positive
 from imubench.sim.compile import compile_model
 from imubench.sim.driven import evaluate, joint_state
+from imubench.sim.felt import read_mounts
+from imubench.sim.kinematics import segments_of
 from imubench.sim.motion import Motion
 from imubench.sim.on_warp import evaluate as evaluate_on_warp
-from imubench.sim.readout import read_truth
+from imubench.sim.readout import read_truth, truth_of
 from imubench.sim.rigs import Rig
 from imubench.sim.sprung import sprung_motion
 from imubench.truth import Truth
@@ -47,6 +49,9 @@ def play(
     model = compile_model(rig, driven="joints" if rig.sprung else "all")
     mounts = sprung_motion(rig, model, motion, time.size, rate, step) if rig.sprung else None
     trajectory = motion(time)
+    if mounts is not None and engine == "mujoco" and not any(mount.slides for mount in rig.mounts):
+        segments = segments_of(rig, trajectory)
+        return truth_of(rig, time, segments, read_mounts(rig, segments, *mounts), labels, trajectory)
     state = joint_state(rig, model, trajectory, mounts)
     data = evaluate_on_warp(model, *state) if engine == "warp" else evaluate(model, *state, threads=threads)
     return read_truth(rig, model, time, data, labels, trajectory)

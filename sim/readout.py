@@ -42,6 +42,18 @@ def read_truth(
         _read_sensor(f"imu{i + 1}", mount, segments[i], segments[0], column, gravity_w, rig)
         for i, mount in enumerate(rig.mounts)
     )
+    return truth_of(rig, time, segments, sensors, labels, played)
+
+
+def truth_of(
+    rig: Rig,
+    time: Array,
+    segments: tuple[SegmentTruth, ...],
+    sensors: tuple[SensorTruth, ...],
+    labels: tuple[tuple[str, float, float], ...] = (),
+    played: Trajectory | None = None,
+) -> Truth:
+    """Return segments and sensors as the truth of a rig, the angle of its hinge with them."""
     angle = rate = None
     if rig.family == "hinge":
         angle, rate = _hinge_angle(segments[0], segments[1]) if played is None else hinge_of(rig, played)[:2]

@@ -60,7 +60,8 @@ def test_every_column_of_the_recordings_is_told(key):
 
 
 def test_every_column_of_the_samples_is_told():
-    shown = set(re.findall(r"`(imuN_[\w.]+\*?|segmentN_\w+\*?|hinge_\w+|encoder_\w+|_\w+\*?|time|recording|split)[`.]", PAGE))
+    names = r"imuN_[\w.]+\*?|segmentN_\w+\*?|hinge_\w+|encoder_\w+|_\w+\*?|time|recording|split"
+    shown = set(re.findall(rf"`({names})[`.]", PAGE))
     told = {re.sub(r"_?(\*|x\.\.z)$", "", name) for name in shown}
     for name in schema(parse_spec({"spec.toml": SPEC.encode()})).names:
         general = re.sub(r"^(imu|segment)\d", r"\1N", name)

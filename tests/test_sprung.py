@@ -1,6 +1,6 @@
 """Sprung mounts: consistent with their own position, and with an independent integration of their equations."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -12,11 +12,13 @@ from imubench import rotations
 from imubench.errors import InputError
 from imubench.sim import rigs
 from imubench.sim.compile import DRIVEN_ARMATURE, compile_model, mount_dofs
-from imubench.sim.driven import joint_state
+from imubench.sim.driven import evaluate, joint_state
+from imubench.sim.felt import read_mounts
 from imubench.sim.jolt import jolted
 from imubench.sim.kinematics import segments_of
 from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
+from imubench.sim.readout import read_truth
 from imubench.sim.rigs import Mount, Spring, springs
 from imubench.sim.signals import Sines
 from imubench.sim.sprung import sprung_motion
@@ -174,6 +176,25 @@ def test_jolt_is_what_mujoco_does_in_a_nanosecond(kind, base, random_motion):
     found = jolted(rig.mounts[1], segments_of(rig, jump)[1], x, v)
     # Gravity and centripetal terms of 100 rad/s^2 change rates by 1e-7 rad/s within the nanosecond.
     assert_allclose(found, batch.bind("qvel")[:, dofs], atol=5e-7)
+
+
+@pytest.mark.parametrize("kind", SPRUNG)
+@pytest.mark.parametrize("changes", [{}, {"base": "fixed"}, {"locked_at": 0.4}])
+def test_mounts_are_read_as_mujocos_own_sensors_read_them(kind, changes, random_motion):
+    rig = replace(sprung_hinge(**SPRUNG[kind], lever=np.array([0.0, 0.01, 0.02])), **changes)
+    model, told, rng = (
+        compile_model(rig, driven="joints"),
+        random_motion(9)(np.linspace(0.0, 4.0, 40)),
+        np.random.default_rng(1),
+    )
+    x, v = (scale * rng.standard_normal((40, int(mount_dofs(model).sum()))) for scale in (0.2, 3.0))
+    data = evaluate(model, *joint_state(rig, model, told, (x, v)))
+    expected = read_truth(rig, model, told.time, data, played=told)
+    for found, sensor in zip(read_mounts(rig, expected.segments, x, v), expected.sensors, strict=True):
+        for key in (f.name for f in fields(sensor) if f.name != "name"):
+            # Driven joints give way by 1e-13 of the forces on them, beside springs' accelerations of up to 1e4 rad/s^2.
+            want = getattr(sensor, key)
+            assert_allclose(getattr(found, key), want, rtol=1e-9, atol=1e-9 * max(1.0, np.abs(want).max()), err_msg=key)
 
 
 def test_springs_that_do_not_hold_the_sensor_are_refused():
