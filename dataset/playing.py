@@ -75,10 +75,11 @@ def _told(imu: Imu, drawn: Drawn, rng: np.random.Generator) -> Imu:
     """Return an IMU's samples within the recording, all effects in them, and what its owner believes about it."""
     rows = rows_of(imu.time, imu.rate)
     kept = (rows >= 0) & (rows < round(drawn.seconds * imu.rate))
-    sampled = replace(imu, time=imu.time[kept], gyro=imu.gyro[kept], accel=imu.accel[kept])
+    if not kept.all():
+        imu = replace(imu, time=imu.time[kept], gyro=imu.gyro[kept], accel=imu.accel[kept])
     nominal = drawn.nominal[imu.name]
     return replace(
-        injected_samples(sampled, drawn.effects, rng),
+        injected_samples(imu, drawn.effects, rng),
         gyro_noise_std=nominal.gyro.declared_noise_std(imu.rate),
         accel_noise_std=nominal.accel.declared_noise_std(imu.rate),
         gyro_range=nominal.gyro.range,

@@ -22,7 +22,12 @@ from imubench.dataset.remote import place
 from imubench.dataset.spec import Spec, parse_spec
 from imubench.dataset.storage import described
 
-PARQUET = {"compression": "zstd", "compression_level": 3, "use_dictionary": ["split"]}
+PARQUET = {
+    "compression": "zstd",
+    "compression_level": 3,
+    "use_dictionary": ["split"],
+    "write_statistics": ["recording", "split", "time"],
+}
 RECEIPTS = ".generate"  # a hidden folder, gone when the manifest is there
 
 

@@ -1,5 +1,6 @@
 """A rig's numbers become a MuJoCo model (MjSpec), with the sensors that read the truth."""
 
+from functools import lru_cache
 from typing import Any
 
 import mujoco
@@ -23,15 +24,16 @@ IMU_SENSORS = ("framepos", "framequat", "framelinacc", "frameangacc", "accelerom
 
 
 def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", watch_segments: bool = True) -> Any:
-    """Return the MjSpec of a rig with sensors on its IMUs and, if so wanted, its segments."""
-    spec = mujoco.MjSpec.from_string(mjcf(rig.family))
+    """Return the MjSpec of a rig with sensors on its IMUs and, if so wanted, its segments and pictures."""
+    spec = _template(rig.family, watch_segments).copy()
     spec.option.timestep = timestep
     spec.option.gravity = [0.0, 0.0, -rig.gravity]
     spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
     segments = RIGS[rig.family]
     for name, segment in zip(segments, rig.segments, strict=True):
         body = spec.body(name)
-        spec.geom(name).mass = 0.0  # a picture; the mass is the body's own
+        for geom in body.geoms:
+            geom.mass = 0.0  # a picture; the mass is the body's own
         body.explicitinertial = True
         body.mass, body.ipos, body.inertia = segment.mass, segment.com, segment.inertia
     _set_joint(spec, rig)
@@ -43,15 +45,22 @@ def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", 
     return spec
 
 
+@lru_cache
+def _template(family: str, watch_segments: bool) -> Any:
+    """Return the MjSpec of a family's MJCF file, to be copied."""
+    spec = mujoco.MjSpec.from_string(mjcf(family))
+    if not watch_segments:
+        for part in (*spec.geoms, *(s for s in spec.sites if not s.name.startswith("imu"))):
+            spec.delete(part)  # pictures and unwatched places: time for nothing
+    return spec
+
+
 def compile_model(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", driven: str = "") -> Any:
     """Return the MjModel of a rig; `driven` is "" (nothing), "joints" (not the mounts) or "all".
 
     Where joints are driven, the segments' motion is known, and only the IMUs have sensors.
     """
     spec = specify(rig, timestep, integrator, watch_segments=not driven)
-    if driven:
-        for part in (*spec.geoms, *(s for s in spec.sites if not s.name.startswith("imu"))):
-            spec.delete(part)  # pictures and unwatched places: time for nothing
     spec.compiler.fusestatic = driven == "all"  # a rigid IMU needs no body of its own there: fewer to compute
     model = spec.compile()
     if driven:

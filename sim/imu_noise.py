@@ -33,6 +33,8 @@ def gauss_markov(rng: np.random.Generator, count: int, std: float, decay: float)
     drive = rng.standard_normal((count, 3))
     drive[0] *= std
     drive[1:] *= std * np.sqrt(1 - decay**2)
+    if not decay:
+        return drive
     return np.asarray(lfilter([1.0], [1.0, -decay], drive, axis=0))
 
 

@@ -161,7 +161,8 @@ def injected_samples(imu: Imu, effects: Sequence[Injected], rng: np.random.Gener
             accel = accel if error.accel is None else accel + error.accel.value
         elif e["effect"] == "impacts":
             time, gyro, accel = law.corrupt(time, gyro, accel, values, rng)
-    return replace(imu, time=time, gyro=gyro, accel=accel)
+    changed = time is not imu.time or gyro is not imu.gyro or accel is not imu.accel
+    return replace(imu, time=time, gyro=gyro, accel=accel) if changed else imu
 
 
 def _phased(values: Mapping[str, Array], rng: np.random.Generator) -> dict[str, Array]:

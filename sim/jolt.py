@@ -11,6 +11,8 @@ gyration about it, the same about every axis:
 omega, the sensor's rate relative to the segment, is that of three joints in a row about x, y and z.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from imubench import rotations
@@ -35,28 +37,39 @@ def jolted(mount: Mount, jump: SegmentTruth, positions: Array, velocities: Array
             after[:3] -= V + cross(w, pivot + rotations.rotate(mount.quaternion, mount.com)[:, None])
             return after.T
         after[:3] -= V + cross(w, pivot)
-    a, b, c = x[-3:]
-    turned = matrix(product(mount.quaternion[:, None], turned_by(a, b, c)))
-    change = turn_back(turned, w)  # sensor axes from here on
+    turned = turned_by(x[-3:])
+    R = matrix(product(mount.quaternion[:, None], turned.quaternion))
+    change = turn_back(R, w)  # sensor axes from here on
     if mount.translation is None:
-        change += cross(com, turn_back(turned, V + cross(w, pivot))) / mount.gyration**2
-    after[-3:] -= joint_rates(b, c, change)
+        change += cross(com, turn_back(R, V + cross(w, pivot))) / mount.gyration**2
+    after[-3:] -= joint_rates(turned, change)
     return after.T
 
 
-def turned_by(a: Array, b: Array, c: Array) -> Array:
-    """Return the quaternions (4, n) of Rx(a) Ry(b) Rz(c) for angles (n,) in rad."""
-    ca, sa, cb, sb, cc, sc = (f(angle / 2) for angle in (a, b, c) for f in (np.cos, np.sin))
+class Turned(NamedTuple):
+    """How three joints about x, y and z in a row, at angles a, b, c, turn a sensor."""
+
+    quaternion: Array  # (4, n) of Rx(a) Ry(b) Rz(c)
+    cos_b: Array  # (n,)
+    sin_b: Array
+    cos_c: Array
+    sin_c: Array
+
+
+def turned_by(angles: Array) -> Turned:
+    """Return how angles (3, n) in rad turn a sensor."""
+    (ca, cb, cc), (sa, sb, sc) = np.cos(angles / 2), np.sin(angles / 2)
     w, x, y, z = ca * cb, sa * cb, ca * sb, sa * sb  # of Rx Ry
-    return np.array([w * cc - z * sc, x * cc + y * sc, y * cc - x * sc, w * sc + z * cc])
+    quaternion = np.array([w * cc - z * sc, x * cc + y * sc, y * cc - x * sc, w * sc + z * cc])
+    return Turned(quaternion, (cb - sb) * (cb + sb), 2 * sb * cb, (cc - sc) * (cc + sc), 2 * sc * cc)
 
 
-def joint_rates(b: Array, c: Array, omega: Array) -> Array:
-    """Return the rates (3, n) of joints about x, y, z in a row, the last two at `b` and `c` (n,), for `omega` (3, n).
+def joint_rates(turned: Turned, omega: Array) -> Array:
+    """Return the rates (3, n) of the joints for a rate omega (3, n) of the sensor relative to its segment.
 
     omega = (cos b cos c, -cos b sin c, sin b) a' + (sin c, cos c, 0) b' + (0, 0, c'), in the axes of the last joint.
     """
     x, y, z = omega
-    cc, sc = np.cos(c), np.sin(c)
-    first = (cc * x - sc * y) / np.cos(b)
-    return np.array([first, sc * x + cc * y, z - np.sin(b) * first])
+    _, cb, sb, cc, sc = turned
+    first = (cc * x - sc * y) / cb
+    return np.array([first, sc * x + cc * y, z - sb * first])

@@ -1,6 +1,6 @@
 """A motion says where every joint is at any time, with exact rates and accelerations."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,13 +53,12 @@ class AngleMotion:
         a, da, dda = self.heading(time)
         b, db, ddb = self.tilt(time)
         c, dc, ddc = self.spin(time)
-        rate, angular = _rates((b, c), (da, db, dc), (dda, ddb, ddc))
+        half = [(np.cos(angle / 2), np.sin(angle / 2)) for angle in (a, b, c)]
+        rate, angular = _rates(half[1:], (da, db, dc), (dda, ddb, ddc))
         position, velocity, acceleration = (
             np.stack(parts, axis=-1) for parts in zip(self.x(time), self.y(time), self.z(time), strict=True)
         )
-        return Trajectory(
-            time, position, velocity, acceleration, _quaternion(a, b, c), rate, angular, *self.angle(time)
-        )
+        return Trajectory(time, position, velocity, acceleration, _quaternion(half), rate, angular, *self.angle(time))
 
 
 @dataclass(frozen=True)
@@ -78,24 +77,23 @@ class Carried:
         return replace(self.motion(time), position=position, velocity=velocity, acceleration=acceleration)
 
 
-def _quaternion(a: Array, b: Array, c: Array) -> Array:
-    """Return the quaternion of Rz(a) Rx(b) Ry(c)."""
-    ca, sa, cb, sb, cc, sc = (f(angle / 2) for angle in (a, b, c) for f in (np.cos, np.sin))
+def _quaternion(half: Sequence[tuple[Array, Array]]) -> Array:
+    """Return the quaternion of Rz(a) Rx(b) Ry(c) from cosines and sines of half the angles."""
+    (ca, sa), (cb, sb), (cc, sc) = half
     w, x, y, z = ca * cb, ca * sb, sa * sb, sa * cb  # of Rz Rx
     return np.stack([w * cc - y * sc, x * cc - z * sc, w * sc + y * cc, x * sc + z * cc], axis=-1)
 
 
 def _rates(
-    angles: tuple[Array, Array], first: tuple[Array, Array, Array], second: tuple[Array, Array, Array]
+    half: Sequence[tuple[Array, Array]], first: tuple[Array, Array, Array], second: tuple[Array, Array, Array]
 ) -> tuple[Array, Array]:
-    """Return angular rate and acceleration in segment axes.
+    """Return angular rate and acceleration in segment axes; `half` as in `_quaternion`, of b and c.
 
     w = da (-sin c cos b, sin b, cos c cos b) + db (cos c, 0, sin c) + dc (0, 1, 0), and its derivative.
     """
-    b, c = angles
+    (cb, sb), (cc, sc) = (((c - s) * (c + s), 2 * s * c) for c, s in half)
     da, db, dc = first
     dda, ddb, ddc = second
-    sb, cb, sc, cc = np.sin(b), np.cos(b), np.sin(c), np.cos(c)
     rate = np.stack([-da * sc * cb + db * cc, da * sb + dc, da * cc * cb + db * sc], axis=-1)
     wx = -dda * sc * cb + ddb * cc + da * (-dc * cc * cb + db * sc * sb) - db * dc * sc
     wy = dda * sb + ddc + da * db * cb

@@ -5,17 +5,18 @@ integrated forward (`sprung`). What a sensor reads is evaluated at the samples a
 position, rate and acceleration, and a sprung mount the acceleration that its springs, dampers and the load give it.
 """
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
+from imubench.arrays import Array
 from imubench.errors import unknown
 from imubench.recording import positive
 from imubench.sim.compile import compile_model
 from imubench.sim.driven import evaluate, joint_state
 from imubench.sim.felt import read_mounts
 from imubench.sim.kinematics import segments_of
-from imubench.sim.motion import Motion
+from imubench.sim.motion import Motion, Trajectory
 from imubench.sim.on_warp import evaluate as evaluate_on_warp
 from imubench.sim.readout import read_truth, truth_of
 from imubench.sim.rigs import Rig
@@ -47,11 +48,20 @@ def play(
     positive(rate, "rate")
     time = np.arange(round(duration * rate)) / rate
     model = compile_model(rig, driven="joints" if rig.sprung else "all")
-    mounts = sprung_motion(rig, model, motion, time.size, rate, step) if rig.sprung else None
-    trajectory = motion(time)
+    mounts, trajectory = _followed(rig, model, motion, time, rate, step)
     if mounts is not None and engine == "mujoco" and not any(mount.slides for mount in rig.mounts):
         segments = segments_of(rig, trajectory)
         return truth_of(rig, time, segments, read_mounts(rig, segments, *mounts), labels, trajectory)
     state = joint_state(rig, model, trajectory, mounts)
     data = evaluate_on_warp(model, *state) if engine == "warp" else evaluate(model, *state, threads=threads)
     return read_truth(rig, model, time, data, labels, trajectory)
+
+
+def _followed(
+    rig: Rig, model: Any, motion: Motion, time: Array, rate: float, step: float | None
+) -> tuple[tuple[Array, Array] | None, Trajectory]:
+    """Return the state of the mounts, if any is sprung, and the trajectory, at `time`."""
+    if not rig.sprung:
+        return None, motion(time)
+    positions, velocities, trajectory = sprung_motion(rig, model, motion, time.size, rate, step)
+    return (positions, velocities), trajectory

@@ -41,13 +41,19 @@ def constant(value: float) -> Sines:
 STILL = constant(0.0)
 
 
+_BASIS = PPoly.from_spline(BSpline.basis_element(np.arange(7.0))).c[:, 10:4:-1]
+"""Polynomials (6 powers, falling; 6 coefficients) of the knot interval that six neighbouring coefficients share."""
+
+
 class Spline:
     """A spline of degree 5 through random or given coefficients: four times differentiable."""
 
     def __init__(self, coefficients: ArrayLike, knot_spacing: float, start: float = 0.0) -> None:
         c = np.asarray(coefficients, dtype=float)
-        knots = start + knot_spacing * (np.arange(c.size + 6) - 5.0)
-        self._pieces = with_derivatives(PPoly.from_spline(BSpline(knots, c, 5)))
+        knots = start + knot_spacing * np.arange(c.size - 4)
+        powers = knot_spacing ** -np.arange(5.0, -1.0, -1.0)[:, None]
+        pieces = powers * (_BASIS @ np.lib.stride_tricks.sliding_window_view(c, 6).T)
+        self._pieces = with_derivatives(PPoly(pieces, knots))
 
     def __call__(self, time: Array) -> tuple[Array, Array, Array]:
         """Return value and derivatives at `time`."""
@@ -58,9 +64,10 @@ class Spline:
 def with_derivatives(pieces: PPoly) -> PPoly:
     """Return polynomials (n,) -> (n, 3) of value, first and second derivative: one search for the piece, not three."""
     c = np.zeros((*pieces.c.shape, 3))
-    for order in range(3):
-        derivative = pieces.derivative(order) if order else pieces
-        c[order:, :, order] = derivative.c
+    c[..., 0] = pieces.c
+    powers = np.arange(len(c) - 1.0, 0.0, -1.0)[:, None]
+    for order in (1, 2):
+        c[1:, :, order] = powers * c[:-1, :, order - 1]
     return PPoly(c, pieces.x)
 
 

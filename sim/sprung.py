@@ -40,17 +40,19 @@ MOST_TURN = 1.4  # rad, about each axis: beyond, a linear rotational spring mean
 
 def sprung_motion(
     rig: Rig, model: Any, motion: Motion, count: int, rate: float, longest: float | None = None
-) -> tuple[Array, Array]:
+) -> tuple[Array, Array, Trajectory]:
     """Return displacement and velocity of every mount joint at k / rate s, k < `count`, each (count, mounts).
 
-    `model` is that of the rig with its joints driven; `longest` is the longest step in s, None: the default.
+    The third is the trajectory at those times. `model` is that of the rig with its joints driven; `longest` is the
+    longest step in s, None: the default.
     Raises `InputError` where springs do not hold the sensor.
     """
     stepping = stepping_model(model, rate, longest)
     split = round(1.0 / (rate * stepping.opt.timestep))
-    parts = list(_chunks(rig, stepping, motion, (count - 1) * split, split))
-    positions, velocities = (np.concatenate(of) for of in zip(*parts, strict=True))
-    return positions, velocities
+    parts = list(_chunks(rig, stepping, motion, (count - 1) * split, split, rate))
+    positions, velocities, trajectories = zip(*parts, strict=True)
+    joined = {f.name: np.concatenate([getattr(t, f.name) for t in trajectories]) for f in fields(Trajectory)}
+    return np.concatenate(positions), np.concatenate(velocities), Trajectory(**joined)
 
 
 def stepping_model(model: Any, rate: float, longest: float | None = None) -> Any:
@@ -84,16 +86,18 @@ def _default_step(model: Any) -> float:
     return min(float((2 * np.pi / (steps * np.abs(modes))).min()), LONGEST_STEP)
 
 
-def _chunks(rig: Rig, model: Any, motion: Motion, steps: int, split: int) -> Iterator[tuple[Array, Array]]:
-    """Yield positions and velocities (m, mounts) at every `split`-th step, from step 0 to the last."""
-    h, dofs, columns = model.opt.timestep, mount_dofs(model), mount_positions(model)
+def _chunks(
+    rig: Rig, model: Any, motion: Motion, steps: int, split: int, rate: float
+) -> Iterator[tuple[Array, Array, Trajectory]]:
+    """Yield positions and velocities (m, mounts) and the trajectory at every `split`-th step, from 0 to the last."""
+    h, per_second, dofs, columns = model.opt.timestep, rate * split, mount_dofs(model), mount_positions(model)
     spec = int(mujoco.mjtState.mjSTATE_QFRC_APPLIED)
     batch = mujoco_batch.Batch(model, nsim=1, nthread=1)
     size = split * max(1, CHUNK // split)
     x = v = np.empty((0, columns.size))
     for start in range(0, max(steps, 1), size):
         end = min(start + size, steps)
-        told = motion(h * np.arange(start - 1, end + 2, dtype=float))
+        told = motion(np.arange(start - 1, end + 2, dtype=float) / per_second)
         qpos, w, _ = joint_state(rig, model, told)
         qpos, u = qpos[1:-1], w[1:-1] - np.diff(w, 2, axis=0) / 12
         if start == 0:
@@ -107,13 +111,18 @@ def _chunks(rig: Rig, model: Any, motion: Motion, steps: int, split: int) -> Ite
             _check_held(model, qpos[:, columns], bool(batch.bind("time")[0] > (end - 0.5) * h))
         x, v = qpos[:, columns], u[:, dofs]
         at = slice(0, None if end == steps else -1, split)
-        yield x[at], _jolted(rig, _lag(told, at), x[at], v[at])
+        yield x[at], _jolted(rig, _lag(told, at), x[at], v[at]), _inner(told, at)
 
 
 def _lag(told: Trajectory, at: slice) -> Trajectory:
     """Return a trajectory whose rates are w - u, at rows of `told` without its first and last."""
     rates = {key: np.diff(getattr(told, key), 2, axis=0)[at] / 12 for key in ("velocity", "rate", "angle_rate")}
-    return Trajectory(**{f.name: getattr(told, f.name)[1:-1][at] for f in fields(told)} | rates)
+    return replace(_inner(told, at), **rates)
+
+
+def _inner(told: Trajectory, at: slice) -> Trajectory:
+    """Return rows of a trajectory without its first and last."""
+    return Trajectory(**{f.name: getattr(told, f.name)[1:-1][at] for f in fields(told)})
 
 
 def _jolted(rig: Rig, change: Trajectory, x: Array, v: Array) -> Array:

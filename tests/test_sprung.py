@@ -76,8 +76,8 @@ def displacement_by_ode(
 
 def converging(rig: rigs.Rig, motion: AngleMotion, solve, of: str, steps: tuple[float | None, ...]) -> list[float]:
     """Return the greatest errors at 0.9 s, over the size, of steps in s; None: the default."""
-    start = sprung_motion(rig, compile_model(rig, driven="joints"), motion, 1, 100.0)
-    expected = solve(*(row[0] for row in start))
+    x, v, _ = sprung_motion(rig, compile_model(rig, driven="joints"), motion, 1, 100.0)
+    expected = solve(x[0], v[0])
     played = (play(rig, motion, 1.0, 100.0, step=h).sensors[1] for h in steps)
     return [float(np.abs(getattr(sensor, of)[90] - expected).max() / np.abs(expected).max()) for sensor in played]
 
