@@ -1,8 +1,8 @@
 """Prescribed motion: segments (and sensors on a path) do what they are told; sprung sensors follow as they must.
 
 Segments are driven (see `compile.DRIVEN_ARMATURE`), so MuJoCo solves inverse dynamics for them. The mounts are
-integrated forward (`sprung`). What a sensor reads is evaluated at the samples alone: every driven joint has its true
-position, rate and acceleration, and a sprung mount the acceleration that its springs, dampers and the load give it.
+integrated forward (`sprung`). What a sensor reads is evaluated at the samples alone, every driven joint at its true
+position, rate and acceleration: by MuJoCo's sensors, or of sprung mounts by the laws that they follow (`felt`).
 """
 
 from typing import Any, Literal
