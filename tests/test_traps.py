@@ -1,0 +1,123 @@
+"""What went wrong in earlier designs of the diagnosis, each shown to be a trap and to be avoided."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+import imubench.diagnosis.diagnose as whole
+from imubench.diagnosis import gather
+from imubench.diagnosis.diagnose import diagnose, nominal_fit
+from imubench.diagnosis.fit import all_rows, assemble, moved, solve, step
+from imubench.diagnosis.noise import declared
+from imubench.diagnosis.refit import refit
+from imubench.diagnosis.regressors import regressors
+from imubench.diagnosis.score import score
+from imubench.diagnosis.select import UNEXPLAINED, candidates, misfit
+from imubench.diagnosis.splines import Knots
+from imubench.diagnosis.start import common_phase, model_of
+from imubench.diagnosis.where import locate
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+SECONDS = 12.0
+
+
+def recorded(folder, effects, seed, seconds=SECONDS, **options):
+    make_case(folder / "r", "hinge", effects, seed, seconds=seconds, **options)
+    return read(folder / "r")[0]
+
+
+def plain(fit):
+    """Hypotheses without states or grids."""
+    return [h for h in candidates(fit.model) if not h.effect.states and not h.effect.grid(1.0)]
+
+
+def test_a_spline_too_coarse_looks_like_a_sensor_of_its_own(tmp_path, monkeypatch):
+    recording = recorded(tmp_path, [], 5, band=6.0)
+    assert misfit(nominal_fit(recording)) < UNEXPLAINED
+    monkeypatch.setattr(whole, "model_of", partial(model_of, knots_per_s=12.0))
+    assert misfit(nominal_fit(recording)) > UNEXPLAINED
+
+
+@pytest.mark.parametrize("order", range(5))
+def test_no_wave_of_the_knots_hides_from_the_samples(order):
+    knots = Knots.over(-0.3, 1.0, 0.01, sample=0.004)
+    wave = (-1.0) ** np.arange(knots.count)  # hides where value or derivative cross zero
+
+    def seen(time):
+        first, weights = knots.weights(time, order)
+        return np.abs(np.sum(weights * wave[first[:, None] + np.arange(6)], axis=1))
+
+    largest = seen(np.linspace(0.4, 0.5, 1000)).max()
+    assert seen(0.004 + 0.01 * np.arange(90)).min() > 0.5 * largest
+    hidden = (knots.start % 0.01 + (0.0 if order % 2 else 0.005)) % 0.01  # where the trap is
+    assert seen(hidden + 0.01 * np.arange(10, 90)).max() < 1e-9 * largest  # rounding
+
+
+def test_knots_suit_the_clocks_of_all_sensors():
+    even, late, other = np.arange(500) * 0.01, 0.002 + np.arange(500) * 0.01, np.arange(640) / 128
+    assert common_phase([even, other], 0.01) == pytest.approx(0.0, abs=1e-4)
+    middle = common_phase([even, late], 0.01)
+    assert middle == pytest.approx(0.001, abs=1e-4)  # a tenth of an interval from either
+    assert min(abs(middle - common_phase([even, late, even], 0.01)), 0.005) < 1e-4
+
+
+def test_a_dense_spline_does_not_swallow_a_hum(tmp_path):
+    truth = make_case(tmp_path / "r", "hinge", [("vibration", "imu2")], 8, seconds=20.0)["effects"][0]["parameters"]
+    found = diagnose(read(tmp_path / "r")[0])[0].findings
+    assert [(f.effect, f.at) for f in found] == [("vibration", "imu2")]
+    size = np.linalg.norm(truth["amplitude"])
+    assert np.linalg.norm(found[0].parameters["amplitude"].value) == pytest.approx(size, rel=0.1)
+
+
+def test_an_undamped_step_from_far_makes_it_worse_and_the_fit_does_not(tmp_path):
+    fit = nominal_fit(recorded(tmp_path, [], 6))
+    rng = np.random.default_rng(1)
+    off = fit.state.coefficients + 0.3 * rng.standard_normal(fit.state.coefficients.shape)
+    far = replace(fit.state, coefficients=off)
+    rows = all_rows(fit.model, far, fit.noise, fit.anchor)
+    x, values = step(fit.model, assemble(fit.model, rows)[0], 0.0)
+    cost = sum(r.cost for r in rows)
+    undamped = sum(r.cost for r in all_rows(fit.model, moved(fit.model, far, x, values), fit.noise, fit.anchor))
+    assert undamped > cost
+    costs = [solve(fit.model, far, fit.noise, fit.anchor, steps=n).cost for n in (1, 3, 10)]
+    assert cost > costs[0] > costs[1] > costs[2]
+
+
+@pytest.fixture(scope="module")
+def biased(tmp_path_factory):
+    """A fit without the offset of imu1's gyroscope that its recording has."""
+    return nominal_fit(recorded(tmp_path_factory.mktemp("biased"), [("gyro_bias", "imu1")], 1))
+
+
+def test_the_channel_with_the_largest_residual_is_not_the_source(biased):
+    weighed = gather.weighed(biased, declared(biased.model))
+    assert locate(gather.traces(weighed), regressors(biased))[0].at == "imu2"
+    best = max(score(biased, plain(biased)), key=lambda s: s.evidence)
+    assert best.hypothesis.name == "gyro_bias@imu1"
+
+
+def test_probabilities_underflow_where_evidence_still_ranks(biased):
+    ranked = sorted(score(biased, plain(biased)), key=lambda s: -s.evidence)[:2]
+    assert all(chi2.sf(2 * s.evidence, 3) < 1e-150 for s in ranked)
+    assert ranked[0].evidence - ranked[1].evidence > 50
+
+
+def test_an_exact_refit_takes_back_a_wrong_score(tmp_path):
+    fit = nominal_fit(recorded(tmp_path, [("gyro_scale", "imu1", {"scale": [0.03, -0.02, 0.025]})], 3))
+    tried = {}
+    for s in sorted(score(fit, plain(fit)), key=lambda s: -s.evidence)[:3]:
+        after = refit(fit, (s.hypothesis,))
+        tried[s.hypothesis.name] = after.cost
+    assert min(tried, key=lambda name: tried[name]) == "gyro_scale@imu1"
+
+
+def test_with_the_labels_swapped_the_verdict_swaps(tmp_path):
+    recording = recorded(tmp_path, [("accel_bias", "imu2")], 9)
+    one, two = recording.imus
+    swapped = replace(recording, imus=(replace(two, name="imu1"), replace(one, name="imu2")))
+    said = [[(f.effect, f.at) for f in diagnose(r)[0].findings] for r in (recording, swapped)]
+    assert said == [[("accel_bias", "imu2")], [("accel_bias", "imu1")]]
