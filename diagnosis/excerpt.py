@@ -9,7 +9,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.fit import Fit, all_rows
 from imubench.diagnosis.kinematics import ATTITUDE
 from imubench.diagnosis.model import State
-from imubench.diagnosis.priors import knot_times
+from imubench.diagnosis.priors import middles
 from imubench.diagnosis.splines import SUPPORT, Knots, Moment, Tracks
 from imubench.jets import Jet
 from imubench.recording import Recording
@@ -48,7 +48,7 @@ def excerpt(fit: Fit, start: float, end: float) -> Fit:
     state = State(fit.state.coefficients[first:last].copy(), fit.state.values)
     anchor = None
     if fit.anchor is not None:
-        moment = Moment(tracks, state.coefficients, Jet(knot_times(short)[:1, None]))
+        moment = Moment(tracks, state.coefficients, Jet(middles(short)[:1, None]))
         anchor = moment.track(ATTITUDE).value[0]
     rows = all_rows(short, state, fit.noise, anchor, fit.loose)
     return replace(fit, model=short, state=state, anchor=anchor, cost=sum(r.cost for r in rows), rows=rows)

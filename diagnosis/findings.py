@@ -7,7 +7,7 @@ from imubench.diagnosis.alike import alike
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.model import Hypothesis
-from imubench.diagnosis.priors import knot_times
+from imubench.diagnosis.priors import middles
 from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
 from imubench.diagnosis.select import NEEDED, Selection
 from imubench.diagnosis.separate import separation
@@ -55,7 +55,7 @@ def parameters(h: Hypothesis, fit: Fit, std: dict[str, Array]) -> dict[str, Para
             out[p.name] = Parameter(value.reshape(p.shape), error.reshape(p.shape), p.unit)
     if h.effect.found:
         values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
-        moment = Moment(fit.model.tracks, fit.state.coefficients, Jet(knot_times(fit.model)[:, None]))
+        moment = Moment(fit.model.tracks, fit.state.coefficients, Jet(middles(fit.model)[:, None]))
         states = {s.name: moment.track(h.key(s.name)).value for s in h.effect.states}
         read = h.effect.read(values, states, fit.model.tracks.knots.step)
         units = {f.name: f.unit for f in h.effect.found}

@@ -20,10 +20,10 @@ DRIFT = 0.05  # m/s^2, how closely its velocity follows its specific force; over
 HEADING = 0.03  # of the first quaternion: holds the heading, which nothing may see
 
 
-def knot_times(model: Model) -> Array:
-    """Return the times (n,) s of the knots, where no value and no even derivative hides; see `Knots.over`."""
+def middles(model: Model) -> Array:
+    """Return the middles (n,) s of the intervals between knots."""
     knots = model.tracks.knots
-    return np.asarray(knots.start + knots.step * np.arange(knots.count - 4), dtype=float)
+    return np.asarray(knots.start + knots.step * (np.arange(knots.count - 5) + 0.5), dtype=float)
 
 
 def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Array | None) -> Iterator[Rows]:
@@ -38,7 +38,7 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
         if name in model.priors and name not in (model.fixed or {}):
             jet = variable((name, CONSTANT), state.values[name]) - tilt.start
             yield Rows(f"{TILT}{name}", np.zeros(1), jet, tilt.std, counts=False)
-    time, step = knot_times(model), model.tracks.knots.step
+    time, step = middles(model), model.tracks.knots.step
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     for name, width in model.tracks.widths.items():
         if name != VELOCITY:

@@ -19,7 +19,7 @@ from imubench.diagnosis.columns import Base, promise
 from imubench.diagnosis.equations import scenes, state_rows
 from imubench.diagnosis.fit import Fit, all_rows, factored, shifted
 from imubench.diagnosis.model import Hypothesis, Model, State
-from imubench.diagnosis.priors import knot_times
+from imubench.diagnosis.priors import middles
 from imubench.diagnosis.refit import states_log_det
 from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
 from imubench.diagnosis.score import started
@@ -106,7 +106,7 @@ def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
     told = h.effect.follow(scene, model.values(h, state))
     if not told:
         return state, PASSES
-    time, coefficients = knot_times(model), state.coefficients.copy()
+    time, coefficients = middles(model), state.coefficients.copy()
     for name, value in told.items():
         own = Tracks(model.tracks.knots, {h.key(name): value.shape[1]})
         track = Moment(own, np.zeros((own.knots.count, own.width)), Jet(time[:, None])).track(h.key(name))
@@ -132,7 +132,7 @@ def _scored(base: Base, model: Model, state: State, sensitivity: Array, h: Hypot
     shared = Parameters({h.key(p.name): p.width for p in h.effect.parameters})
     k = 1 + shared.count
     moves = sensitivity.reshape(-1, own.width, shared.count) if own.width else sensitivity
-    measured = model.measured(state) if h.effect.states else swing_rows(model, state, knot_times(model))
+    measured = model.measured(state) if h.effect.states else swing_rows(model, state, middles(model))
     columns = []
     for rows in measured:
         now = linearise(replace(rows, std=base.std_of(rows.name, rows.std)), own, shared)

@@ -23,9 +23,6 @@ def polynomials() -> Array:
     return pieces[::-1, ::-1].copy()  # coefficient i is in its interval SUPPORT - 1 - i
 
 
-QUARTER = 0.25  # of an interval
-
-
 @dataclass(frozen=True)
 class Knots:
     """Evenly spaced knots: `count` coefficients from `start` s, `step` s apart."""
@@ -35,16 +32,10 @@ class Knots:
     count: int
 
     @classmethod
-    def over(cls, start: float, end: float, step: float, sample: float = 0.0) -> "Knots":
-        """Return knots that cover start..end, the time `sample` a quarter of an interval behind one of them.
-
-        A wave of the coefficients +1, -1, +1, ... hides its value and its even derivatives in the middle of every
-        interval, its odd ones at the knots. Samples a step apart see all of them a quarter behind the knots.
-        """
-        before = np.ceil((sample - start) / step - QUARTER)
-        first = sample - (before + QUARTER) * step
-        intervals = int(np.ceil((end - first) / step + 1.0))
-        return cls(float(first), step, intervals + DEGREE)
+    def over(cls, start: float, end: float, step: float) -> "Knots":
+        """Return knots that cover start..end, so laid that no sample at a multiple of the step meets one."""
+        intervals = int(np.ceil((end - start) / step + 1.0))
+        return cls(start - step / 2, step, intervals + DEGREE)
 
     def weights(self, time: Array, order: int) -> tuple[NDArray[np.int64], Array]:
         """Return the first coefficient (n,) and the weights (n, 6) of the `order`-th derivative at times (n,)."""

@@ -1,6 +1,5 @@
 """A start from the recording alone: clocks aligned, attitude integrated and levelled, hinge angle matched."""
 
-from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -24,7 +23,6 @@ LEVELLING = 3.0  # s over which the mean specific force is taken for up
 COARSE = 0.004  # s, a clock offset that a linear score could not judge any more
 ALIKE = 0.5  # correlation of both sensors' rates across the hinge, under which they tell nothing of the clocks
 LAG = 0.25  # s, the largest clock offset that is looked for
-PHASES, TIE = 64, 1e-3  # that are tried; weight of the mean over the sensors beside the worst
 EDGE = 0.06 + LAG  # s of spline beyond the first and the last sample, for clocks that are off
 
 
@@ -33,21 +31,11 @@ def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
     rig = Rig.of(recording)
     stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     start, end = min(t[0] for t in stamps), max(t[-1] for t in stamps)
-    rate = knots_per_s or min(DENSEST, *(1 / float(np.median(np.diff(imu.time))) for imu in recording.imus))
-    knots = Knots.over(-EDGE, end - start + EDGE, 1 / rate, common_phase([t - start for t in stamps], 1 / rate))
+    clocks = [i.time for i in recording.imus] or stamps
+    rate = knots_per_s or min(DENSEST, *[1 / float(np.median(np.diff(t))) for t in clocks])
+    knots = Knots.over(-EDGE, end - start + EDGE, 1 / rate)
     mounts = {i.name: Geometry(i.mount_position, rotations.to_matrix(i.mount_quaternion)) for i in recording.imus}
     return Model(recording, rig, Tracks(knots, rig.widths), mounts, float(start))
-
-
-def common_phase(stamps: Sequence[Array], step: float) -> float:
-    """Return the time s in half a step that all sensors' sample times (n,) s are near to, modulo half a step.
-
-    Of the sensors the one that is farthest counts; clocks that run at another pace meet every phase and do not.
-    """
-    waves = np.array([np.mean(np.exp(4j * np.pi * t / step)) for t in stamps])
-    phases = np.linspace(0.0, 0.5, PHASES, endpoint=False)
-    seen = 1 - (np.abs(waves) - (waves * np.exp(-4j * np.pi * phases[:, None])).real) / 2
-    return float(phases[np.argmax(seen.min(axis=1) + TIE * seen.mean(axis=1))]) * step
 
 
 @one_thread

@@ -16,7 +16,7 @@ from imubench.diagnosis.bases import KINKS, WIDTHS, curve, drifts, even, kinked,
 from imubench.diagnosis.coherence import clear_of_noise, slower
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import HINGE
-from imubench.diagnosis.priors import knot_times
+from imubench.diagnosis.priors import middles
 from imubench.diagnosis.quiet import quiet_level
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.swings import GROUP, swing_rows
@@ -196,7 +196,7 @@ def jumps(fit: Fit, imu: Imu, part: str, starts: Array) -> list[Term]:
 def torque_terms(fit: Fit) -> Iterator[Term]:
     """Yield the terms of the torque in free swings."""
     model, state = fit.model, fit.state
-    rows = list(swing_rows(model, state, knot_times(model)))
+    rows = list(swing_rows(model, state, middles(model)))
     if not rows:
         return
     time = rows[0].time

@@ -16,8 +16,7 @@ from imubench.diagnosis.refit import refit
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.score import score
 from imubench.diagnosis.select import UNEXPLAINED, candidates, misfit
-from imubench.diagnosis.splines import Knots
-from imubench.diagnosis.start import common_phase, model_of
+from imubench.diagnosis.start import model_of
 from imubench.diagnosis.where import locate
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -42,29 +41,7 @@ def test_a_spline_too_coarse_looks_like_a_sensor_of_its_own(tmp_path, monkeypatc
     assert misfit(nominal_fit(recording)) > UNEXPLAINED
 
 
-@pytest.mark.parametrize("order", range(5))
-def test_no_wave_of_the_knots_hides_from_the_samples(order):
-    knots = Knots.over(-0.3, 1.0, 0.01, sample=0.004)
-    wave = (-1.0) ** np.arange(knots.count)  # hides where value or derivative cross zero
-
-    def seen(time):
-        first, weights = knots.weights(time, order)
-        return np.abs(np.sum(weights * wave[first[:, None] + np.arange(6)], axis=1))
-
-    largest = seen(np.linspace(0.4, 0.5, 1000)).max()
-    assert seen(0.004 + 0.01 * np.arange(90)).min() > 0.5 * largest
-    hidden = (knots.start % 0.01 + (0.0 if order % 2 else 0.005)) % 0.01  # where the trap is
-    assert seen(hidden + 0.01 * np.arange(10, 90)).max() < 1e-9 * largest  # rounding
-
-
-def test_knots_suit_the_clocks_of_all_sensors():
-    even, late, other = np.arange(500) * 0.01, 0.002 + np.arange(500) * 0.01, np.arange(640) / 128
-    assert common_phase([even, other], 0.01) == pytest.approx(0.0, abs=1e-4)
-    middle = common_phase([even, late], 0.01)
-    assert middle == pytest.approx(0.001, abs=1e-4)  # a tenth of an interval from either
-    assert min(abs(middle - common_phase([even, late, even], 0.01)), 0.005) < 1e-4
-
-
+@pytest.mark.slow
 def test_a_dense_spline_does_not_swallow_a_hum(tmp_path):
     truth = make_case(tmp_path / "r", "hinge", [("vibration", "imu2")], 8, seconds=20.0)["effects"][0]["parameters"]
     found = diagnose(read(tmp_path / "r")[0])[0].findings
@@ -115,6 +92,7 @@ def test_an_exact_refit_takes_back_a_wrong_score(tmp_path):
     assert min(tried, key=lambda name: tried[name]) == "gyro_scale@imu1"
 
 
+@pytest.mark.slow
 def test_with_the_labels_swapped_the_verdict_swaps(tmp_path):
     recording = recorded(tmp_path, [("accel_bias", "imu2")], 9)
     one, two = recording.imus
