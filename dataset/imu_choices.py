@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from imubench.dataset.motion_ranges import Files
-from imubench.dataset.ranges import check_keys, number
+from imubench.dataset.ranges import check_keys, weight
 from imubench.errors import InputError, unknown
 from imubench.sim.imu_noise import linear_errors
 from imubench.sim.imu_profile import ChannelProfile, ImuProfile
@@ -38,7 +38,7 @@ def parse_imu(table: Mapping[str, Any], where: str, files: Files) -> ImuChoice:
     name = table.get("profile")
     if name not in known:
         raise unknown(f"{where}.profile", name, known)
-    return ImuChoice(known[str(name)], number(table.get("weight", 1.0), f"{where}.weight", open_low=True))
+    return ImuChoice(known[str(name)], weight(table, where))
 
 
 def bought(profile: ImuProfile, rate: float, rng: np.random.Generator) -> ImuProfile:

@@ -10,7 +10,7 @@ import pyarrow.parquet
 from scipy.interpolate import PPoly, make_interp_spline
 
 from imubench.arrays import Array, frozen, frozen_time
-from imubench.errors import InputError, unknown
+from imubench.errors import InputError, first_line, unknown
 from imubench.sim.motion import AngleMotion
 from imubench.sim.signals import with_derivatives
 
@@ -70,7 +70,7 @@ def _table(content: bytes, name: str) -> pa.Table:
         if name.endswith(".csv"):
             return pyarrow.csv.read_csv(io.BytesIO(content))
     except pa.ArrowInvalid as error:
-        raise InputError(f"{name}: expected a table, got: {str(error).splitlines()[0]}") from None
+        raise InputError(f"{name}: expected a table, got: {first_line(error)}") from None
     raise InputError(f"{name}: expected a .csv or .parquet file")
 
 
@@ -78,4 +78,4 @@ def _numbers(table: pa.Table, column: str, name: str) -> Array:
     try:
         return np.asarray(table.column(column).cast(pa.float64()).to_numpy(), dtype=float)
     except pa.ArrowInvalid as error:
-        raise InputError(f"{name}: {column}: expected numbers, got: {str(error).splitlines()[0]}") from None
+        raise InputError(f"{name}: {column}: expected numbers, got: {first_line(error)}") from None

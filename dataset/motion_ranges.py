@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 
 from imubench.dataset.motion_file import MotionFile
-from imubench.dataset.ranges import Range, check_keys, number, parse_range
+from imubench.dataset.ranges import Range, check_keys, parse_range, weight
 from imubench.dataset.rig_ranges import RigRange
 from imubench.dataset.swing_range import FreeSwing, SwingMotion
 from imubench.errors import InputError, unknown
@@ -46,10 +46,6 @@ def parse_motion(table: Mapping[str, Any], where: str, files: Files, seconds: Ra
     return KINDS[str(kind)](table, where, files, seconds)
 
 
-def _weight(table: Mapping[str, Any], where: str) -> float:
-    return number(table.get("weight", 1.0), f"{where}.weight", open_low=True)
-
-
 @dataclass(frozen=True)
 class RandomMotion:
     """A hand's: every angle and coordinate smooth, band-limited and random."""
@@ -75,7 +71,7 @@ class RandomMotion:
             for key, default in cls.DEFAULTS.items()
         }
         parse_range(table.get("bandwidth", 1.0), f"{where}.bandwidth", high=20.0)
-        return cls(_weight(table, where), ranges)
+        return cls(weight(table, where), ranges)
 
     def suits(self, rig: RigRange) -> bool:
         """Return True: every rig can."""
@@ -115,7 +111,7 @@ class OlssonMotions:
                 raise unknown(f"motion in {where}.numbers", n, MOTIONS)
         if seconds.low < SHORTEST:
             raise InputError(f"seconds: expected {SHORTEST:g} s or more for {cls.kind} motions, got {seconds.low:g} s")
-        return cls(_weight(table, where), tuple(numbers))
+        return cls(weight(table, where), tuple(numbers))
 
     def suits(self, rig: RigRange) -> bool:
         """Return whether a rig is a hinge in a hand."""
@@ -153,7 +149,7 @@ class PendulumMotion:
         check_keys(table, ("kind", "weight", "amplitude", "pace"), where)
         amplitude = parse_range(table.get("amplitude", [0.6, 1.6]), f"{where}.amplitude", 0.0)
         pace = parse_range(table.get("pace", [0.7, 1.4]), f"{where}.pace", 0.0, 10.0, open_low=True)
-        return cls(_weight(table, where), amplitude, pace)
+        return cls(weight(table, where), amplitude, pace)
 
     def suits(self, rig: RigRange) -> bool:
         """Return whether a rig is a pendulum."""
@@ -191,7 +187,7 @@ class FileMotion:
                 f"{path}: expected {seconds.high + BEYOND:g} s or more for recordings of {seconds.high:g} s, "
                 f"got {file.duration:g} s"
             )
-        return cls(_weight(table, where), path, file)
+        return cls(weight(table, where), path, file)
 
     def suits(self, rig: RigRange) -> bool:
         """Return True: coordinates that a rig does not have mean nothing to it."""

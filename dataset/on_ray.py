@@ -11,7 +11,7 @@ from typing import Any
 
 from imubench.dataset.manifest import identity
 from imubench.dataset.shard import Job, Receipt, make_shard
-from imubench.errors import InputError
+from imubench.errors import InputError, first_line
 
 RETRIES = 3  # of a shard whose worker or node died
 KNOCK = 10.0  # s, for a cluster to answer
@@ -75,7 +75,7 @@ def _receipt(ray: Any, reference: Any, job: Job) -> Receipt:
             raise error.cause from None
         raise
     except ray.exceptions.RayError as error:
-        line = (str(error).splitlines() or [type(error).__name__])[0]
+        line = first_line(error)
         raise InputError(
             f"{job.out}: expected workers that live, got {RETRIES + 1} deaths with one shard; is there enough memory, "
             f"and imubench on every node? The last said: {line}"
@@ -92,7 +92,7 @@ def _connected(ray: Any, address: str | None) -> Iterator[None]:
     try:
         ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
     except (ConnectionError, ValueError, RuntimeError) as error:
-        line = (str(error).splitlines() or [type(error).__name__])[0]
+        line = first_line(error)
         raise InputError(f"address: expected that of a Ray cluster, got '{address}': {line}") from None
     try:
         yield

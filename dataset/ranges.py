@@ -103,6 +103,11 @@ def number(value: object, where: str, low: float = 0.0, high: float = np.inf, op
     return parse_range(value, where, low, high, open_low).a
 
 
+def weight(table: Mapping[str, Any], where: str) -> float:
+    """Return how often an entry is drawn beside the others, above 0; 1 if its table does not say."""
+    return number(table.get("weight", 1.0), f"{where}.weight", open_low=True)
+
+
 def chosen(value: object, where: str, known: Sequence[str]) -> str:
     """Return a text that is one of those known; `InputError` names them."""
     if value not in known:

@@ -17,7 +17,7 @@ from imubench.dataset.instruments import SEGMENTS
 from imubench.dataset.manifest import read_manifest
 from imubench.dataset.remote import place
 from imubench.dataset.shard import names
-from imubench.errors import InputError, unknown
+from imubench.errors import InputError, first_line, unknown
 from imubench.recording import RIGS, Body, Encoder, Imu, Pose, Recording
 from imubench.truth import SegmentTruth, SensorTruth, Truth
 
@@ -50,7 +50,7 @@ def read(folder: Path | str, index: int) -> Stored:
         with where.reading(samples) as source, pq.ParquetFile(source) as file:
             table = file.read_row_group(group)
     except (OSError, pa.ArrowException, IndexError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        reason = first_line(error)
         raise InputError(f"{folder}: expected the files of recording {index}, got: {reason}") from None
     effects = tuple(e | {"parameters": json.loads(e["parameters"])} for e in row["effects"])
     return Stored(_recording(row, table), _truth(row, table), row, effects)

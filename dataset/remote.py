@@ -9,7 +9,7 @@ from typing import IO, Any
 from uuid import uuid4
 
 from imubench.dataset.storage import Folder, Place
-from imubench.errors import InputError
+from imubench.errors import InputError, first_line
 
 
 def place(path: str) -> Place:
@@ -29,7 +29,7 @@ class Remote(Place):
         try:
             self.system, root = fsspec.url_to_fs(path)
         except (ImportError, ValueError) as error:  # no package for the protocol, or none such
-            raise InputError(f"{path}: expected a URL that fsspec can follow, got: {_line(error)}") from None
+            raise InputError(f"{path}: expected a URL that fsspec can follow, got: {first_line(error)}") from None
         self.root = root.rstrip("/")
 
     def _at(self, name: str) -> str:
@@ -54,7 +54,7 @@ class Remote(Place):
                 with suppress(Exception):
                     self.system.rm(partial)
                 where = f"{self.path}/{name}"
-                raise InputError(f"{where}: expected a place that can be written, got: {_line(error)}") from error
+                raise InputError(f"{where}: expected a place that can be written, got: {first_line(error)}") from error
 
     @contextmanager
     def reading(self, name: str) -> Iterator[IO[bytes]]:
@@ -98,7 +98,7 @@ class Remote(Place):
         except FileNotFoundError:
             return set()
         except Exception as error:  # the first look at the storage: no network, no key
-            raise InputError(f"{self.path}: expected a place that can be listed, got: {_line(error)}") from error
+            raise InputError(f"{self.path}: expected a place that can be listed, got: {first_line(error)}") from error
         if is_file:
             raise InputError(f"{self.path}: expected a folder to write, got a file of that name")
         return {path.rstrip("/").rpartition("/")[2] for path in found}
@@ -115,8 +115,4 @@ class Remote(Place):
             with self.reading(name) as file:
                 yield file
         except OSError as error:
-            raise InputError(f"{self.path}/{name}: expected a readable file, got: {_line(error)}") from None
-
-
-def _line(error: Exception) -> str:
-    return (str(error).splitlines() or [""])[0] or type(error).__name__
+            raise InputError(f"{self.path}/{name}: expected a readable file, got: {first_line(error)}") from None

@@ -12,7 +12,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.dataset.ranges import Range, check_keys, chosen, located, number, parse_range
+from imubench.dataset.ranges import Range, check_keys, chosen, located, number, parse_range, weight
 from imubench.errors import InputError
 from imubench.recording import RIGS
 from imubench.sim.injected import sprung_mount
@@ -83,7 +83,7 @@ def parse_rig(table: Mapping[str, Any], where: str) -> RigRange:
     turned = table.get("mount_rotation", "any")
     found = RigRange(
         family,
-        number(table.get("weight", 1.0), f"{where}.weight", open_low=True),
+        weight(table, where),
         base,
         _ranges(table, NUMBERS, where),
         None if turned == "any" else parse_range(turned, f"{where}.mount_rotation"),

@@ -8,7 +8,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.dataset.ranges import Range, check_keys, number, parse_range
+from imubench.dataset.ranges import Range, check_keys, parse_range, weight
 from imubench.dataset.rig_ranges import RigRange
 from imubench.sim.rigs import Rig
 from imubench.sim.swing import Start, swing
@@ -64,7 +64,7 @@ class SwingMotion:
         """Return the swings of a table."""
         check_keys(table, ("kind", "weight", "deflection", "rate"), where)
         return cls(
-            number(table.get("weight", 1.0), f"{where}.weight", open_low=True),
+            weight(table, where),
             parse_range(table.get("deflection", [0.4, 1.6]), f"{where}.deflection", 0.0, np.pi),
             parse_range(table.get("rate", {"std": 0.5}), f"{where}.rate"),
         )

@@ -39,13 +39,9 @@ def read_mounts(
 
     `segments` move with their true rates. Mounts that slide as they are told are not for here.
     """
-    found, first = [], 0
     x, v = rows(positions), rows(velocities)
-    for i, (mount, segment) in enumerate(zip(rig.mounts, segments, strict=False), 1):
-        own = slice(first, first + 3 * sum(s is not None for s in (mount.translation, mount.rotation)))
-        found.append(_read(f"imu{i}", mount, segment, x[own], v[own], rig))
-        first = own.stop
-    return tuple(found)
+    each = zip(rig.mounts, rig.spring_columns, segments, strict=False)
+    return tuple(_read(f"imu{i}", mount, at, x[own], v[own], rig) for i, (mount, own, at) in enumerate(each, 1))
 
 
 def _read(name: str, mount: Mount, segment: SegmentTruth, x: Array, v: Array, rig: Rig) -> SensorTruth:

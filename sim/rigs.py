@@ -1,6 +1,7 @@
 """Rigs as numbers: what can be set without editing an MJCF file."""
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -164,6 +165,12 @@ class Rig:
     def sprung(self) -> bool:
         """True if any sensor hangs on springs."""
         return any(mount.sprung for mount in self.mounts)
+
+    @property
+    def spring_columns(self) -> list[slice]:
+        """Each mount's own among the joints of all sprung mounts, three to a spring; none of a rigid one."""
+        ends = np.cumsum([0, *(3 * sum(s is not None for s in (m.translation, m.rotation)) for m in self.mounts)])
+        return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
 
 def rod(mass: float, start: tuple[float, ...], end: tuple[float, ...], radius: float) -> Segment:

@@ -127,12 +127,10 @@ def _inner(told: Trajectory, at: slice) -> Trajectory:
 
 def _jolted(rig: Rig, change: Trajectory, x: Array, v: Array) -> Array:
     """Return the mounts' velocities (n, mounts) after the rates of all segments changed by those of `change`."""
-    after, first = np.empty_like(v), 0
-    for mount, segment in zip(rig.mounts, segments_of(rig, change), strict=False):
-        own = slice(first, first + 3 * sum(s is not None for s in (mount.translation, mount.rotation)))
+    after = np.empty_like(v)
+    for mount, own, segment in zip(rig.mounts, rig.spring_columns, segments_of(rig, change), strict=False):
         if mount.sprung:
             after[:, own] = jolted(mount, segment, x[:, own], v[:, own])
-        first = own.stop
     return after
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.convert.alignment import check_z_up, gyro_delay
 from imubench.convert.converter import Converted, Converter
-from imubench.errors import InputError
+from imubench.errors import InputError, first_line
 from imubench.recording import Imu, Pose, Recording
 
 WIDTHS = {"imu_acc": 3, "imu_gyr": 3, "opt_quat": 4, "opt_pos": 3}
@@ -59,7 +59,7 @@ def _read(path: Path) -> tuple[dict[str, Array], float, str]:
             rate = float(file.attrs["sampling_rate"])
             movement = np.flatnonzero(file["movement"]) if "movement" in file else np.array([])
     except OSError as error:
-        raise InputError(f"{path}: expected a BROAD .hdf5 file, got: {str(error).splitlines()[0]}") from None
+        raise InputError(f"{path}: expected a BROAD .hdf5 file, got: {first_line(error)}") from None
     n = len(arrays["imu_gyr"])
     for key, width in WIDTHS.items():
         if arrays[key].shape != (n, width):

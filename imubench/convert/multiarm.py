@@ -10,7 +10,7 @@ import numpy as np
 
 from imubench.arrays import Array, frozen, frozen_time
 from imubench.convert.converter import Converted, Converter, Option
-from imubench.errors import InputError, unknown
+from imubench.errors import InputError, first_line, unknown
 from imubench.recording import Encoder, Recording
 
 UPRIGHT = (float(np.sqrt(0.5)), 0.0, -float(np.sqrt(0.5)), 0.0)
@@ -70,7 +70,7 @@ def _read(path: Path) -> dict[str, tuple[Array, Array, Array]]:
     try:
         content = loadmat(path)
     except (OSError, ValueError, NotImplementedError, MatReadError) as error:
-        raise InputError(f"{path}: expected a MATLAB 5 .mat file, got: {str(error).splitlines()[0]}") from None
+        raise InputError(f"{path}: expected a MATLAB 5 .mat file, got: {first_line(error)}") from None
     pieces = {}
     for kind in ("id", "vad"):
         for key in (f"Time_{kind}", f"Y_{kind}"):

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.csv
 
 from imubench.arrays import Array
-from imubench.errors import InputError
+from imubench.errors import InputError, first_line
 
 EMPTY = ["", "nan", "NaN", "NA", "null"]
 
@@ -27,7 +27,7 @@ def reading(path: Path) -> Iterator[None]:
     except OSError as error:
         raise InputError(f"{path}: expected a readable file, got: {error.strerror or error}") from None
     except pa.ArrowInvalid as error:
-        raise InputError(f"{path}: expected a table of numbers, got: {str(error).splitlines()[0]}") from None
+        raise InputError(f"{path}: expected a table of numbers, got: {first_line(error)}") from None
 
 
 def read_lines(path: Path, count: int) -> list[str]:
