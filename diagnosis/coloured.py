@@ -18,7 +18,6 @@ from imubench.diagnosis.fit import Fit, factored
 from imubench.diagnosis.noise import Spread
 from imubench.diagnosis.priors import TILT
 from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, Rows
-from imubench.diagnosis.splines import SUPPORT
 from imubench.diagnosis.threads import one_thread
 
 DRAWS = 6  # of white noise
@@ -74,15 +73,7 @@ def _solved(fit: Fit) -> tuple[Solution, list[tuple[Rows, Linear]]]:
 
 def influence(spread: Spread, part: Linear) -> Array:
     """Return how far a whitened residual of 1 moves the parameters (n, m, p)."""
-    n, m = part.residual.shape
-    width, p = spread.reach.shape[1:]
-    out = np.empty((n, m, p))
-    local = part.local.reshape(n, m, SUPPORT * width)
-    for i in range(SUPPORT):  # a sixth of the splines at a time: less memory than all windows at once
-        some = local[:, :, i * width : (i + 1) * width]
-        moved = np.matmul(some, spread.reach[part.first + i])
-        out = moved if i == 0 else out + moved
-    return np.asarray((part.border - out) @ spread.shared)
+    return np.asarray((part.border - part.along(spread.reach)) @ spread.shared)
 
 
 def white_residuals(solution: Solution, measured: Sequence[tuple[Rows, Linear]], width: int) -> list[Array]:
@@ -97,13 +88,7 @@ def white_residuals(solution: Solution, measured: Sequence[tuple[Rows, Linear]],
         shared += np.einsum("nmp,nmd->pd", part.border, e)
     x, values = solution.solve(pull.reshape(blocks, b, DRAWS), shared)
     knots = x.reshape(-1, width, DRAWS)
-    out = []
-    for (_, part), e in zip(measured, noise, strict=True):
-        left = e - part.border @ values
-        for i in range(SUPPORT):
-            left -= np.matmul(part.local[:, :, i], knots[part.first + i])
-        out.append(left)
-    return out
+    return [e - part.border @ values - part.along(knots) for (_, part), e in zip(measured, noise, strict=True)]
 
 
 def spectra(left: Array, white: Array) -> Spectra:

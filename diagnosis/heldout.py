@@ -21,7 +21,6 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import Solution, solve_arrow
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.rows import Linear, Normal, linearise
-from imubench.diagnosis.splines import SUPPORT
 from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.threads import one_thread
 
@@ -119,8 +118,8 @@ def _followed(normal: Normal, solution: Solution, learnt: Array) -> Array:
 
 def _left(part: Linear, motion: Array, learnt: Array, width: int) -> Array:
     """Return the residuals (n, m) after a step of the splines (m, b) and the parameters (p,)."""
-    knots = motion.reshape(-1, width)[part.first[:, None] + np.arange(SUPPORT)]
-    return np.asarray(part.residual + np.einsum("nmsw,nsw->nm", part.local, knots) + part.border @ learnt)
+    followed = part.along(motion.reshape(-1, width, 1))[:, :, 0]
+    return np.asarray(part.residual + followed + part.border @ learnt)
 
 
 __all__ = ["Gain", "block_of", "gain", "held_out", "predicted"]

@@ -15,7 +15,6 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.gather import CHANNELS, Weighed
 from imubench.diagnosis.result import CHANNEL_UNIT, Change
 from imubench.diagnosis.rows import Linear, Normal, Parameters, Rows, linearise
-from imubench.diagnosis.splines import SUPPORT
 from imubench.diagnosis.threads import one_thread
 
 
@@ -53,6 +52,5 @@ def left_out(fit: Fit, noise: Mapping[str, float]) -> dict[str, float]:
 
 def _foretold(rows: Rows, part: Linear, motion: Array, fit: Fit) -> Array:
     """Return the errors (n, 3) of a triple in units of its rows' own standard deviation at noise level 1."""
-    knots = motion[part.first[:, None] + np.arange(SUPPORT)]
-    whitened = part.residual + np.einsum("nmsw,nsw->nm", part.local, knots)
+    whitened = part.residual + part.along(motion[:, :, None])[:, :, 0]
     return np.asarray(whitened * fit.noise[rows.name] * fit.loose)

@@ -8,6 +8,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.coloured import Spectra, noise_spectra
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.noise import declared, levels
+from imubench.diagnosis.raw_findings import UNITS
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.rows import Rows
 
@@ -18,15 +19,14 @@ CHANCE = 2.5  # standard deviations of a band's power, three axes at every bin
 VISIBLE = 0.3  # of white noise's power, that the fit must leave in a band to tell
 STEADY = 1.2  # by how much the power may differ between calm and quick moments
 WINDOW = 1.0  # s
-UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 
 
 def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
     """Return white noise by its name, or the loudest place of what is not white; IMUs in `known` are explained."""
     told = declared(fit.model)
-    imus = {i.name for i in fit.model.recording.imus} - known
-    over = {n: (fit.noise[n] / std) ** 2 for n, std in told.items() if n in fit.noise and n.split(".")[0] not in known}
-    over = {n: power for n, power in over.items() if power > ALLOWED}
+    imus = {i.name for i in fit.model.recording.imus}
+    told = {n: std for n, std in told.items() if n in fit.noise and n.split(".")[0] not in known}
+    over = {n for n, std in told.items() if (fit.noise[n] / std) ** 2 > ALLOWED}
     if not over:
         return []
     spectra, (_, leverage) = noise_spectra(fit), levels(fit)
@@ -35,7 +35,7 @@ def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
         at = rows.name.split(".")[0]
         if rows.name in over and at in imus and flat(spectra[rows.name]) and steady(fit, rows, leverage[rows.name]):
             out.append(_white(fit, rows, leverage[rows.name]))
-            del over[rows.name]
+            over.remove(rows.name)
     sensors = {n.split(".")[0] for n in over}
     chosen = next((w for w in where if w.at in sensors), None)
     if chosen is not None:

@@ -73,6 +73,13 @@ class Linear:
     border: Array
     residual: Array
 
+    def along(self, knots: Array) -> Array:
+        """Return J times columns of the splines (knots, width, r), as (n, m, r)."""
+        out = np.zeros((*self.residual.shape, knots.shape[2]))
+        for i in range(SUPPORT):  # a sixth of the splines at a time: less memory than all windows at once
+            out += np.matmul(self.local[:, :, i], knots[self.first + i])
+        return out
+
     def scatter(self, columns: Array, target: Array) -> None:
         """Add J' of further columns (n, m, r) to `target` (knots, width, r), J the splines' Jacobian."""
         m, r = columns.shape[1:]

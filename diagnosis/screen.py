@@ -23,7 +23,7 @@ from imubench.diagnosis.priors import middles
 from imubench.diagnosis.refit import states_log_det
 from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
 from imubench.diagnosis.score import started
-from imubench.diagnosis.splines import SUPPORT, Moment, Tracks
+from imubench.diagnosis.splines import Moment, Tracks
 from imubench.diagnosis.swings import swing_rows
 from imubench.diagnosis.threads import one_thread
 from imubench.jets import Jet
@@ -136,7 +136,7 @@ def _scored(base: Base, model: Model, state: State, sensitivity: Array, h: Hypot
     columns = []
     for rows in measured:
         now = linearise(replace(rows, std=base.std_of(rows.name, rows.std)), own, shared)
-        slopes = now.border + np.einsum("nmsw,nswp->nmp", now.local, moves[now.first[:, None] + np.arange(SUPPORT)])
+        slopes = now.border + now.along(moves)
         change = now.residual - base.parts[rows.name].residual
         columns.append((rows.name, np.concatenate([change[:, :, None], slopes], axis=2)))
     schur, gradient = base.reduced(columns, k)

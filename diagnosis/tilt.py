@@ -21,7 +21,6 @@ from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.model import Hypothesis, Prior, State
 from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, linearise
-from imubench.diagnosis.splines import SUPPORT
 
 DRAWS = 16
 SEED = 4401  # of the draws, so that a fit repeats itself
@@ -79,5 +78,5 @@ def _residual(fit: Fit, state: State, h: Hypothesis, moved: Array) -> Array:
     for rows in state_rows(fit.model, state, h):
         whitened = replace(rows, std=rows.std * fit.noise.get(rows.name, 1.0) * fit.loose)
         part = linearise(whitened, fit.model.tracks, fit.model.parameters)
-        out.append(np.einsum("nmsw,nswr->nmr", part.local, moved[part.first[:, None] + np.arange(SUPPORT)]))
+        out.append(part.along(moved))
     return np.concatenate(out, axis=1)
