@@ -18,20 +18,26 @@ def judged(d: Diagnosis, evidence: Evidence, reference: Reference | None) -> Dia
     if reference is None:
         return d
     first = evidence.motion if evidence.motion_before is None else evidence.motion_before
-    before, after = errors(first, reference), errors(evidence.motion, reference)
+    before, after = (errors(motion, reference, evidence.span) for motion in (first, evidence.motion))
     return replace(d, fit=replace(d.fit, reference=Change(before, after, UNIT)))
 
 
-def errors(motion: Played, reference: Reference) -> dict[str, float]:
-    """Return RMS errors in rad: of the hinge angle, and of segment 1's orientation but for one constant heading."""
+def errors(motion: Played, reference: Reference, span: tuple[float, float]) -> dict[str, float]:
+    """Return RMS errors in rad: of the hinge angle, and of segment 1's orientation but for one constant heading.
+
+    `span` is the recording's first and last stamp: the splines of the motion go on where nothing was measured.
+    The hinge angle is given once more without its mean error: no sensor shows where the angle is zero, so a mount
+    that is declared to some degrees moves it by as many.
+    """
     out = {}
-    inside = (reference.time >= motion.time[0]) & (reference.time <= motion.time[-1])
+    inside = (reference.time >= span[0]) & (reference.time <= span[1])
     if reference.hinge_angle is not None and motion.hinge_angle is not None:
         seen = inside & np.isfinite(reference.hinge_angle)
         found = np.interp(reference.time[seen], motion.time, motion.hinge_angle)
         off = np.remainder(found - reference.hinge_angle[seen] + np.pi, 2 * np.pi) - np.pi
         if seen.any():
             out["hinge_angle"] = rms(off)
+            out["hinge_angle_but_constant"] = rms(off - float(np.angle(np.mean(np.exp(1j * off)))))
     if reference.quaternion1 is not None:
         seen = inside & np.isfinite(reference.quaternion1).all(axis=1)
         if seen.any():

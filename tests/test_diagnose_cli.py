@@ -96,7 +96,9 @@ def test_noise_alone_is_no_mismatch(clean):
     assert json.dumps(as_dict(found), allow_nan=False)
     assert [t.name for t in evidence.traces] == ["imu1.gyro", "imu1.accel", "imu2.gyro", "imu2.accel"]
     truth = clean[1]
-    assert errors(evidence.motion, truth)["hinge_angle"] < 0.01  # the declared mounts' own 5e-3 rad about the hinge
+    assert (
+        errors(evidence.motion, truth, evidence.span)["hinge_angle"] < 0.01
+    )  # the declared mounts' own 5e-3 rad about the hinge
 
 
 @pytest.mark.parametrize(
@@ -198,9 +200,19 @@ def test_errors_against_a_reference_leave_one_heading_out():
     off = from_axis_angle([0.0, 0.0, 1.0], 0.7)
     tilted = multiply(multiply(off, turn), exp([0.02, 0.0, 0.0]))
     motion = Played(time, turn, np.zeros((500, 3)), angle + 0.01)
-    found = errors(motion, Reference(time[::3], hinge_angle=angle[::3], quaternion1=tilted[::3]))
+    reference = Reference(time[::3], hinge_angle=angle[::3], quaternion1=tilted[::3])
+    found = errors(motion, reference, (time[0], time[-1]))
     assert found["hinge_angle"] == pytest.approx(0.01, rel=1e-6)  # same stamps, nothing interpolated
+    assert found["hinge_angle_but_constant"] == pytest.approx(0.0, abs=1e-9)
     assert found["orientation1"] == pytest.approx(0.02, rel=0.02)  # part of the tilt may pass for heading
+
+
+def test_where_nothing_was_measured_the_motion_is_not_held_against_a_reference():
+    time = np.arange(500) / 50
+    angle = np.where((time < 1.0) | (time > 9.0), 2.0, 0.0)  # splines run wild beyond the samples
+    motion = Played(time, np.tile([1.0, 0.0, 0.0, 0.0], (500, 1)), np.zeros((500, 3)), angle + 0.02 * np.sin(time))
+    found = errors(motion, Reference(time, hinge_angle=np.zeros(500)), (1.0, 9.0))
+    assert 0.01 < found["hinge_angle"] < 0.02
 
 
 @pytest.mark.slow

@@ -42,7 +42,11 @@ EFFECTS = {
     UNKNOWN: "something at {imu} that no effect of the library explains",
 }
 
-MEASURED = {"hinge_angle": "hinge angle", "orientation1": "orientation of segment 1"}
+MEASURED = {
+    "hinge_angle": "hinge angle",
+    "hinge_angle_but_constant": "hinge angle, but for a constant",
+    "orientation1": "orientation of segment 1",
+}
 
 VERDICTS = {  # verdict -> how it looks
     "no mismatch": "good",
