@@ -37,7 +37,7 @@ class Base:
         for name, some in columns:
             part, flat = self.parts[name], some.reshape(-1, count)
             part.scatter(some, cross)
-            across += part.border.reshape(-1, p).T @ flat
+            across += part.border.reshape(len(flat), p).T @ flat
             corner += flat.T @ flat
             gradient += flat.T @ part.residual.reshape(-1)
         return self.solution.complement(cross.reshape(blocks, -1, count), across, corner), gradient

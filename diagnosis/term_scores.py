@@ -38,6 +38,8 @@ class Guess:
 def promising(fit: Fit) -> tuple[list[Guess], int]:
     """Return terms and single channels of terms, the best evidence on white noise first, and how many were tried."""
     every = terms(fit)
+    if not every:  # an encoder alone, and no equation of motion
+        return [], 0
     tried = sum(len(set(t.channel)) + 1 for t in every)
     ranked = sorted(every, key=lambda t: -_best(*_plain(fit, t), t).evidence)[:TRIED]
     guesses = _exact(fit, ranked)

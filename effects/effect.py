@@ -141,7 +141,7 @@ class Effect:
     place: ClassVar[Place]
     law: ClassVar[str]  # one line, with its symbols
     rigs: ClassVar[tuple[str, ...]] = ("hinge", "pendulum", "free")
-    needs: ClassVar[tuple[str, ...]] = ()  # of a recording: "free_swings", "encoders"
+    needs: ClassVar[tuple[str, ...]] = ()  # of a recording: "free_swings", "encoders", "imus"
     variant: str = ""
     settings: Mapping[str, Setting] = {}  # what is chosen, not fitted
     parameters: tuple[Parameter, ...] = ()
@@ -220,7 +220,7 @@ class Effect:
         return Error()
 
     def lighter(self, p: Values) -> Jet | None:
-        """Return by what the inertia about the joint is to be divided; None: the effect leaves it."""
+        """Return by what all torques are to be multiplied, the inertia being as declared; None: as they are."""
         return None
 
     def torque(self, scene: Scene, p: Values) -> Jet | None:

@@ -26,7 +26,7 @@ class JointPlay(Effect):
     """Segment 2 rotates across the hinge axis, within a range."""
 
     name, place, law = "joint_play", "joint", "R2 = R1 Ry(q) exp(a, 0, b), |(a, b)| < range"
-    rigs = ("hinge",)
+    rigs, needs = ("hinge",), ("imus",)
     states = (State("rotation", 2, 0.04),)
     found = (Found("range", (), "rad"), Found("direction", (), "rad"))
 
@@ -47,7 +47,7 @@ class AxisCoupling(Effect):
     """Segment 2 turns across the hinge axis as the hinge turns."""
 
     name, place, law = "axis_coupling", "joint", "R2 = R1 Ry(q) Rx(c1 q) Rz(c2 q)"
-    rigs = ("hinge",)
+    rigs, needs = ("hinge",), ("imus",)
     parameters = (Parameter("coupling", (2,), "rad/rad", 0.1),)
 
     def joint(self, link: Link, scene: Scene, p: Values) -> Link:
@@ -59,7 +59,7 @@ class MovingCentre(Effect):
     """Segment 2's origin moves in segment 1 as the hinge turns."""
 
     name, place, law = "moving_centre", "joint", "segment 2's origin at slide q in segment 1"
-    rigs = ("hinge",)
+    rigs, needs = ("hinge",), ("imus",)
     parameters = (Parameter("slide", (3,), "m/rad", 0.02),)
 
     def joint(self, link: Link, scene: Scene, p: Values) -> Link:
@@ -95,7 +95,7 @@ class Backlash(Effect):
     """
 
     name, place, law = "backlash", "joint", "the encoder reads q - d, |d| <= range, d' = q' until a stop is met"
-    rigs, needs = ("hinge",), ("encoders",)
+    rigs, needs = ("hinge",), ("encoders", "imus")
     states = (State("gap", 1, 0.02),)
     parameters = (Parameter("range", (), "rad", 1.0, start=0.01, log=True),)
 

@@ -106,7 +106,8 @@ class Gravity(Effect):
     parameters = (Parameter("g", (), "m/s^2", 0.1, start=STANDARD_GRAVITY),)
 
     def places(self, recording: Recording) -> tuple[str, ...]:
-        return super().places(recording) if recording.gravity else ()
+        seen = recording.gravity and (recording.imus or recording.poses)  # in a swing alone it is the body's
+        return super().places(recording) if seen else ()
 
     def suited(self, recording: Recording) -> Effect:
         return self.starting(g=recording.gravity)

@@ -7,17 +7,21 @@ github.com/dynamicslab/MultiArm-Pendulum, MIT licence.
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from imubench.arrays import Array, frozen, frozen_time
 from imubench.convert.converter import Converted, Converter, Option
 from imubench.errors import InputError, first_line, unknown
-from imubench.recording import Encoder, Recording
+from imubench.recording import STANDARD_GRAVITY, Body, Encoder, Recording
 
 UPRIGHT = (float(np.sqrt(0.5)), 0.0, -float(np.sqrt(0.5)), 0.0)
 """Segment 1 -> world, -90 deg about +y: segment 2, along +x at hinge angle 0, then points up.
 
 So the hinge angle is the dataset's angle from upright, and at pi the arm hangs.
 """
+
+SLENDER = 1e-3  # of a rod's inertia across it: that about its own length, which no swing shows
+SMOOTH = 0.05  # s over which the angle is taken for a quintic
 
 
 def convert(source: Path, piece: str = "all") -> list[Converted]:
@@ -43,6 +47,7 @@ def _convert_piece(source: Path, name: str, time: Array, angle: Array, rate: Arr
     if abs(middle - np.pi) > 0.5:
         raise InputError(f"{source}, piece {name}: expected a swing about pi (hanging), got one about {middle:.2f} rad")
     encoder = Encoder(joint="hinge", time=time, angle=angle)
+    body = rod(time, angle)
     recording = Recording(
         name=f"multiarm-{name}",
         rig="hinge",
@@ -51,15 +56,33 @@ def _convert_piece(source: Path, name: str, time: Array, angle: Array, rate: Arr
         base_quaternion=np.array(UPRIGHT),
         encoders=(encoder,),
         free_swings=((float(time[0]), float(time[-1])),),
+        body=body,
     )
     hertz = 1 / float(np.median(np.diff(time)))
     note = (
         f"Piece {name} of the single pendulum, dynamicslab MultiArm-Pendulum (arXiv 2205.06231), MIT licence. "
         f"Encoder at {hertz:.0f} Hz, smoothed at the source (it steps by under 1e-7 rad); 0 is upright. "
         f"The stored rate agrees with the derivative of the angle to {misfit:.1%} of its RMS and is not kept. "
-        "Mass and length are not given."
+        f"Mass and length are not given: the body is a uniform rod of 1 kg as long as the swing's period asks, "
+        f"{2 * body.com[0]:.4f} m; torques are those of such a rod."
     )
     return Converted(recording, None, note)
+
+
+def rod(time: Array, angle: Array) -> Body:
+    """Return a uniform rod of 1 kg along +x that swings about its end as fast as a measured angle (n,) rad.
+
+    Least squares of q'' = k sin q + c q' + t sign q' + d |q'| q' + e, q from upright, give k = 3 g / (2 length).
+    """
+    step = float(np.median(np.diff(time)))
+    window = 2 * max(int(SMOOTH / step / 2), 2) + 1
+    rate, accel = (savgol_filter(angle, window, 5, order, step)[window:-window] for order in (1, 2))
+    q = angle[window:-window]
+    columns = np.stack([np.sin(q), rate, np.sign(rate), np.abs(rate) * rate, np.ones(q.size)], axis=1)
+    k = float(np.linalg.lstsq(columns, accel, rcond=None)[0][0])
+    half = 0.75 * STANDARD_GRAVITY / k
+    across = half**2 / 3
+    return Body(1.0, np.array([half, 0.0, 0.0]), np.array([SLENDER * across, across, across]))
 
 
 def _read(path: Path) -> dict[str, tuple[Array, Array, Array]]:
