@@ -52,15 +52,18 @@ def swing_rows(model: Model, state: State, time: Array) -> Iterator[Rows]:
     segment = model.segments(state, moment)["segment2" if model.rig.hinge else "segment1"]
     inertia = inertia_about_joint(body)
     inert = segment.accel.at(inertia) + cross(segment.rate, segment.rate.at(inertia))
-    for h in model.at("body"):
-        if (divisor := h.effect.lighter(model.values(h, state))) is not None:
-            inert = inert / divisor
-    residual = inert + cross(body.mass * body.com, segment.force)
+    torque = cross(segment.force, body.mass * body.com)
     scene = model.scene(moment, segment)
     for h in model.at("joint"):
-        torque = h.effect.torque(model.own(scene, h, moment), model.values(h, state))
-        if torque is not None:
-            residual = residual - torque
+        added = h.effect.torque(model.own(scene, h, moment), model.values(h, state))
+        if added is not None:
+            torque = torque + added
+    for h in model.at("body"):
+        if (factor := h.effect.lighter(model.values(h, state))) is not None:
+            torque = (
+                torque * factor
+            )  # and not what is seen of the acceleration divided: the residual could shrink to zero
+    residual = inert - torque
     if model.rig.hinge:
         residual = residual[[HINGE_AXIS]]
     std = SHARE * body.mass * STANDARD_GRAVITY * max(float(np.linalg.norm(body.com)), 0.01)
