@@ -30,7 +30,12 @@ def prune(
         covariance, _ = information(fit)
         for k in kept:
             say(f"trying to do without {k.hypothesis.name}")
-            losses.append((*lost_without(fit, k, covariance), k))
+            lost = (
+                lost_without(fit, k, covariance)
+                if natural(fit, k.hypothesis)
+                else (-np.inf, _without(fit, k.hypothesis))
+            )
+            losses.append((*lost, k))
         loss, without, k = min(losses, key=lambda x: x[0] - needed(x[2].hypothesis))
         kept = [_judged(replace(k, evidence=loss), without, fit) for loss, without, k in losses]
         if loss > needed(k.hypothesis) or without is None:
@@ -39,6 +44,12 @@ def prune(
         kept = [other for other in kept if other.hypothesis != k.hypothesis]
         fit = fit_with_noise(without.model, without.state, without.noise, fit.anchor, rounds=2)
     return fit, kept, dropped
+
+
+def natural(fit: Fit, h: Hypothesis) -> bool:
+    """Return whether an effect's numbers are such as nature knows: no friction that drives."""
+    sided = [h.key(p.name) for p in h.effect.parameters if p.sided]
+    return all(bool(np.all(fit.state.values[name] >= 0.0)) for name in sided)
 
 
 def needed(h: Hypothesis) -> float:

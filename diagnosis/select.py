@@ -14,7 +14,7 @@ from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.lively import RIVALS, calm, state_trials
 from imubench.diagnosis.model import Hypothesis, Model
 from imubench.diagnosis.noise import fit_with_noise
-from imubench.diagnosis.prune import SEED, prune
+from imubench.diagnosis.prune import SEED, natural, prune
 from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.score import Score, score
 from imubench.diagnosis.trial import NEEDED, TRIED, Kept, Trial, misfit
@@ -26,6 +26,7 @@ UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a de
 BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
 AHEAD = 3  # effects without states that are tried together before one with states is
 LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
+SETTLED = 8  # rounds at most, of a law that the fit ends with
 RELATED = 3.0  # of follows_motion, from which they are tried as well; clean recordings stay below 2
 
 
@@ -52,7 +53,7 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None]) -> l
     for s in chosen:
         say(f"refitting with {s.hypothesis.name}")
         tried = refit(fit, (*fit.model.hypotheses, s.hypothesis))
-        if not dated(tried, s.hypothesis):
+        if not (dated(tried, s.hypothesis) and natural(tried, s.hypothesis)):
             continue
         out.append(Trial(s.hypothesis, tried, log_evidence(tried) - base))
     return sorted(out, key=lambda t: -t.evidence)
@@ -81,23 +82,30 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         better = with_noise(tried[0].fit) if tried else fit
         if tried and (windows := blind(better, tried[0].hypothesis)):
             better, fit = with_noise(blinded(better, windows)), blinded(fit, windows)
+            tried = tried[:1]  # the others were fitted to samples that no longer count
         if suspicious(further := ahead(fit, better, plain, say)):
             lively = state_trials(fit, [h for h in left if h.effect.states and h.effect.variant != "isotropic"], say)
             if lively and lively[0].evidence > max(NEEDED, log_evidence(further) - log_evidence(fit)):
                 tried, better = lively + tried, lively[0].fit
         if not tried:
             break
-        best = tried[0]
-        say(f"predicting held-out data with {best.hypothesis.name}")
-        ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
-        won = predicted(ruler, better, rng)
-        if won.low <= 0:
+        for best in tried[:1] + [t for t in tried[1:TRIED] if not t.hypothesis.effect.states]:
+            say(f"predicting held-out data with {best.hypothesis.name}")
+            better = better if best is tried[0] else with_noise(best.fit)
+            ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
+            won = predicted(ruler, better, rng)
+            if won.low > 0:
+                break
             rejected.append((best.hypothesis, won.value))
+        else:
             break
         for h in (best.hypothesis, *best.also):
-            kept.append(Kept(h, best.evidence, won, tuple(t for t in tried[1:] if not t.also)))
+            kept.append(Kept(h, best.evidence, won, tuple(t for t in tried if t is not best and not t.also)))
         fit, kept = exchanged(better, kept, say)
     fit, kept, dropped = prune(fit, kept, say)
+    if fit.model.tilts:
+        say("settling springs and dampers")
+        fit = fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=SETTLED)
     return Selection(fit, tuple(kept), (*rejected, *dropped))
 
 

@@ -27,6 +27,8 @@ from imubench.recording import Imu
 HARMONICS = 12  # of the joint's angle
 CHANNELS = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z")}
 
+RATE = "the joint's rate"  # what friction goes with
+
 
 @dataclass(frozen=True)
 class Term:
@@ -208,7 +210,7 @@ def torque_terms(fit: Fit) -> Iterator[Term]:
     bases: dict[str, Callable[[], Array]] = {
         "the joint's angle, again and again": lambda: np.stack(waves, axis=1),
         "the joint's angle": lambda: curve(angle - np.mean(angle)),
-        "the joint's rate": lambda: kinked(rate),
+        RATE: lambda: kinked(rate),
         "time": lambda: drifts(time),
     }
     for words, basis in bases.items():

@@ -23,12 +23,13 @@ from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.select import SEED
 from imubench.diagnosis.term_scores import ENOUGH, Guess, colour, hypothesis_of, promising, signals_of
-from imubench.diagnosis.terms import CHANNELS, Term, Unknown
+from imubench.diagnosis.terms import CHANNELS, RATE, Term, Unknown
 from imubench.diagnosis.where import SMALL, locate
 
 NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
 MOST = 2  # unknowns in one diagnosis
 REFITTED = 2  # terms at most
+FRICTION = ("viscous_friction", "dry_friction", "air_drag")
 UNITS = {"gyro": "rad/s", "accel": "m/s^2", "torque": "N m"}
 
 
@@ -59,7 +60,7 @@ def unknowns(
         if best is None:
             break
         found.append(best)
-        fit = superseded(best.fit, say)
+        fit = superseded(best.fit, [f.term for f in found], say)
     out = [finding(f) for i, f in enumerate(found) if f.term.at not in {g.term.at for g in found[:i]}]
     return (*out, *loud(fit, where, {f.at for f in out})), fit
 
@@ -78,9 +79,13 @@ def found_in(fit: Fit) -> Fitted | None:
     return None
 
 
-def superseded(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Fit:
-    """Return the fit without the effects that only stood in for the terms which it has now."""
-    for h in [h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown)]:
+def superseded(fit: Fit, terms: Sequence[Term], say: Callable[[str], None] = lambda _: None) -> Fit:
+    """Return the fit without the effects that only stood in for terms which it has now.
+
+    Friction is a torque that goes with the joint's rate: beside such a term its laws are no stand-ins.
+    """
+    kept = FRICTION if any(t.goes_with == RATE for t in terms) else ()
+    for h in [h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown) and h.effect.name not in kept]:
         say(f"trying to do without {h.name}")
         begun = extended(fit, tuple(other for other in fit.model.hypotheses if other != h))
         try:
