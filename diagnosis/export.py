@@ -28,10 +28,12 @@ FORMAT = 1
 SENSORS, MOTION = "imus.toml", "motion.csv"
 SPRUNG = ("soft_mount", "rocking_mount")
 GEOMETRY = ("mount_pose", "gravity", "viscous_friction", "dry_friction")
+LIGHT = 1e-4  # of the declared body, which is with its sensor: as much does the model's sensor add to it
+OF_A_HINGE = ("air_drag", "joint_spring", "inertia")  # MuJoCo's ball joint knows none of the first two
 
 
 def rig_of(recording: Recording, mounts: Mapping[str, Pose], findings: Iterable[Finding] = ()) -> Rig:
-    """Return the rig that MuJoCo plays: fitted mounts, springs where a finding has them, its friction and gravity.
+    """Return the rig that MuJoCo plays: fitted mounts, springs where a finding has them, its torques and gravity.
 
     Where the recording has no IMU the rig has its usual one.
     """
@@ -51,9 +53,30 @@ def rig_of(recording: Recording, mounts: Mapping[str, Pose], findings: Iterable[
         "damping": float(known.get(("viscous_friction", "joint"), {}).get("c", 0.0)),
         "dry_friction": float(known.get(("dry_friction", "joint"), {}).get("t", 0.0)),
     }
+    if recording.body is not None:
+        changes["mounts"] = tuple(replace(m, mass=LIGHT * recording.body.mass) for m in changes["mounts"])
     if recording.rig == "hinge":
-        changes |= {"base": recording.base, "base_quaternion": recording.base_quaternion}
+        spring = known.get(("joint_spring", "joint"), {})
+        changes |= {
+            "base": recording.base,
+            "base_quaternion": recording.base_quaternion,
+            "drag": float(known.get(("air_drag", "joint"), {}).get("d", 0.0)),
+            "stiffness": float(spring.get("k", 0.0)),
+            "spring_angle": float(spring.get("q0", 0.0)),
+        }
+        scale = float(known.get(("inertia", "body"), {}).get("scale", 1.0))
+        changes["segments"] = (*changes["segments"][:-1], _lighter(changes["segments"][-1], scale))
     return replace(standard, **changes)
+
+
+def _lighter(segment: Segment, scale: float) -> Segment:
+    """Return a segment of as much weight with its inertia about the joint divided by `scale`, if a body can be so."""
+    c = segment.com
+    about_joint = segment.inertia + segment.mass * (c @ c - c**2)
+    try:
+        return replace(segment, inertia=about_joint / scale - segment.mass * (c @ c - c**2))
+    except InputError:
+        return segment
 
 
 def _mount(pose: Pose, found: Mapping[str, Mapping[str, Array]]) -> Mount:
@@ -127,16 +150,17 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
             }
             for encoder in recording.encoders
         ],
-        "effect": [effect_table(f) for f in d.findings if f.named],
+        "effect": [effect_table(f, recording.rig) for f in d.findings if f.named],
     }
     (folder / SENSORS).write_text(toml(content), encoding="utf-8")
     return name
 
 
-def effect_table(f: Finding) -> dict[str, Any]:
+def effect_table(f: Finding, rig: str) -> dict[str, Any]:
     """Return a finding for imus.toml; `replayed` says whether the model's replay has it in."""
     parameters = {name: p.value.tolist() for name, p in f.parameters.items()}
-    played = f.effect in (*SPRUNG, *GEOMETRY) or sensor_law(f.effect, f.parameters) is not None
+    modelled = (*SPRUNG, *GEOMETRY, *(OF_A_HINGE if rig == "hinge" else ()))
+    played = f.effect in modelled or sensor_law(f.effect, f.parameters) is not None
     return {"name": f.effect, "at": f.at, "replayed": played, "parameters": parameters}
 
 

@@ -160,6 +160,12 @@ def read_rig(path: Path, family: str) -> Rig:
     changes: dict[str, Any] = {}
     if family == "hinge" and "base" not in joints:
         changes = {"base": "fixed", "base_quaternion": model.body("segment1").quat.copy()}
+    if family == "hinge":
+        changes |= {
+            "drag": float(np.ravel(model.dof_dampingpoly[hinge])[0]),
+            "stiffness": float(np.ravel(model.jnt_stiffness[joints["hinge"]])[0]),
+            "spring_angle": float(model.qpos_spring[model.jnt_qposadr[joints["hinge"]]]),
+        }
     return Rig(
         family,
         mounts,

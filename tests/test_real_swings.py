@@ -1,0 +1,39 @@
+"""A real arm that swings down: which friction it has, and whether that foretells swings that were not fitted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imubench.convert import CONVERTERS
+from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.export import rig_of
+from imubench.sim.swing import Start, swing
+
+FILE = "multiarm/SinglePendulumDataForParameterEstimation.mat"
+BEGIN = 0.02  # s, over which the first rate is read
+
+
+def rollout_error(rig, recording):
+    """Return the RMS error in rad of MuJoCo's swing from a recording's first angle and rate."""
+    time, angle = recording.encoders[0].time, recording.encoders[0].angle
+    first = time < time[0] + BEGIN
+    rate, start = np.polyfit(time[first] - time[0], angle[first], 2)[1:]
+    played = swing(rig, Start(angle=start, angle_rate=rate), float(time[-1] - time[0]) + 0.01)
+    found = np.interp(time - time[0], played.time, played.joint_angle)
+    return float(np.sqrt(np.mean((found - angle) ** 2)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("piece", "unseen"), [("id-1", ("id-3", "vad-1")), ("id-2", ("id-4", "vad-2"))])
+def test_friction_of_a_real_arm_foretells_swings_that_were_not_fitted(recordings, piece, unseen):
+    pieces = {p.recording.name: p.recording for p in CONVERTERS["multiarm"](recordings / FILE)}
+    found, evidence = diagnose(pieces[f"multiarm-{piece}"])
+    assert {f.effect for f in found.findings if f.named} == {"dry_friction", "air_drag"}
+    explained = rig_of(evidence.recording, evidence.mounts, found.findings)
+    ideal = replace(explained, damping=0.0, dry_friction=0.0, drag=0.0)
+    for name in unseen:
+        other = pieces[f"multiarm-{name}"]
+        before, after = (np.degrees(rollout_error(rig, other)) for rig in (ideal, explained))
+        print(f"{piece} -> {name}: {before:.2f} to {after:.2f} deg RMS")
+        assert after < min(2.0, before / 3)
