@@ -7,7 +7,7 @@ motion follows slow noise more than quick noise, and that share is found by hand
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +19,7 @@ from imubench.diagnosis.noise import Spread
 from imubench.diagnosis.priors import TILT
 from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, Rows
 from imubench.diagnosis.threads import one_thread
+from imubench.diagnosis.tilt import wider
 
 DRAWS = 6  # of white noise
 SEED = 4242  # of them, so that a diagnosis repeats itself
@@ -42,8 +43,8 @@ class Spectra:
 
 @one_thread
 def parameter_std(fit: Fit) -> dict[str, Array]:
-    """Return every parameter's standard deviations, the colour of the residuals counted in."""
-    solution, measured = _solved(fit)
+    """Return every parameter's standard deviations, colour of the residuals and noise in a law's states counted in."""
+    solution, measured, doubts = _solved(fit)
     spread = Spread.of(solution, fit.model.tracks.width)
     variance = np.diag(spread.shared).copy()
     for (r, part), white in zip(measured, white_residuals(solution, measured, fit.model.tracks.width), strict=True):
@@ -53,22 +54,23 @@ def parameter_std(fit: Fit) -> dict[str, Array]:
         power[1 : (len(a) + 1) // 2] *= 2
         variance += (found.at(len(power)) - 1) @ power
     std = np.sqrt(np.maximum(variance, LEAST * np.diag(spread.shared)))
-    return {name: std[fit.model.parameters.columns(name)] for name in fit.model.priors}
+    return {name: std[fit.model.parameters.columns(name)] * doubts.get(name, 1.0) for name in fit.model.priors}
 
 
 @one_thread
 def noise_spectra(fit: Fit) -> dict[str, Spectra]:
     """Return the colour of every group of measurements."""
-    solution, measured = _solved(fit)
+    solution, measured, _ = _solved(fit)
     white = white_residuals(solution, measured, fit.model.tracks.width)
     return {r.name: spectra(r.whitened, w) for (r, _), w in zip(measured, white, strict=True)}
 
 
-def _solved(fit: Fit) -> tuple[Solution, list[tuple[Rows, Linear]]]:
-    """Return the factored fit, and the measurements with their Jacobians."""
-    rows = [r for r in fit.rows if not r.name.startswith(TILT)]
-    _, solution, parts = factored(fit.model, rows)
-    return solution, [(r, part) for r, part in zip(rows, parts, strict=True) if r.counts]
+def _solved(fit: Fit) -> tuple[Solution, list[tuple[Rows, Linear]], dict[str, Array]]:
+    """Return the factored fit, the measurements with their Jacobians, and by what laws' numbers are less sure."""
+    fit = replace(fit, rows=[r for r in fit.rows if not r.name.startswith(TILT)])
+    _, solution, parts = factored(fit.model, fit.rows)
+    measured = [(r, part) for r, part in zip(fit.rows, parts, strict=True) if r.counts]
+    return solution, measured, wider(fit, solution, parts)
 
 
 def influence(spread: Spread, part: Linear) -> Array:

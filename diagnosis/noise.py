@@ -12,7 +12,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Banded, Solution
-from imubench.diagnosis.fit import Fit, factored, solve
+from imubench.diagnosis.fit import ENOUGH, Fit, factored, solve
 from imubench.diagnosis.model import Model, State
 from imubench.diagnosis.rows import CHUNK, KNOTS_PER_BLOCK, Linear
 from imubench.diagnosis.splines import SUPPORT
@@ -29,7 +29,8 @@ LAST = 5  # rounds at most once the motion is free: a quick one settles late
 AGAIN = 3  # steps after every change of the noise
 LOOSENED = 32.0  # times its estimate: what a clean recording needs to leave nothing that goes with the motion
 FAR, FASTER = 0.3, 0.5  # a relative change of a level, above which so much of it is added
-SAME = 0.05  # relative change of every level that ends the rounds
+SAME = 0.05  # relative change of every level, and of a law's numbers, that ends the rounds
+FINE = 3e-6  # the solver's `enough` where a law's damping is sought: it changes the cost by next to nothing
 
 
 def windows(band: Banded, width: int) -> Array:
@@ -144,7 +145,7 @@ def fit_with_noise(
     lawful = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}
     fit = solve(model, state, noise, anchor, steps=4)
     for last in [False] * rounds + [True] * motion:
-        _, solution, parts = factored(fit.model, fit.rows)
+        normal, solution, parts = factored(fit.model, fit.rows)
         found, _ = _levels(fit, solution, parts)
         rough = {name for name in noise if name.startswith("smooth.") and "@" not in name}
         new = {
@@ -163,9 +164,10 @@ def fit_with_noise(
         if last:
             new |= {name: LOOSENED * new[name] for name in rough}
         change = max(abs(np.log(new[name] / noise[name])) for name in noise)
-        model = replace(model, tilts=tilts(fit, solution.factor, parts))
-        noise = new
-        fit = solve(model, fit.state, noise, anchor, steps=AGAIN)
+        model = replace(model, tilts=tilts(fit, normal, solution, parts))
+        noise, before = new, fit.state.values
+        fit = solve(model, fit.state, noise, anchor, steps=AGAIN, enough=FINE if model.tilts else ENOUGH)
+        change = max([change, *(float(np.max(np.abs(fit.state.values[n] - before[n]))) for n in model.tilts or {})])
         if change < SAME and fit.steps < AGAIN and not motion:
             break
     return fit_with_noise(model, fit.state, noise, anchor, LAST) if motion else replace(fit, noise=noise)

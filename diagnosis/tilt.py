@@ -9,45 +9,121 @@ follows noise that a damped one would not. At the true t the cost therefore has 
 which is zero only where the motion is free to go anywhere; its prior and the law's narrow resonance make it large.
 Equating the slope of the cost with it, instead of with zero, takes the bias away. The expectation is a mean over
 draws of the noise; each is one more right-hand side of a system that is factored anyhow.
+
+What noise makes a law do also looks like information: of I = (dL/dt z)' (dL/dt z), once all the rest has followed, a
+part N = E[(dL/dt dz)' (dL/dt dz)] says nothing about t. The slope less its expectation changes with t by I - N alone,
+while its own variance is I: a step is (I - N)^-1 times the slope, and t's covariance (I - N)^-1 I (I - N)^-1.
 """
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import Factor
+from imubench.diagnosis.blocks import Factor, Solution
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.model import Hypothesis, Prior, State
-from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, linearise
+from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, Normal, linearise
 
 DRAWS = 16
 SEED = 4401  # of the draws, so that a fit repeats itself
-DELTA = 1e-3  # of a parameter's logarithm: the step of the difference
-FURTHEST = 0.5  # of the same: how far one pull may lead
+DELTA = 1e-3  # of a parameter's prior standard deviation: the step of the difference
+FURTHEST = 0.5  # of a logarithm: how far one pull may lead
+MOST = 0.9  # of the information, that is taken for noise's at most
+LEAST = 1e-9  # of the largest information: less is rounding
+STRIDE = 0.7  # the same for a step: longer ones overshoot
 
 
-def tilts(fit: Fit, factor: Factor, parts: list[Linear]) -> dict[str, Prior]:
+@dataclass(frozen=True)
+class Driven:
+    """What the measurements' noise does to laws, for k of their numbers."""
+
+    pull: Array  # (k,) the slope of the cost to be expected
+    noise: Array  # (k, k) N
+    whole: Array  # (k, k) I
+
+    def grown(self, most: float = MOST) -> Array:
+        """Return I (I - N)^-1 (k, k), no share of N larger than `most`."""
+        values, vectors = np.linalg.eigh(self.whole)
+        root = (vectors * np.sqrt(np.maximum(values, LEAST * values[-1]))) @ vectors.T
+        back = np.linalg.inv(root)
+        shares, axes = np.linalg.eigh(back @ self.noise @ back)
+        return np.asarray(root @ (axes / (1 - np.clip(shares, 0.0, most))) @ axes.T @ back)
+
+
+def tilts(fit: Fit, normal: Normal, solution: Solution, parts: list[Linear]) -> dict[str, Prior]:
     """Return the pull on every logarithmic parameter of a law, as a place and how weakly it is held there.
 
-    `factor` and `parts` are those of the fit's rows.
+    `normal`, `solution` and `parts` are those of the fit's rows.
     """
-    laws = [h for h in fit.model.hypotheses if h.effect.lawful and any(p.log for p in h.effect.parameters)]
-    if not laws:
+    names = [name for h, name, log in lawful(fit) if log]
+    if not names:
         return {}
-    moved = noisy(fit, factor, parts)
+    now, told = fit.state.values, fit.model.tilts or {}
+    driven = driven_by_noise(fit, solution, parts, names)
+    places = fit.model.parameters.places(names)
+    _, slope = solution.reduced(normal.gradient, normal.corner_gradient, places)
+    pulled = [(told[n].start - now[n]) / told[n].std ** 2 if n in told else np.zeros(len(now[n])) for n in names]
+    slope = slope + np.concatenate(pulled)  # the cost's own, without the pull
+    aim = slope + driven.grown(STRIDE) @ (driven.pull - slope)
     out = {}
-    for h in laws:
-        left = _residual(fit, fit.state, h, moved)
-        for p in h.effect.parameters:
-            if p.log:
-                name = h.key(p.name)
-                slope = np.array([float(np.sum(left * _slope(fit, h, name, i, moved))) for i in range(p.width)]) / DRAWS
-                reach = FURTHEST * np.sign(slope)
-                std = np.sqrt(FURTHEST / np.maximum(np.abs(slope), 1e-9))
-                out[name] = Prior(fit.state.values[name] + reach, std)
+    for name, pull in zip(names, np.split(aim, np.cumsum([len(p) for p in pulled])[:-1]), strict=True):
+        std = np.sqrt(FURTHEST / np.maximum(np.abs(pull), 1e-9))
+        out[name] = Prior(now[name] + FURTHEST * np.sign(pull), std)
     return out
+
+
+def wider(fit: Fit, solution: Solution, parts: list[Linear]) -> dict[str, Array]:
+    """Return by what the standard deviations of the laws' numbers are larger than the fit's own information says."""
+    names = [name for _, name, _ in lawful(fit)]
+    if not names:
+        return {}
+    driven = driven_by_noise(fit, solution, parts, names)
+    grown, covariance = driven.grown(), np.linalg.inv(driven.whole)
+    ratio = np.sqrt(np.diag(grown.T @ covariance @ grown) / np.diag(covariance))
+    widths = [len(fit.state.values[n]) for n in names]
+    return dict(zip(names, np.split(np.maximum(ratio, 1.0), np.cumsum(widths)[:-1]), strict=True))
+
+
+def lawful(fit: Fit) -> list[tuple[Hypothesis, str, bool]]:
+    """Return every parameter of a law with a state: whose, its name in the fit, and whether it is a logarithm."""
+    laws = [h for h in fit.model.hypotheses if h.effect.lawful and any(p.log for p in h.effect.parameters)]
+    free = fit.model.fixed or {}
+    return [(h, h.key(p.name), p.log) for h in laws for p in h.effect.parameters if h.key(p.name) not in free]
+
+
+def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Sequence[str]) -> Driven:
+    """Return what noise does to laws, for all numbers of the named parameters."""
+    moved = noisy(fit, solution.factor, parts)
+    groups = {r.name: part for r, part in zip(fit.rows, parts, strict=True)}
+    blocks, width = len(solution.factor.lower), fit.model.tracks.width
+    pull, columns, corner, across = [], [], [], []
+    for h, name, _ in lawful(fit):
+        if name not in names:
+            continue
+        left = _residual(fit, fit.state, h, moved)
+        for i in range(len(fit.state.values[name])):
+            slope = _slope(fit, h, name, i, moved)
+            pull.append(float(sum(np.sum(a * b) for a, b in zip(left.values(), slope.values(), strict=True))) / DRAWS)
+            cross = np.zeros((blocks * KNOTS_PER_BLOCK, width, DRAWS))
+            for group, column in slope.items():
+                groups[group].scatter(column, cross)
+            columns.append(cross.reshape(blocks, -1, DRAWS))
+            corner.append(slope)
+            across.append(sum(np.einsum("nmp,nmd->pd", groups[g].border, c) for g, c in slope.items()))
+    k = len(pull)
+    noise = np.zeros((k, k))
+    for d in range(DRAWS):
+        own = np.array(
+            [[sum(np.sum(a[g][:, :, d] * b[g][:, :, d]) for g in a.keys() & b.keys()) for b in corner] for a in corner]
+        )
+        g = np.stack([c[:, :, d] for c in columns], axis=2)
+        noise += solution.complement(g, np.stack([a[:, d] for a in across], axis=1), own) / DRAWS
+    places = fit.model.parameters.places(list(names))
+    whole = np.linalg.inv(np.linalg.inv(solution.schur)[np.ix_(places, places)])
+    return Driven(np.array(pull), noise, (whole + whole.T) / 2)
 
 
 def noisy(fit: Fit, factor: Factor, parts: list[Linear]) -> Array:
@@ -62,21 +138,21 @@ def noisy(fit: Fit, factor: Factor, parts: list[Linear]) -> Array:
     return np.asarray(moved.reshape(-1, width, DRAWS))
 
 
-def _slope(fit: Fit, h: Hypothesis, name: str, i: int, moved: Array) -> Array:
+def _slope(fit: Fit, h: Hypothesis, name: str, i: int, moved: Array) -> dict[str, Array]:
     """Return how the law's residuals under noise change with one number of a parameter."""
+    step = DELTA * float(fit.model.priors[name].std[i])
     ends = []
     for way in (1, -1):
         value = fit.state.values[name].copy()
-        value[i] += way * DELTA
+        value[i] += way * step
         ends.append(_residual(fit, State(fit.state.coefficients, fit.state.values | {name: value}), h, moved))
-    return np.asarray((ends[0] - ends[1]) / (2 * DELTA))
+    return {group: (ends[0][group] - ends[1][group]) / (2 * step) for group in ends[0]}
 
 
-def _residual(fit: Fit, state: State, h: Hypothesis, moved: Array) -> Array:
-    """Return the whitened residuals (n, m, DRAWS) of h's law where noise has moved the splines."""
-    out = []
+def _residual(fit: Fit, state: State, h: Hypothesis, moved: Array) -> dict[str, Array]:
+    """Return the whitened residuals (n, m, DRAWS) of h's law, by group, where noise has moved the splines."""
+    out = {}
     for rows in state_rows(fit.model, state, h):
         whitened = replace(rows, std=rows.std * fit.noise.get(rows.name, 1.0) * fit.loose)
-        part = linearise(whitened, fit.model.tracks, fit.model.parameters)
-        out.append(part.along(moved))
-    return np.concatenate(out, axis=1)
+        out[rows.name] = linearise(whitened, fit.model.tracks, fit.model.parameters).along(moved)
+    return out
