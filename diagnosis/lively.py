@@ -33,12 +33,12 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
     screened = [s for s in screen(short, stateful) if s.evidence > NEEDED]
     tried: list[tuple[Trial, list[Screened]]] = []
     likely = [s for s in screened if s.evidence > RIVALS * screened[0].evidence][:TRIED]
-    for some in [[s] for s in likely] + pairs(likely):
-        if len(some) > 1 and not any(t.evidence > NEEDED for t, _ in tried):
-            break  # where both are there, each alone is worth something too
-        say(f"refitting with {' and '.join(s.hypothesis.name for s in some)}")
+    for one in likely:
+        say(f"refitting with {one.hypothesis.name}")
         with suppress(NotPositiveDefiniteError):
-            tried.append((_lively(short, some), some))
+            tried.append((_lively(short, [one]), [one]))
+    if any(t.evidence > NEEDED for t, _ in tried):  # where both are there, each alone is worth something too
+        tried += _paired(short, tried, pairs(likely), say)
     tried = sorted((t for t in tried if t[0].evidence > NEEDED and resolved(t[0])), key=lambda t: -t[0].evidence)
     if not tried:
         return []
@@ -60,11 +60,28 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
     return [grown, *rest]
 
 
+def _paired(
+    short: Fit, single: list[tuple[Trial, list[Screened]]], both: list[list[Screened]], say: Callable[[str], None]
+) -> list[tuple[Trial, list[Screened]]]:
+    """Return the best refit with two, begun where one of them alone had come to, or as both were screened."""
+    out: list[tuple[Trial, list[Screened]]] = []
+    for some in both:
+        say(f"refitting with {' and '.join(s.hypothesis.name for s in some)}")
+        alone = {t.hypothesis.name: t for t, _ in single}
+        for first, second in (some, some[::-1]):
+            if first.hypothesis.name in alone:
+                with suppress(NotPositiveDefiniteError):
+                    out.append((_joined(short, alone[first.hypothesis.name], second), some))
+        with suppress(NotPositiveDefiniteError):
+            out.append((_lively(short, some), some))
+    return sorted(out, key=lambda t: -t[0].evidence)[:1]
+
+
 def resolved(trial: Trial) -> bool:
-    """Return whether every rate in Hz that a trial found is one that its sensor's samples can show."""
+    """Return whether of every rate in Hz that a trial found one axis' is such that its sensor's samples can show it."""
     rates = {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
     return all(
-        float(np.exp(trial.fit.state.values[h.key(p.name)]).max()) <= rates[h.at]
+        float(np.exp(trial.fit.state.values[h.key(p.name)]).min()) <= rates[h.at]
         for h in (trial.hypothesis, *trial.also)
         for p in h.effect.parameters
         if p.unit == "Hz" and p.log and h.at in rates
@@ -96,6 +113,17 @@ def _lively(fit: Fit, some: list[Screened], rounds: int = ROUNDS) -> Trial:
     tried = solve(begun.model, _driven(begun, hypotheses), calm(replace(begun, noise=noise)), fit.anchor, steps=4)
     tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=rounds)
     return _against(fit, hypotheses, tried)
+
+
+def _joined(fit: Fit, alone: Trial, other: Screened) -> Trial:
+    """Return the refit with a second state effect, begun where the first alone had come to."""
+    h, found = other.hypothesis, alone.fit
+    guess = {name: value for name, value in found.state.values.items() if name not in fit.model.priors}
+    begun = extended(found, (*found.model.hypotheses, h), guess | dict(other.values))
+    noise = begun.noise | found.noise | other.rough
+    tried = solve(begun.model, _driven(begun, [h]), noise, fit.anchor, steps=4)
+    tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)
+    return _against(fit, [alone.hypothesis, h], tried)
 
 
 def _driven(begun: Fit, hypotheses: list[Hypothesis]) -> State:
