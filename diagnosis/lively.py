@@ -18,6 +18,8 @@ from imubench.diagnosis.worth import worth
 
 ROUNDS = 3  # of their noise estimation
 MORE = 2  # rounds for the best of them on the whole recording
+DOUBTED = 4.0  # times a law's own std that what is left of it may be; beyond, its state is a free spline
+IMPLAUSIBLE = 4.0  # of its prior's standard deviations, on every axis
 RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
 
 
@@ -78,14 +80,17 @@ def _paired(
 
 
 def resolved(trial: Trial) -> bool:
-    """Return whether of every rate in Hz that a trial found one axis' is such that its sensor's samples can show it."""
-    rates = {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
-    return all(
-        float(np.exp(trial.fit.state.values[h.key(p.name)]).min()) <= rates[h.at]
-        for h in (trial.hypothesis, *trial.also)
-        for p in h.effect.parameters
-        if p.unit == "Hz" and p.log and h.at in rates
-    )
+    """Return whether every law holds, with plausible numbers, and a rate in Hz that its sensor's samples can show."""
+    fit, rates = trial.fit, {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
+    found = (trial.hypothesis, *trial.also)
+    for h, p in [(h, p) for h in found for p in h.effect.parameters if p.log]:
+        value = fit.state.values[h.key(p.name)]
+        if p.unit == "Hz" and h.at in rates and float(np.exp(value).min()) > rates[h.at]:
+            return False  # not on any axis
+        if np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std):
+            return False
+    laws = [level for name, level in fit.noise.items() if any(name.startswith(f"{h.name}.") for h in found)]
+    return max(laws, default=0.0) < DOUBTED
 
 
 def pairs(screened: list[Screened]) -> list[list[Screened]]:

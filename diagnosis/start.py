@@ -1,5 +1,6 @@
 """A start from the recording alone: clocks aligned, attitude integrated and levelled, hinge angle matched."""
 
+from contextlib import suppress
 from typing import Literal
 
 import numpy as np
@@ -7,6 +8,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.convert.alignment import gyro_delay
 from imubench.diagnosis.fit import assemble, moved, step
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, Rig
 from imubench.diagnosis.model import Geometry, Hypothesis, Model, State
@@ -15,12 +17,15 @@ from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Knots, Moment, Tracks
 from imubench.diagnosis.threads import one_thread
 from imubench.effects import EFFECTS
+from imubench.errors import InputError
 from imubench.jets import Jet
-from imubench.recording import Imu, Recording
+from imubench.recording import Imu, Pose, Recording
 
 DENSEST = 128.0  # knots a second: no rig moves faster than that shows, and time grows with their number
 LEVELLING = 3.0  # s over which the mean specific force is taken for up
-COARSE = 0.004  # s, a clock offset that a linear score could not judge any more
+COARSE = {"imu2": 0.004, "imu1": 0.001}
+"""s, clock offsets that a linear score could not judge any more. A pose that is late against the only IMU seems to be
+noise of the IMU, and its own noise the motion: so it is sooner."""
 ALIKE = 0.5  # correlation of both sensors' rates across the hinge, under which they tell nothing of the clocks
 LAG = 0.25  # s, the largest clock offset that is looked for
 EDGE = 0.06 + LAG  # s of spline beyond the first and the last sample, for clocks that are off
@@ -51,10 +56,13 @@ def blind_start(model: Model) -> tuple[Model, State, Array | None]:
     targets: dict[str, Array] = {}
     imus = {i.name: i for i in recording.imus}
     offsets = {"imu2": clock_offset(model, imus["imu1"], imus["imu2"])} if rig.hinge and len(imus) == 2 else {}
-    late = Hypothesis(EFFECTS["time_offset"], "imu2")
-    if abs(offsets.get("imu2", 0.0)) > COARSE:
-        model = model.with_effects((*model.hypotheses, late))
-        values[late.key("offset")] = np.array([offsets["imu2"]])
+    if recording.poses and "imu1" in imus and "imu2" not in imus:
+        offsets["imu1"] = pose_offset(imus["imu1"], recording.poses[0])
+    for at, offset in offsets.items():
+        late = Hypothesis(EFFECTS["time_offset"], at)
+        if abs(offset) > COARSE[at]:
+            model = model.with_effects((*model.hypotheses, late))
+            values[late.key("offset")] = np.array([offset])
     sampled = {n: _on_segment(model, i, grid, offsets.get(n, 0.0)) for n, i in imus.items()}
     if rig.turns:
         if recording.poses and recording.poses[0].quaternion is not None:
@@ -114,6 +122,15 @@ def clock_offset(model: Model, one: Imu, two: Imu) -> float:
     y = match[best - 1 : best + 2]
     curve = y[0] - 2 * y[1] + y[2]
     return float((lags[best] + (0.5 * (y[0] - y[2]) / curve if curve else 0.0)) * step)
+
+
+def pose_offset(imu: Imu, pose: Pose) -> float:
+    """Return by how much an IMU's stamps are late, in s, against a measured attitude; 0 where that is not enough."""
+    if pose.quaternion is None:
+        return 0.0
+    with suppress(InputError):
+        return gyro_delay(imu, pose.time, pose.quaternion)[0]
+    return 0.0
 
 
 def integrated(rate: Array, step: float) -> Array:
