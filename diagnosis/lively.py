@@ -83,12 +83,13 @@ def resolved(trial: Trial) -> bool:
     """Return whether every law holds, with plausible numbers, and a rate in Hz that its sensor's samples can show."""
     fit, rates = trial.fit, {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
     found = (trial.hypothesis, *trial.also)
-    for h, p in [(h, p) for h in found for p in h.effect.parameters if p.log]:
-        value = fit.state.values[h.key(p.name)]
-        if p.unit == "Hz" and h.at in rates and float(np.exp(value).min()) > rates[h.at]:
-            return False  # not on any axis
-        if np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std):
-            return False
+    for h in found:
+        for p in [p for p in h.effect.parameters if p.log]:
+            value = fit.state.values[h.key(p.name)]
+            if p.unit == "Hz" and h.at in rates and float(np.exp(value).min()) > rates[h.at]:
+                return False  # not on any axis
+            if np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std):
+                return False
     laws = [level for name, level in fit.noise.items() if any(name.startswith(f"{h.name}.") for h in found)]
     return max(laws, default=0.0) < DOUBTED
 

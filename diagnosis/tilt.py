@@ -33,7 +33,7 @@ DELTA = 1e-3  # of a parameter's prior standard deviation: the step of the diffe
 FURTHEST = 0.5  # of a logarithm: how far one pull may lead
 MOST = 0.9  # of the information, that is taken for noise's at most
 LEAST = 1e-9  # of the largest information: less is rounding
-STRIDE = 0.7  # the same for a step: longer ones overshoot
+STRIDE = 0.85  # the same for a step: longer ones overshoot
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,8 @@ def tilts(fit: Fit, normal: Normal, solution: Solution, parts: list[Linear]) -> 
     driven = driven_by_noise(fit, solution, parts, names)
     places = fit.model.parameters.places(names)
     _, slope = solution.reduced(normal.gradient, normal.corner_gradient, places)
+    stiff = [np.ones(len(now[n])) / told[n].std ** 2 if n in told else np.zeros(len(now[n])) for n in names]
+    driven = replace(driven, whole=driven.whole - np.diag(np.concatenate(stiff)))  # a pull is no information
     pulled = [(told[n].start - now[n]) / told[n].std ** 2 if n in told else np.zeros(len(now[n])) for n in names]
     slope = slope + np.concatenate(pulled)  # the cost's own, without the pull
     aim = slope + driven.grown(STRIDE) @ (driven.pull - slope)

@@ -1,0 +1,67 @@
+"""What the measurements' noise does to a spring's law, and to what is said of its numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.coloured import parameter_std
+from imubench.diagnosis.diagnose import nominal_fit
+from imubench.diagnosis.fit import solve
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.prune import natural
+from imubench.diagnosis.refit import extended
+from imubench.diagnosis.start import pose_offset
+from imubench.diagnosis.tilt import Driven
+from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+SEED = 910  # soft springs at imu2, damping 0.045
+
+
+def test_information_that_is_noise_makes_steps_longer():
+    whole, noise = np.diag([4.0, 9.0]), np.diag([2.0, 0.0])
+    grown = Driven(np.zeros(2), noise, whole).grown()
+    assert np.allclose(grown, np.diag([2.0, 1.0]))  # I (I - N)^-1
+    all_noise = Driven(np.zeros(1), np.eye(1), np.eye(1)).grown(most=0.9)
+    assert np.allclose(all_noise, 10.0)  # and no longer than that
+
+
+def test_a_friction_that_drives_is_none(tmp_path):
+    make_case(tmp_path / "r", "pendulum", [("viscous_friction", "joint")], 3, seconds=10.0, swing=True)
+    h = Hypothesis(EFFECTS["viscous_friction"], "joint")
+    fit = extended(nominal_fit(read(tmp_path / "r")[0]), (h,))
+    for value, fine in ((0.01, True), (-0.01, False)):
+        told = replace(fit.state, values=fit.state.values | {h.key("c"): np.array([value])})
+        assert natural(replace(fit, state=told), h) is fine
+
+
+def test_a_late_pose_is_seen_before_any_fit(tmp_path):
+    truth = make_case(tmp_path / "r", "free", [("time_offset", "imu1")], 11, seconds=10.0)["effects"][0]["parameters"]
+    recording = read(tmp_path / "r")[0]
+    assert pose_offset(recording.imus[0], recording.poses[0]) == pytest.approx(truth["offset"], abs=1e-3)
+    assert pose_offset(recording.imus[0], replace(recording.poses[0], quaternion=None)) == 0.0
+
+
+@pytest.mark.slow
+def test_a_damping_is_found_from_either_side_and_told_as_unsure_as_it_is(tmp_path):
+    truth = make_case(tmp_path / "r", "hinge", [("soft_mount", "imu2")], SEED, seconds=12.0)["effects"][0]["parameters"]
+    nominal = nominal_fit(read(tmp_path / "r")[0])
+    found = []
+    for start in (0.015, 0.2):
+        h = Hypothesis(EFFECTS["soft_mount"].starting(frequency=truth["frequency"], damping_ratio=start), "imu2")
+        begun = extended(nominal, (h,))
+        key = h.key("damping_ratio")
+        quiet = begun.noise | {"imu1.accel": 0.02, "imu2.accel": 0.02, h.key("balance"): 0.3}
+        held = replace(begun.model, fixed={key: np.log([start])})
+        state = solve(held, begun.state, quiet, begun.anchor, steps=6).state
+        fit = fit_with_noise(begun.model, state, quiet, begun.anchor, rounds=16)
+        found.append((float(fit.state.values[key][0]), float(parameter_std(fit)[key][0])))
+    (low, unsure), (high, doubt) = found
+    true = np.log(truth["damping_ratio"])
+    assert abs(low - high) < unsure  # two ways to one answer
+    assert abs(low - true) < 2 * unsure
+    assert abs(high - true) < 2 * doubt
+    assert doubt > 0.2  # twelve seconds of a spring that noise shakes more than motion does
