@@ -1,0 +1,69 @@
+"""Real recordings, diagnosed without being told what they are; `docs/diagnosis.md` has the figures."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from imubench import rotations
+from imubench.convert import CONVERTERS
+from imubench.convert.alignment import optical_rate
+from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.excerpt import cut
+from imubench.diagnosis.judge import judged
+
+pytestmark = pytest.mark.slow
+AXIS = np.array([0.0, 1.0, 0.0])  # of the hinge, in segment axes
+
+
+def axis_error(imu, pose, finding, time, quaternion):
+    """Return how far, in rad, the hinge axis in sensor axes is from that of the optical record."""
+    start, end, rate = optical_rate(time, quaternion)
+    middle = (start + end) / 2
+    inside = (middle > imu.time[0]) & (middle < imu.time[-1])
+    gyro = np.stack([np.interp(middle[inside], imu.time, x) for x in imu.gyro.T], axis=1)
+    true = Rotation.align_vectors(rate[inside], gyro)[0].inv().apply(AXIS)
+    turn = rotations.to_matrix(pose.quaternion)
+    if finding is not None:
+        turn = turn @ rotations.to_matrix(rotations.exp(np.asarray(finding.parameters["rotation"].value)))
+    return float(np.arccos(min(abs(true @ (turn.T @ AXIS)), 1.0)))
+
+
+@pytest.fixture(scope="module")
+def foam(recordings):
+    (made,) = CONVERTERS["diodem"](recordings / "diodem" / "trial1", segments="3-4", imu="nonrigid")
+    found, evidence = diagnose(cut(made.recording, 20.0, 45.0))
+    return judged(found, evidence, made.reference), evidence, made.reference
+
+
+def test_imus_on_foam_rock_about_their_mounts(foam):
+    found, _, _ = foam
+    rocking = {f.at: f for f in found.findings if f.effect == "rocking_mount"}
+    assert set(rocking) == {"imu1", "imu2"}
+    for f in rocking.values():
+        slowest = np.sort(f.parameters["frequency"].value)[:2]
+        assert np.all((slowest > 9.0) & (slowest < 17.0))
+        assert 0.01 < np.linalg.norm(f.parameters["lever"].value) < 0.05
+    assert found.misfit[1] < 1.1 < found.misfit[0]
+
+
+def test_the_hinge_axis_of_imus_on_foam_is_the_optical_one(foam):
+    found, evidence, reference = foam
+    for imu, q in zip(evidence.recording.imus, (reference.quaternion1, reference.quaternion2), strict=True):
+        own = next((f for f in found.findings if f.effect == "mount_pose" and f.at == imu.name), None)
+        assert axis_error(imu, evidence.mounts[imu.name], own, reference.time, q) < np.deg2rad(2.0)
+
+
+@pytest.mark.xfail(
+    reason="1.08 to 0.96 deg RMS: the sag of springs under gravity is not told from the hinge", strict=True
+)
+def test_the_hinge_angle_of_imus_on_foam_is_the_optical_one(foam):
+    assert foam[0].fit.reference.after["hinge_angle_but_constant"] < np.deg2rad(0.7)
+
+
+def test_a_telephone_that_vibrates_is_heard(recordings):
+    (made,) = CONVERTERS["broad"](recordings / "broad" / "27_disturbed_phone_vibration_B.hdf5")
+    found = {f.effect: f.parameters for f in diagnose(cut(made.recording, 60.0, 90.0))[0].findings}
+    assert found["time_offset"]["offset"].value == pytest.approx(4e-3, abs=1e-3)
+    # a line by least squares between the gyroscope's and the optical rate: 8.7, -3.5, -5.0 mrad/s
+    assert np.allclose(found["gyro_bias"]["bias"].value, [8.7e-3, -3.5e-3, -5.0e-3], atol=1e-3)
+    assert 40.0 < found["vibration"]["frequency"].value < 50.0
