@@ -39,8 +39,9 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
         say(f"refitting with {one.hypothesis.name}")
         with suppress(NotPositiveDefiniteError):
             tried.append((_lively(short, [one]), [one]))
-    if any(t.evidence > NEEDED for t, _ in tried):  # where both are there, each alone is worth something too
-        tried += _paired(short, tried, pairs(likely), say)
+    worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > NEEDED}
+    both = [p for p in pairs(likely) if worth_it & {s.hypothesis.name for s in p}]  # one alone is worth something too
+    tried += _paired(short, tried, both, say)
     tried = sorted((t for t in tried if t[0].evidence > NEEDED and resolved(t[0])), key=lambda t: -t[0].evidence)
     if not tried:
         return []

@@ -89,7 +89,8 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
                 tried, better = lively + tried, lively[0].fit
         if not tried:
             break
-        for best in tried[:1] + [t for t in tried[1:TRIED] if not t.hypothesis.effect.states]:
+        equals = [t for t in tried[1:] if t.evidence > tried[0].evidence - NEEDED and not t.hypothesis.effect.states]
+        for best in (tried[0], *equals):
             say(f"predicting held-out data with {best.hypothesis.name}")
             better = better if best is tried[0] else with_noise(best.fit)
             ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
