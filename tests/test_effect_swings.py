@@ -111,14 +111,20 @@ def test_the_torque_that_is_missing_is_the_one_that_the_world_needs(rig, name):
     assert name is None or np.abs(needed[:, [1]] - expected[:, [-1 if rig != "pendulum" else 1]]).max() > 0.01
 
 
-def test_a_body_that_swings_faster_has_less_inertia():
+def test_a_body_that_swings_faster_feels_more_of_every_torque():
+    """I w' = scale * torque: as much as an inertia divided by it, and what is seen of the motion is not scaled away."""
     model = model_of(recording_of("pendulum"), knots_per_s=20.0).with_effects((Hypothesis(EFFECTS["inertia"], "body"),))
     state = random_motion(model, np.random.default_rng(5))
     declared = swing_residual(model, state).residual.value
-    still = State(state.coefficients, state.values | {"inertia@body.scale": np.array([1e9])})
-    weight = swing_residual(model, still).residual.value
+    weightless = State(state.coefficients, state.values | {"inertia@body.scale": np.array([0.0])})
+    inert = swing_residual(model, weightless).residual.value
     faster = State(state.coefficients, state.values | {"inertia@body.scale": np.array([1.25])})
-    assert_allclose(swing_residual(model, faster).residual.value, weight + (declared - weight) / 1.25, atol=1e-6)
+    assert_allclose(swing_residual(model, faster).residual.value, inert + 1.25 * (declared - inert), atol=1e-9)
+    rows = swing_residual(model, state)
+    needed, _, turn = needed_torque(model, state, rows.time)
+    body = model.recording.body
+    weight = np.cross(body.mass * body.com, turn.inv().apply(np.tile([0.0, 0.0, -9.81], (len(needed), 1))))
+    assert_allclose(inert, needed + weight, atol=1e-3 * np.abs(weight).max())
 
 
 def test_gravity_starts_at_what_is_declared_and_pulls_the_swing():
