@@ -4,6 +4,7 @@ import pytest
 
 from imubench.diagnosis.diagnose import diagnose
 from imubench.format1 import read
+from imubench.proof.case import make_case
 from imubench.proof.mixture import make, mixture
 from imubench.trials.make import shortened
 
@@ -28,3 +29,15 @@ def test_case(name, tmp_path):
     make(shortened(mixture(seed, count)[number], seconds), tmp_path / "r")
     said, _ = diagnose(read(tmp_path / "r")[0])
     assert {(f.effect, f.at) for f in said.findings} == expected
+
+
+def test_clocks_that_seemed_late_before_the_fit_are_let_go_of(tmp_path):
+    """The rates say 1.8 ms for none: in the model from the start, it must not stay for the determinant alone."""
+    make_case(
+        tmp_path / "r", "free", [], 20261140, seconds=15.0, rate=128.0, band=7.90309048988685,
+        vigour=0.6493038878030858, rest=0.217010593964019, gyro_noise=0.0029279329873173636,
+        accel_noise=0.014444382276273319, misdeclared=1.0, position_std=0.005299230021230847,
+        rotation_std=0.023475489210241843, gaps=1,
+    )  # fmt: skip
+    said, _ = diagnose(read(tmp_path / "r")[0])
+    assert {f.effect for f in said.findings} <= {"gyro_noise", "accel_noise"}
