@@ -7,8 +7,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from imubench import rotations
+from imubench.alignment import gyro_delay
 from imubench.arrays import Array
-from imubench.convert.alignment import gyro_delay
 from imubench.diagnosis.fit import assemble, moved, step
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, Rig
 from imubench.diagnosis.model import Geometry, Hypothesis, Model, State

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from imubench.alignment import gyro_delay
 from imubench.convert import CONVERTERS
-from imubench.convert.alignment import gyro_delay
 from imubench.convert.multiarm import UPRIGHT
 from imubench.errors import InputError
 from imubench.recording import Imu

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from imubench import rotations
+from imubench.alignment import optical_rate
 from imubench.convert import CONVERTERS
-from imubench.convert.alignment import optical_rate
 from imubench.diagnosis.diagnose import diagnose, nominal_fit
 from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.judge import judged

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from imubench.alignment import check_z_up, gyro_delay
 from imubench.arrays import Array
-from imubench.convert.alignment import check_z_up, gyro_delay
 from imubench.convert.converter import Converted, Converter
 from imubench.errors import InputError, first_line
 from imubench.recording import Imu, Pose, Recording

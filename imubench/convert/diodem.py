@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from imubench.alignment import check_z_up, gyro_delay
 from imubench.arrays import Array
-from imubench.convert.alignment import check_z_up, gyro_delay
 from imubench.convert.converter import Converted, Converter, Option, choice, number
 from imubench.convert.table import read_columns, read_lines, stack
 from imubench.errors import InputError
