@@ -44,7 +44,8 @@ class Spectra:
 @one_thread
 def parameter_std(fit: Fit) -> dict[str, Array]:
     """Return every parameter's standard deviations, colour of the residuals and noise in a law's states counted in."""
-    solution, measured, doubts = _solved(fit)
+    fit, solution, parts = _solved(fit)
+    measured, doubts = _measured(fit, parts), wider(fit, solution, parts)
     spread = Spread.of(solution, fit.model.tracks.width)
     variance = np.diag(spread.shared).copy()
     for (r, part), white in zip(measured, white_residuals(solution, measured, fit.model.tracks.width), strict=True):
@@ -60,17 +61,21 @@ def parameter_std(fit: Fit) -> dict[str, Array]:
 @one_thread
 def noise_spectra(fit: Fit) -> dict[str, Spectra]:
     """Return the colour of every group of measurements."""
-    solution, measured, _ = _solved(fit)
+    fit, solution, parts = _solved(fit)
+    measured = _measured(fit, parts)
     white = white_residuals(solution, measured, fit.model.tracks.width)
     return {r.name: spectra(r.whitened, w) for (r, _), w in zip(measured, white, strict=True)}
 
 
-def _solved(fit: Fit) -> tuple[Solution, list[tuple[Rows, Linear]], dict[str, Array]]:
-    """Return the factored fit, the measurements with their Jacobians, and by what laws' numbers are less sure."""
+def _solved(fit: Fit) -> tuple[Fit, Solution, list[Linear]]:
+    """Return the fit without pulls on its parameters, factored, and the Jacobians of its rows."""
     fit = replace(fit, rows=[r for r in fit.rows if not r.name.startswith(TILT)])
     _, solution, parts = factored(fit.model, fit.rows)
-    measured = [(r, part) for r, part in zip(fit.rows, parts, strict=True) if r.counts]
-    return solution, measured, wider(fit, solution, parts)
+    return fit, solution, parts
+
+
+def _measured(fit: Fit, parts: list[Linear]) -> list[tuple[Rows, Linear]]:
+    return [(r, part) for r, part in zip(fit.rows, parts, strict=True) if r.counts]
 
 
 def influence(spread: Spread, part: Linear) -> Array:
