@@ -11,7 +11,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +67,7 @@ def asked(one: Silence) -> Silence:
         found, _ = diagnose(read(Path(scratch) / "r")[0])
     fine = NOISES if one.noise == "declared half or double" else ()
     said = tuple(f"{f.effect} at {f.at}" for f in found.findings if f.confidence >= SAID and f.effect not in fine)
-    return Silence(one.number, one.noise, one.rig, one.options, said)
+    return replace(one, said=said)
 
 
 def run(count: int = RECORDINGS) -> list[Row]:
