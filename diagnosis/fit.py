@@ -12,6 +12,7 @@ from imubench.diagnosis.priors import prior_rows
 from imubench.diagnosis.rows import Linear, Normal, Parameters, Rows, linearise
 from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.threads import one_thread
+from imubench.jets import derivatives_by
 
 ENOUGH = 1e-4  # of the cost per measured number: a smaller gain ends the search
 STEPS = 40
@@ -103,7 +104,8 @@ def settled(model: Model, state: State, noise: dict[str, float], anchor: Array |
         return state
     only = Tracks(model.tracks.knots, own)
     for _ in range(SETTLING):
-        rows = [r for r in all_rows(model, state, noise, anchor, loose) if any(n in own for n, _ in r.residual.blocks)]
+        with derivatives_by(own):
+            rows = [r for r in all_rows(model, state, noise, anchor, loose) if r.residual.blocks]
         normal = Normal.empty(only, Parameters({}))
         normal.add([linearise(r, only, Parameters({})) for r in rows])
         normal.fill(only)

@@ -215,15 +215,19 @@ class Model:
                 angle = h.effect.encoder(angle, self.own(scene, h, moment), self.values(h, state))
         return angle
 
-    def measured(self, state: State) -> Iterator[Rows]:
-        """Yield the rows of every sensor, in their own unit (std 1)."""
+    def measured(self, state: State, imu_alone: str | None = None) -> Iterator[Rows]:
+        """Yield the rows of every sensor, or of one IMU alone, in their own unit (std 1)."""
         for imu in self.recording.imus:
+            if imu_alone not in (None, imu.name):
+                continue
             moment = self.moment(state, imu.time, imu.name)
             segment = self.segments(state, moment)[f"segment{1 if imu.name == 'imu1' else 2}"]
             reading = self.reading(imu, state, moment, segment)
             place = moment.time.value[:, 0]
             for part, model, got in (("gyro", reading.gyro, imu.gyro), ("accel", reading.accel, imu.accel)):
                 yield self._masked(f"{imu.name}.{part}", place, model - got)
+        if imu_alone is not None:
+            return
         for encoder in self.recording.encoders:
             moment = self.moment(state, encoder.time, "encoder")
             residual = self.joint_angle(state, moment) - (encoder.angle + encoder.zero)[:, None]

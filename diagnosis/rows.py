@@ -119,13 +119,16 @@ def linearise(rows: Rows, tracks: Tracks, parameters: Parameters) -> Linear:
     first: Whole = np.zeros(n, dtype=np.int64)
     if tracks.width:
         first, _ = tracks.knots.weights(rows.time, 0)
+    weights = {
+        order: tracks.knots.weights(rows.time, order)[1]
+        for order in {order for name, order in rows.residual.blocks if name in tracks.widths and order != CONSTANT}
+    }
     for (name, order), block in rows.residual.blocks.items():
         if order == CONSTANT:
             if name in parameters.widths:
                 border[:, :, parameters.columns(name)] += block
         elif name in tracks.widths:
-            _, weights = tracks.knots.weights(rows.time, order)
-            local[:, :, :, tracks.columns(name)] += block[:, :, None, :] * weights[:, None, :, None]
+            local[:, :, :, tracks.columns(name)] += block[:, :, None, :] * weights[order][:, None, :, None]
     scale = 1 / np.broadcast_to(rows.std, (n, m))
     local *= scale[:, :, None, None]
     border *= scale[:, :, None]

@@ -9,15 +9,16 @@ A state without a law (play in a joint) is a spline more in the normal equations
 """
 
 from contextlib import suppress
+from copy import deepcopy
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import NotPositiveDefiniteError
+from imubench.diagnosis.blocks import NotPositiveDefiniteError, solve_arrow
 from imubench.diagnosis.columns import Base, promise
 from imubench.diagnosis.equations import scenes, state_rows
-from imubench.diagnosis.fit import Fit, all_rows, factored, shifted
+from imubench.diagnosis.fit import Fit, all_rows, assemble, shifted
 from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.priors import middles
 from imubench.diagnosis.refit import states_log_det
@@ -26,7 +27,7 @@ from imubench.diagnosis.score import started
 from imubench.diagnosis.splines import Moment, Tracks
 from imubench.diagnosis.swings import swing_rows
 from imubench.diagnosis.threads import one_thread
-from imubench.jets import Jet
+from imubench.jets import Jet, derivatives_by
 
 SMALL = 1e-3  # of its plausible size: how weakly a driven state is held where its law says little
 ROUGH = (1e2, 1e3, 1e4, 1e5)  # of a free state, in its unit per s^4 and root Hz
@@ -66,7 +67,8 @@ def driven(base: Base, h: Hypothesis) -> Screened | None:
     for point in grid:
         at = replace(h, effect=h.effect.starting(**point)) if point else h
         model = fit.model.with_effects((*fit.model.hypotheses, at))
-        with suppress(NotPositiveDefiniteError):
+        own = [*(at.key(s.name) for s in h.effect.states), *(at.key(p.name) for p in h.effect.parameters)]
+        with suppress(NotPositiveDefiniteError), derivatives_by(own):
             state, sensitivity = obeyed(model, started(model, fit.state), at)
             found.append(replace(_scored(base, model, state, sensitivity, at), hypothesis=h))
     if not found:
@@ -132,7 +134,8 @@ def _scored(base: Base, model: Model, state: State, sensitivity: Array, h: Hypot
     shared = Parameters({h.key(p.name): p.width for p in h.effect.parameters})
     k = 1 + shared.count
     moves = sensitivity.reshape(-1, own.width, shared.count) if own.width else sensitivity
-    measured = model.measured(state) if h.effect.states else swing_rows(model, state, middles(model))
+    alone = h.at if h.effect.place == "imu" else None
+    measured = model.measured(state, alone) if h.effect.states else swing_rows(model, state, middles(model))
     columns = []
     for rows in measured:
         now = linearise(replace(rows, std=base.std_of(rows.name, rows.std)), own, shared)
@@ -154,18 +157,23 @@ def free(base: Base, h: Hypothesis) -> Screened | None:
     state = started(model, fit.state)
     best, before = None, base.solution.log_det
     names = [h.key(s.name) for s in h.effect.states]
+    rows = all_rows(model, state, fit.noise | {f"smooth.{n}": 1.0 for n in names}, fit.anchor, fit.loose)
+    own = [r for r in rows if r.name.removeprefix("smooth.") in names]
+    others = [r for r in rows if r.name.removeprefix("smooth.") not in names]
+    rest, _ = assemble(model, others)
     for rough in ROUGH:
-        chosen = {f"smooth.{name}": rough for name in names}
-        rows = all_rows(model, state, fit.noise | chosen, fit.anchor, fit.loose)
+        rougher = [replace(r, std=r.std * rough) for r in own]
+        normal = deepcopy(rest)
+        normal.add([linearise(r, model.tracks, model.parameters) for r in rougher])
         try:
-            normal, solution, _ = factored(model, rows)
+            solution = solve_arrow(normal.band, normal.border, normal.corner)
         except NotPositiveDefiniteError:
             continue
         x, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
         gain = -0.5 * float(np.sum(x[:, :, 0] * normal.gradient) + p[:, 0] @ normal.corner_gradient)
-        price = 0.5 * (solution.log_det - before) - 0.5 * states_log_det(model, rows, names)
+        price = 0.5 * (solution.log_det - before) - 0.5 * states_log_det(model, [*others, *rougher], names)
         if best is None or gain - price > best.evidence:
-            best = Screened(h, gain - price, {}, chosen)
+            best = Screened(h, gain - price, {}, {f"smooth.{n}": rough for n in names})
     return best
 
 

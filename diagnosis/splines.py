@@ -1,6 +1,6 @@
 """Splines over time on one set of evenly spaced knots, quintic, so that accelerations are smooth too."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline, PPoly
 
 from imubench.arrays import Array
-from imubench.jets import Jet
+from imubench.jets import Jet, variable
 
 DEGREE = 5
 SUPPORT = DEGREE + 1  # coefficients that a point depends on
@@ -79,18 +79,20 @@ class Moment:
     tracks: Tracks
     coefficients: Array  # (count, width)
     time: Jet  # (n, 1) s
+    known: dict[int, tuple[NDArray[np.int64], Array]] = field(default_factory=dict, compare=False, repr=False)
 
     def track(self, name: str, order: int = 0) -> Jet:
         """Return a spline's `order`-th derivative (n, width) and its blocks."""
-        value = self._value(name, order)
-        blocks = {(name, order): np.eye(value.shape[1])[None]}
-        if self.time.blocks:
-            slope = self._value(name, order + 1)[:, :, None]
-            blocks |= {key: slope * d for key, d in self.time.blocks.items()}
-        return Jet(value, blocks)
+        jet = variable((name, order), self._value(name, order))
+        if not self.time.blocks:
+            return jet
+        slope = self._value(name, order + 1)[:, :, None]
+        return Jet(jet.value, jet.blocks | {key: slope * d for key, d in self.time.blocks.items()})
 
     def _value(self, name: str, order: int) -> Array:
-        first, weights = self.tracks.knots.weights(self.time.value[:, 0], order)
+        if order not in self.known:
+            self.known[order] = self.tracks.knots.weights(self.time.value[:, 0], order)
+        first, weights = self.known[order]
         chosen = self.coefficients[:, self.tracks.columns(name)]
         out = weights[:, 0, None] * chosen[first]
         for i in range(1, SUPPORT):

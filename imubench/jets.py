@@ -8,7 +8,9 @@ arrays, and the same law then serves the simulator.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,6 +22,18 @@ Key = tuple[str, int]
 """A block's name: (spline, order of the time derivative), or (parameter, CONSTANT)."""
 CONSTANT = -1
 Blocks = dict[Key, Array]
+
+_followed: ContextVar[Collection[str] | None] = ContextVar("_followed", default=None)
+
+
+@contextmanager
+def derivatives_by(names: Collection[str]) -> Iterator[None]:
+    """Take derivatives by these splines and parameters alone, all others being numbers; for the block it opens."""
+    token = _followed.set(names)
+    try:
+        yield
+    finally:
+        _followed.reset(token)
 
 
 @dataclass(frozen=True)
@@ -113,7 +127,8 @@ def jet(value: Jet | ArrayLike) -> Jet:
 def variable(key: Key, value: Array) -> Jet:
     """Return a `Jet` of values (n, m) that are themselves the variables of block `key`."""
     value = np.atleast_2d(value)
-    return Jet(value, {key: np.eye(value.shape[1])[None]})
+    followed = _followed.get()
+    return Jet(value, {key: np.eye(value.shape[1])[None]} if followed is None or key[0] in followed else {})
 
 
 def stack(*parts: Jet | ArrayLike) -> Jet:
