@@ -16,12 +16,13 @@ from imubench.diagnosis.fit import ENOUGH, Fit, factored, solve
 from imubench.diagnosis.model import Model, State
 from imubench.diagnosis.rows import CHUNK, KNOTS_PER_BLOCK, Linear
 from imubench.diagnosis.splines import SUPPORT
+from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.tilt import tilts
 from imubench.recording import Recording
 
 FLOOR = 0.85  # of the declared level: a declared noise is right within 15 %
-LAW_FLOOR = 0.05  # of its std: a law of a state that held without any noise would hold the fit still
+LAW_FLOOR = 0.05  # of its std: a law that held without any noise would hold the fit still, and never settle
 LAW_RISE = 4.0  # times its level of the round before, at most
 SMALLEST = 1e-7  # of a unit: no group is taken for exact
 ROUNDS = 3
@@ -142,6 +143,8 @@ def fit_with_noise(
     floor = {name: FLOOR * std for name, std in declared(model).items()}
     laws = {n for n in noise if "@" in n and not n.startswith("smooth.")}
     floor |= dict.fromkeys(laws, LAW_FLOOR)
+    slow = set(floor)
+    floor[GROUP] = LAW_FLOOR
     lawful = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}
     fit = solve(model, state, noise, anchor, steps=4)
     for last in [False] * rounds + [True] * motion:
@@ -155,7 +158,7 @@ def fit_with_noise(
             for name, old in noise.items()
         }
         # far off they fall slowly, as a free state gives way bit by bit
-        for name in floor.keys() & new.keys() if only is None else ():
+        for name in slow & new.keys() if only is None else ():
             ratio = new[name] / noise[name]
             if abs(np.log(ratio)) > FAR:
                 new[name] = max(new[name] * ratio**FASTER, floor[name])
