@@ -16,7 +16,7 @@ ALLOWED = 1.15**2 * 1.2 * 1.3  # of the declared noise power: right within 15 %,
 SURELY = 0.9  # confidence in noise power beyond that, which no term explains
 FLAT = 1.15  # by how much a band's power may differ from the whole's, beyond what chance lets it
 CHANCE = 2.5  # standard deviations of a band's power, three axes at every bin
-VISIBLE = 0.3  # of white noise's power, that the fit must leave in a band to tell
+VISIBLE = 0.3  # of white noise's power, that the fit must leave, in a band or in all, to tell
 STEADY = 1.2  # by how much the power may differ between calm and quick moments
 WINDOW = 1.0  # s
 
@@ -29,7 +29,11 @@ def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
     over = {n for n, std in told.items() if (fit.noise[n] / std) ** 2 > ALLOWED}
     if not over:
         return []
-    spectra, (_, leverage) = noise_spectra(fit), levels(fit)
+    _, leverage = levels(fit)
+    over = {n for n in over if float(np.mean(1 - leverage[n])) > VISIBLE}
+    if not over:
+        return []
+    spectra = noise_spectra(fit)
     out = []
     for rows in fit.measured:
         at = rows.name.split(".")[0]
