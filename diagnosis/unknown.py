@@ -6,6 +6,7 @@ looks like slow terms: what is left of the residuals' colour after the refit div
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,7 +29,8 @@ from imubench.diagnosis.where import SMALL, locate
 
 NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
 MOST = 2  # unknowns in one diagnosis
-REFITTED = 2  # terms at most
+REFITTED = 2  # terms at least, where they promise enough, until one is good
+RIVAL = 0.5  # of the best one's promise, from which the best of another place is fitted too
 FRICTION = ("viscous_friction", "dry_friction", "air_drag")
 UNITS = {"gyro": "rad/s", "accel": "m/s^2", "torque": "N m"}
 
@@ -66,17 +68,26 @@ def unknowns(
 
 
 def found_in(fit: Fit) -> Fitted | None:
-    """Return the best term with its refit, None where none has the evidence or predicts."""
+    """Return the best term with its refit, None where none has the evidence or predicts.
+
+    What is at one sensor can look like a term at another until it is fitted: the best of each place are refitted, and
+    the one that predicts most is it.
+    """
     guesses, tried = promising(fit)
     price = float(np.log(max(tried, 1)))
-    for guess in [g for g in guesses if g.evidence > NEEDED + price][:REFITTED]:
-        try:
+    likely = [g for g in guesses if g.evidence > NEEDED + price]
+    places = [next(g for g in likely if g.term.at == at) for at in dict.fromkeys(g.term.at for g in likely)]
+    rivals = [g for g in places if g.white > RIVAL * likely[0].white]
+    others = [g for g in likely if g not in rivals]
+    good: list[Fitted] = []
+    for guess in (*rivals, *others[: max(REFITTED - len(rivals), 0)]):
+        if good and guess not in rivals:
+            break
+        with suppress(NotPositiveDefiniteError):
             done = fitted(fit, guess, price)
-        except NotPositiveDefiniteError:
-            continue
-        if done.evidence > NEEDED and done.heldout.low > 0:
-            return done
-    return None
+            if done.evidence > NEEDED and done.heldout.low > 0:
+                good.append(done)
+    return max(good, key=lambda f: f.heldout.value, default=None)
 
 
 def superseded(fit: Fit, terms: Sequence[Term], say: Callable[[str], None] = lambda _: None) -> Fit:
@@ -106,8 +117,18 @@ def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
     heldout = predicted(ruler, better, np.random.default_rng(SEED))
     won = ruler.cost - better.cost
     freedom = won - (log_evidence(better) - log_evidence(ruler))
-    evidence = won / colour(better, guess.term) - freedom - price
+    evidence = (won - eased(ruler, better)) / colour(better, guess.term) - freedom - price
     return Fitted(h, guess.term, better, evidence, heldout)
+
+
+def eased(before: Fit, after: Fit) -> float:
+    """Return the nat by which the motion of a fit is smoother than before; 0 where it is rougher.
+
+    A term in what the sensor itself reads may be the motion: the less of it is in the splines, the less their prior
+    asks for it, and no sample is explained.
+    """
+    smooth = [sum(r.cost for r in fit.rows if r.name.startswith("smooth.")) for fit in (before, after)]
+    return max(float(smooth[0] - smooth[1]), 0.0)
 
 
 def finding(found: Fitted) -> Finding:
