@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from imubench.jets import CONSTANT, Jet, Turn, about, cross, dot, rotation, stack, variable
+from imubench.jets import CONSTANT, Jet, Turn, about, cross, derivatives_by, dot, rotation, stack, variable
 
 N = 5
 A, B = ("a", 0), ("b", CONSTANT)
@@ -68,3 +68,22 @@ def test_without_blocks_a_law_is_plain_arithmetic():
     for law in laws(Jet(a), Jet(b)).values():
         assert law.blocks == {}
     assert isinstance(rotation(a), Turn)
+
+
+@pytest.mark.parametrize("name", list(laws(Jet(np.ones((N, 3))), Jet(np.ones((1, 3))))))
+def test_derivatives_by_some_are_those_of_all(name):
+    a, b = values(np.random.default_rng(5))
+    whole = laws(variable(A, a), variable(B, b))[name]
+    with derivatives_by(["b"]):
+        part = laws(variable(A, a), variable(B, b))[name]
+    assert_allclose(part.value, whole.value, atol=0)
+    assert set(part.blocks) == set(whole.blocks) & {B}
+    for key, block in part.blocks.items():
+        assert_allclose(np.broadcast_to(block, whole.blocks[key].shape), whole.blocks[key], atol=1e-14)  # rounding
+
+
+def test_derivatives_by_all_come_back_after_an_error():
+    with pytest.raises(ValueError, match="inside"), derivatives_by([]):
+        assert variable(A, np.ones((1, 3))).blocks == {}
+        raise ValueError("inside")
+    assert set(variable(A, np.ones((1, 3))).blocks) == {A}

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.diagnose import nominal_fit
-from imubench.diagnosis.loud import loud
+from imubench.diagnosis.loud import ALLOWED, loud
+from imubench.diagnosis.noise import declared, levels
 from imubench.diagnosis.result import UNKNOWN, Where
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -59,3 +60,14 @@ def test_coloured_noise_has_no_name(clean):
 
     (told,) = loud(noisier(clean, slow), [WHERE], set())
     assert (told.effect, told.at) == (UNKNOWN, "imu2")
+
+
+def test_a_level_of_which_the_fit_leaves_next_to_nothing_is_not_told(tmp_path):
+    """A free body with a pose: its accelerometer alone says how it is pushed, and the motion follows 98 % of it."""
+    options = {"rate": 128.0, "rate2": 128.0, "band": 8.7, "vigour": 0.53, "rest": 0.03, "pose": True}
+    options |= {"gyro_noise": 0.0034, "accel_noise": 0.0104, "colour": 0.18, "seconds": 15.0}
+    make_case(tmp_path / "r", "free", [], 20261121 + 149, **options)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    assert (fit.noise["imu1.accel"] / declared(fit.model)["imu1.accel"]) ** 2 > ALLOWED
+    assert float(np.mean(1 - levels(fit)[1]["imu1.accel"])) < 0.05
+    assert loud(fit, [replace(WHERE, at="imu1")], set()) == []

@@ -7,11 +7,13 @@ from imubench.diagnosis.bases import curve, drifts, kinked, play
 from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.fit import all_rows
 from imubench.diagnosis.model import Hypothesis
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import LAW_FLOOR, fit_with_noise
 from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.result import UNKNOWN
+from imubench.diagnosis.select import select
+from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.terms import Unknown, UnknownTorque, terms
-from imubench.diagnosis.unknown import unknowns
+from imubench.diagnosis.unknown import NEEDED, promising, unknowns
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -125,3 +127,25 @@ def test_noise_alone_raises_nothing(tmp_path, options):
 )
 def test_coloured_noise_alone_raises_nothing(tmp_path, seed, options):
     assert unknowns(fitted(tmp_path, [], seed, **options))[0] == ()
+
+
+@pytest.mark.slow
+def test_a_motion_that_a_term_makes_smoother_is_no_mismatch(tmp_path):
+    """What a limb's gyroscope reads is its motion: the term takes a share of it, and the splines' prior is content."""
+    options = {"band": 2.86, "vigour": 0.71, "rest": 0.13, "gyro_noise": 0.0031, "accel_noise": 0.03, "gaps": 1}
+    fit = fitted(tmp_path, [], 20261121 + 116, "pendulum", 15.0, **options)
+    (guess, *_), _ = promising(fit)
+    assert guess.term.goes_with.startswith("how the sensor turns") and guess.white > 3 * NEEDED
+    assert unknowns(fit)[0] == ()
+
+
+@pytest.mark.slow
+def test_a_swing_s_equation_that_holds_ever_closer_is_no_term(tmp_path):
+    """Dense knots and no friction: the level of the equation's residual fell with every round of the noise."""
+    options = {"rate": 200.0, "rate2": 200.0, "band": 2.34, "vigour": 1.023, "rest": 0.028, "gaps": 1}
+    options |= {"gyro_noise": 0.00134, "accel_noise": 0.0195, "position_std": 0.0032, "rotation_std": 0.024}
+    scale = ("gyro_scale", "imu1", {"scale": [0.0096, 0.0106, 0.005]})
+    fit = select(fitted(tmp_path, [scale], 447586266, "pendulum", 15.0, swing=True, **options)).fit
+    assert [h.name for h in fit.model.hypotheses] == ["gyro_scale@imu1"]
+    assert fit.noise[GROUP] >= LAW_FLOOR
+    assert unknowns(fit)[0] == ()
