@@ -66,27 +66,21 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
 def _paired(
     short: Fit, single: list[tuple[Trial, list[Screened]]], both: list[list[Screened]], say: Callable[[str], None]
 ) -> list[tuple[Trial, list[Screened]]]:
-    """Return refits with two of a kind, each begun where the better one alone had come to.
+    """Return the best refit with two, begun where one of them alone had come to, or as both were screened.
 
-    Where that leads nowhere, they are begun at the other one, and last as both were screened; unless something else
-    alone explains more than where the first way came to.
+    One way is enough where something else alone explains more than that.
     """
     out: list[tuple[Trial, list[Screened]]] = []
     for some in both:
         say(f"refitting with {' and '.join(s.hypothesis.name for s in some)}")
         alone = {t.hypothesis.name: t for t, _ in single}
         names = {s.hypothesis.name for s in some}
-        least = max(t.evidence for name, t in alone.items() if name in names) + NEEDED
         rival = max((t.evidence for name, t in alone.items() if name not in names), default=-np.inf)
-        ways = sorted(
-            ((alone[a.hypothesis.name], b) for a, b in (some, some[::-1]) if a.hypothesis.name in alone),
-            key=lambda way: -way[0].evidence,
-        )
+        ways = [(alone[a.hypothesis.name], b) for a, b in (some, some[::-1]) if a.hypothesis.name in alone]
         for way in (*ways, None):
             with suppress(NotPositiveDefiniteError):
-                trial = _lively(short, some) if way is None else _joined(short, *way)
-                out.append((trial, some))
-                if trial.evidence < rival or (trial.evidence > least and resolved(trial)):
+                out.append((_lively(short, some) if way is None else _joined(short, *way), some))
+                if out[-1][0].evidence < rival:
                     break
     return sorted(out, key=lambda t: -t[0].evidence)[:1]
 
