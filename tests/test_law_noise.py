@@ -8,6 +8,7 @@ import pytest
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.fit import solve
+from imubench.diagnosis.lively import laws
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.prune import natural
@@ -27,6 +28,21 @@ def test_information_that_is_noise_makes_steps_longer():
     assert np.allclose(grown, np.diag([2.0, 1.0]))  # I (I - N)^-1
     all_noise = Driven(np.zeros(1), np.eye(1), np.eye(1)).grown(most=0.9)
     assert np.allclose(all_noise, 10.0)  # and no longer than that
+
+
+def test_what_drives_a_law_is_what_it_reads_with_the_sensor_at_rest(tmp_path):
+    """Springs carry the specific force: what an accelerometer on a still mount reads, in the law's 0.1 m/s^2."""
+    make_case(tmp_path / "r", "pendulum", [], 3, seconds=10.0)
+    recording = read(tmp_path / "r")[0]
+    h = Hypothesis(EFFECTS["soft_mount"], "imu1")
+    begun = extended(nominal_fit(recording), (h,))
+    moved = begun.state.coefficients.copy()
+    moved[:, begun.model.tracks.columns(h.key("displacement"))] += 0.01
+    ((left, drive),) = laws(replace(begun, state=replace(begun.state, coefficients=moved)), [h])
+    assert left == begun.noise[h.key("balance")]
+    assert drive == laws(begun, [h])[0][1]  # wherever the sensor is now
+    same = np.sqrt(np.mean(recording.imus[0].accel ** 2)) / 0.1
+    assert drive == pytest.approx(same, rel=0.05)  # 2.4 %: the knots go on beyond the samples
 
 
 def test_a_friction_that_drives_is_none(tmp_path):
