@@ -58,9 +58,6 @@ def test_the_hinge_axis_of_imus_on_foam_is_the_optical_one(foam):
         assert axis_error(imu, evidence.mounts[imu.name], own, reference.time, q) < np.deg2rad(2.0)
 
 
-@pytest.mark.xfail(
-    reason="1.08 to 0.96 deg RMS: the sag of springs under gravity is not told from the hinge", strict=True
-)
 def test_the_hinge_angle_of_imus_on_foam_is_the_optical_one(foam):
     assert foam[0].fit.reference.after["hinge_angle_but_constant"] < np.deg2rad(0.7)
 
