@@ -97,13 +97,13 @@ def resolved(trial: Trial) -> bool:
                 return False  # not on any axis
             if np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std):
                 return False
-    return all(bool(np.all(left < np.maximum(DOUBTED, LEFT * drive))) for left, drive in laws(fit, found))
+    return all(left < max(DOUBTED, LEFT * drive) for left, drive in laws(fit, found))
 
 
 def laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, float]]:
     """Return what is left of each law of some effects, and what drives it (were their states at rest), in its stds.
 
-    Foam is no linear spring: of the 200 rad/s^2 that rock an IMU on it, a law leaves one.
+    Foam is no linear spring: its law leaves several stds, which is little of what rocks an IMU on it.
     """
     own = [h.key(s.name) for h in hypotheses for s in h.effect.states]
     still = fit.state.coefficients.copy()
