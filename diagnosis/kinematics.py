@@ -14,7 +14,7 @@ import numpy as np
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.splines import Moment
-from imubench.jets import Jet, Turn, cross, dot, skew, stack
+from imubench.jets import Jet, Turn, cross, dot, skew, stack, times
 from imubench.links import STILL, ZERO, Link, Motion, spin
 from imubench.recording import Recording
 
@@ -95,7 +95,7 @@ def attitude(q: Jet, q_rate: Jet, q_accel: Jet) -> tuple[Turn, Jet, Jet]:
     right = np.concatenate([-value[:, 1:, None], value[:, :1, None] * np.eye(3) - skew(value[:, 1:])], axis=2) * (
         2 / norm.value[:, :, None]
     )
-    turn = Turn(rotations.to_matrix(unit), {key: np.matmul(right, d) for key, d in q.blocks.items()})
+    turn = Turn(rotations.to_matrix(unit), {key: times(right, d) for key, d in q.blocks.items()})
     return turn, rate, accel
 
 

@@ -128,7 +128,8 @@ def linearise(rows: Rows, tracks: Tracks, parameters: Parameters) -> Linear:
             if name in parameters.widths:
                 border[:, :, parameters.columns(name)] += block
         elif name in tracks.widths:
-            local[:, :, :, tracks.columns(name)] += block[:, :, None, :] * weights[order][:, None, :, None]
+            wide = np.ascontiguousarray(block)[:, :, None, :]
+            local[:, :, :, tracks.columns(name)] += wide * weights[order][:, None, :, None]
     scale = 1 / np.broadcast_to(rows.std, (n, m))
     local *= scale[:, :, None, None]
     border *= scale[:, :, None]

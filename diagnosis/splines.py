@@ -93,8 +93,8 @@ class Moment:
         if order not in self.known:
             self.known[order] = self.tracks.knots.weights(self.time.value[:, 0], order)
         first, weights = self.known[order]
-        chosen = self.coefficients[:, self.tracks.columns(name)]
-        out = weights[:, 0, None] * chosen[first]
+        chosen = np.ascontiguousarray(self.coefficients[:, self.tracks.columns(name)].T)
+        out = weights[:, 0] * chosen[:, first]
         for i in range(1, SUPPORT):
-            out += weights[:, i, None] * chosen[first + i]
-        return out
+            out += weights[:, i] * chosen[:, first + i]
+        return out.T  # samples next to each other in memory, as jets like them

@@ -4,6 +4,9 @@ A `Jet` is a row of numbers per sample and, for each block of variables it depen
 derivative by that block. A `Turn` is a rotation per sample with the derivative of its
 right-hand rotation vector: ``R(x + dx) = R(x) exp(D dx)``. Without blocks both are plain
 arrays, and the same law then serves the simulator.
+
+Samples lie next to each other in memory wherever arrays are made here (the first axis varies
+fastest), so that a product of small matrices is a few long loops.
 """
 
 from __future__ import annotations
@@ -82,7 +85,7 @@ class Jet:
     def at(self, matrix: ArrayLike) -> Jet:
         """Return M x for a constant matrix M (l, m)."""
         m = np.asarray(matrix, dtype=float)
-        return Jet(self.value @ m.T, {key: np.matmul(m, d) for key, d in self.blocks.items()})
+        return Jet(self.value @ m.T, {key: times(m[None], d) for key, d in self.blocks.items()})
 
 
 @dataclass(frozen=True)
@@ -94,22 +97,22 @@ class Turn:
 
     def __matmul__(self, other: Turn) -> Turn:
         back = np.swapaxes(other.matrix, -1, -2)
-        left = {key: np.matmul(back, d) for key, d in self.blocks.items()}
-        return Turn(np.matmul(self.matrix, other.matrix), _sum(left, other.blocks))
+        left = {key: times(back, d) for key, d in self.blocks.items()}
+        return Turn(times(self.matrix, other.matrix), _sum(left, other.blocks))
 
     @property
     def inverse(self) -> Turn:
         """Return the rotation a -> b."""
-        blocks = {key: -np.matmul(self.matrix, d) for key, d in self.blocks.items()}
+        blocks = {key: -times(self.matrix, d) for key, d in self.blocks.items()}
         return Turn(np.swapaxes(self.matrix, -1, -2), blocks)
 
     def back(self, vector: Jet | ArrayLike) -> Jet:
         """Return R' v, a vector of frame a in axes of frame b."""
         v = jet(vector)
         matrix = np.swapaxes(self.matrix, -1, -2)
-        value = np.matmul(matrix, v.value[:, :, None])[:, :, 0]
-        moved = {key: np.matmul(skew(value), d) for key, d in self.blocks.items()}
-        return Jet(value, _sum(moved, {key: np.matmul(matrix, d) for key, d in v.blocks.items()}))
+        value = times(matrix, v.value[:, :, None])[:, :, 0]
+        moved = {key: crossed(value, d) for key, d in self.blocks.items()}
+        return Jet(value, _sum(moved, {key: times(matrix, d) for key, d in v.blocks.items()}))
 
     def forth(self, vector: Jet | ArrayLike) -> Jet:
         """Return R v, a vector of frame b in axes of frame a."""
@@ -152,9 +155,9 @@ def stack(*parts: Jet | ArrayLike) -> Jet:
 def cross(a: Jet | ArrayLike, b: Jet | ArrayLike) -> Jet:
     """Return a x b for vectors (n, 3)."""
     a, b = jet(a), jet(b)
-    left = {key: -np.matmul(skew(b.value), d) for key, d in a.blocks.items()}
-    right = {key: np.matmul(skew(a.value), d) for key, d in b.blocks.items()}
-    return Jet(np.cross(a.value, b.value), _sum(left, right))
+    left = {key: crossed(-b.value, d) for key, d in a.blocks.items()}
+    right = {key: crossed(a.value, d) for key, d in b.blocks.items()}
+    return Jet(crossed(a.value, b.value[:, :, None])[:, :, 0], _sum(left, right))
 
 
 def dot(a: Jet | ArrayLike, b: Jet | ArrayLike) -> Jet:
@@ -174,8 +177,9 @@ def rotation(vector: Jet | ArrayLike) -> Turn:
     small = angle < 1e-2
     safe = np.where(small, 1.0, angle)
     c = np.where(small, 1 / 6 - angle**2 / 120, (safe - np.sin(safe)) / safe**3)
-    right = eye - b * k + c * k @ k  # the right Jacobian of the exponential map
-    return Turn(eye + a * k + b * k @ k, {key: np.matmul(right, d) for key, d in v.blocks.items()})
+    square = times(k, k)
+    right = eye - b * k + c * square  # the right Jacobian of the exponential map
+    return Turn(eye + a * k + b * square, {key: times(right, d) for key, d in v.blocks.items()})
 
 
 def about(axis: int, angle: Jet) -> Turn:
@@ -187,11 +191,34 @@ def about(axis: int, angle: Jet) -> Turn:
 
 def skew(v: Array) -> Array:
     """Return the matrices (n, 3, 3) of v x, for vectors (n, 3)."""
-    out = np.zeros((len(v), 3, 3))
+    out = np.zeros((len(v), 3, 3), order="F")
     out[:, 0, 1], out[:, 0, 2] = -v[:, 2], v[:, 1]
     out[:, 1, 0], out[:, 1, 2] = v[:, 2], -v[:, 0]
     out[:, 2, 0], out[:, 2, 1] = -v[:, 1], v[:, 0]
     return out
+
+
+def times(a: Array, b: Array) -> Array:
+    """Return A B (n, l, k) of small matrices (n or 1, l, m) and (n or 1, m, k)."""
+    if len(a) == len(b) == 1:
+        return np.matmul(a, b)
+    left, right = a.transpose(1, 2, 0), b.transpose(1, 2, 0)
+    out = np.empty((left.shape[0], right.shape[1], max(len(a), len(b))))
+    for i, row in enumerate(left):
+        np.multiply(row[0], right[0], out=out[i])
+        for j in range(1, len(row)):
+            out[i] += row[j] * right[j]
+    return out.transpose(2, 0, 1)
+
+
+def crossed(v: Array, b: Array) -> Array:
+    """Return v x each column (n, 3, k) of vectors v (n or 1, 3) and columns b (n or 1, 3, k)."""
+    vector, columns = v.T, b.transpose(1, 2, 0)
+    out = np.empty((3, columns.shape[1], max(len(v), len(b))))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(vector[j], columns[k], out=out[i])
+        out[i] -= vector[k] * columns[j]
+    return out.transpose(2, 0, 1)
 
 
 def _sum(a: Mapping[Key, Array], b: Mapping[Key, Array]) -> Blocks:
