@@ -30,7 +30,8 @@ class Banded:
     def factor(self) -> "Factor":
         """Return its Cholesky factor; `NotPositiveDefiniteError` names the block."""
         count = len(self.diagonal)
-        lower, coupling = np.empty_like(self.diagonal), np.zeros_like(self.right)
+        lower, coupling = by_columns(self.diagonal.shape), by_columns(self.right.shape)
+        top, over = self.coupled
         rest = self.diagonal[0]
         for i in range(count):
             chol, info = dpotrf(rest, lower=1, clean=1)
@@ -38,10 +39,17 @@ class Banded:
                 raise NotPositiveDefiniteError(f"block {i} of {count}")
             lower[i] = chol
             if i + 1 < count:
-                z, _ = dtrtrs(chol, self.right[i], lower=1)
-                coupling[i] = z
-                rest = self.diagonal[i + 1] - z.T @ z
-        return Factor(lower, coupling)
+                z, _ = dtrtrs(chol[top:, top:], self.right[i, top:, :over], lower=1)
+                coupling[i, top:, :over] = z
+                rest = self.diagonal[i + 1].copy()
+                rest[:over, :over] -= z.T @ z
+        return Factor(lower, coupling, top, over)
+
+    @property
+    def coupled(self) -> tuple[int, int]:
+        """The first row and the column after the last one that any block on the right has: a band's far corner."""
+        rows, columns = (np.flatnonzero(self.right.any(axis=axes)) for axes in ((0, 2), (0, 1)))
+        return (int(rows[0]), int(columns[-1]) + 1) if len(rows) else (0, 0)
 
     def times(self, x: Array) -> Array:
         """Return N x for x (m, b, r)."""
@@ -57,6 +65,8 @@ class Factor:
 
     lower: Array
     coupling: Array
+    top: int  # Z has nothing above this row,
+    over: int  # nor from this column on
 
     @property
     def log_det(self) -> float:
@@ -70,14 +80,18 @@ class Factor:
         for i in range(len(rhs)):
             out[i], _ = dtrtrs(self.lower[i], carry, lower=1)
             if i + 1 < len(rhs):
-                carry = rhs[i + 1] - self.coupling[i].T @ out[i]
+                carry = rhs[i + 1].copy()
+                carry[: self.over] -= self.coupling[i, self.top :, : self.over].T @ out[i, self.top :]
         return out
 
     def backward(self, rhs: Array) -> Array:
         """Return L'^-1 rhs for rhs (m, b, r)."""
         out = np.empty_like(rhs)
         for i in reversed(range(len(rhs))):
-            carry = rhs[i] if i + 1 == len(rhs) else rhs[i] - self.coupling[i] @ out[i + 1]
+            carry = rhs[i]
+            if i + 1 < len(rhs):
+                carry = carry.copy()
+                carry[self.top :] -= self.coupling[i, self.top :, : self.over] @ out[i + 1, : self.over]
             out[i], _ = dtrtrs(self.lower[i], carry, lower=1, trans=1)
         return out
 
@@ -88,14 +102,14 @@ class Factor:
     def inverse(self) -> Banded:
         """Return the blocks of N^-1 on and right of its diagonal (Takahashi's recursion)."""
         count = len(self.lower)
-        diagonal, right = np.empty_like(self.lower), np.zeros_like(self.coupling)
+        diagonal, right = np.empty(self.lower.shape), np.zeros(self.coupling.shape)
         for i in reversed(range(count)):
             own, _ = dpotri(self.lower[i], lower=1)
             own = np.tril(own) + np.tril(own, -1).T
             if i + 1 < count:
-                gain, _ = dtrtrs(self.lower[i], self.coupling[i], lower=1, trans=1)
-                right[i] = -gain @ diagonal[i + 1]
-                own = own - right[i] @ gain.T
+                gain, _ = dtrtrs(self.lower[i], self.coupling[i, :, : self.over], lower=1, trans=1)
+                right[i] = -gain @ diagonal[i + 1, : self.over]
+                own -= right[i, :, : self.over] @ gain.T
             diagonal[i] = own
         return Banded(diagonal, right)
 
@@ -149,6 +163,11 @@ def solve_arrow(band: Banded, border: Array, corner: Array) -> Solution:
     factor = band.factor()
     half = factor.forward(border) if border.shape[2] else border
     return Solution(factor, border, half, corner - tensor(half, half))
+
+
+def by_columns(shape: tuple[int, ...]) -> Array:
+    """Return zeros (m, b, b), every block laid out by its columns as LAPACK wants it."""
+    return np.zeros((shape[0], shape[2], shape[1])).transpose(0, 2, 1)
 
 
 def tensor(a: Array, b: Array) -> Array:

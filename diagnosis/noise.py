@@ -78,12 +78,18 @@ class Spread:
         """
         n, m = part.residual.shape
         width, p = self.reach.shape[1:]
-        h = np.empty((n, m))
+        h = np.zeros((n, m))
+        touched = np.flatnonzero(part.local.any(axis=(0, 1, 2)))
+        own = slice(int(touched[0]), int(touched[-1]) + 1) if len(touched) else slice(0, 0)
+        wide = SUPPORT * (own.stop - own.start)
+        windows = self.windows.reshape(-1, SUPPORT, width, SUPPORT, width)[:, :, own, :, own]
         for begin in range(0, n, CHUNK):
             some = slice(begin, begin + CHUNK)
-            first, local = part.first[some], part.local[some].reshape(-1, m, SUPPORT * width)
-            h[some] = np.sum(np.matmul(local, self.windows[np.minimum(first, len(self.windows) - 1)]) * local, axis=2)
-            near = self.reach[first[:, None] + np.arange(SUPPORT)].reshape(len(first), SUPPORT * width, p)
+            first = part.first[some]
+            local = part.local[some, :, :, own].reshape(len(first), m, wide)
+            near = windows[np.minimum(first, len(windows) - 1)].reshape(len(first), wide, wide)
+            h[some] = np.sum(np.matmul(local, near) * local, axis=2)
+            near = self.reach[first[:, None] + np.arange(SUPPORT), own].reshape(len(first), wide, p)
             rest = part.border[some] - np.matmul(local, near)
             h[some] += np.sum((rest @ self.shared) * rest, axis=2)
         return np.clip(h, 0.0, 1.0)
