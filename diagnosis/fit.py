@@ -16,7 +16,8 @@ from imubench.jets import derivatives_by
 
 ENOUGH = 1e-4  # of the cost per measured number: a smaller gain ends the search
 STEPS = 40
-SETTLING = 2  # linear solves of the own splines of effects after every step
+SETTLING = 2  # linear solves of the own splines of effects after every step,
+MOVED = 0.03  # the second where the first has moved them by more than so much of their plausible size
 LENGTHS = (1.0, 0.5, 0.2, 0.05)  # of a Gauss-Newton step, tried before it is damped
 
 
@@ -103,6 +104,7 @@ def settled(model: Model, state: State, noise: dict[str, float], anchor: Array |
     if not own:
         return state
     only = Tracks(model.tracks.knots, own)
+    size = np.concatenate([np.full(s.width, s.std) for h in model.hypotheses for s in h.effect.states])
     for _ in range(SETTLING):
         with derivatives_by(own):
             rows = [r for r in all_rows(model, state, noise, anchor, loose) if r.residual.blocks]
@@ -111,6 +113,8 @@ def settled(model: Model, state: State, noise: dict[str, float], anchor: Array |
         normal.fill(only)
         change = normal.band.factor().solve(-normal.gradient[:, :, None]).reshape(-1, only.width)
         state = shifted(model, state, only, change)
+        if np.max(np.abs(change) / size) < MOVED:
+            break
     return state
 
 

@@ -14,13 +14,14 @@ from imubench.diagnosis.model import Hypothesis, State
 from imubench.diagnosis.noise import declared, fit_with_noise
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import Screened, obeyed, screen
-from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial
+from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial, misfit
 from imubench.diagnosis.worth import worth
 
 ROUNDS = 3  # of their noise estimation
 MORE = 2  # rounds for the best of them on the whole recording
 DOUBTED, LEFT = 4.0, 0.05  # times a law's std, and of what drives it, that may be left; beyond, its state is a spline
 IMPLAUSIBLE = 4.0  # of its prior's standard deviations, on every axis
+REST = 0.05  # of the excess misfit: one that leaves less needs no second beside it
 RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
 
 
@@ -30,7 +31,9 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
     They are screened and tried on the seconds that leave most unexplained; only the best is fitted to all, first in
     the list. What the others gained there is scaled to the length of the whole.
     """
-    short = excerpt(fit, *loudest(fit, SCREENED))
+    window = loudest(fit, SCREENED)
+    whole = window == fit.span
+    short = fit if whole else excerpt(fit, *window)
     short = fit_with_noise(short.model, short.state, short.noise, short.anchor, rounds=2)  # as what it is held against
     say("screening effects with states")
     screened = [s for s in screen(short, stateful) if s.evidence > NEEDED]
@@ -42,11 +45,14 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
             tried.append((_lively(short, [one]), [one]))
     worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > NEEDED}
     both = [p for p in pairs(likely) if worth_it & {s.hypothesis.name for s in p}]  # one alone is worth something too
-    tried += _paired(short, tried, both, say)
+    if not any(explains(t.fit, short) for t, _ in tried):
+        tried += _paired(short, tried, both, say)
     tried = sorted((t for t in tried if t[0].evidence > NEEDED and resolved(t[0])), key=lambda t: -t[0].evidence)
     if not tried:
         return []
     (best, some), *others = tried
+    if whole:
+        return [_against(fit, [best.hypothesis, *best.also], best.fit), *(t for t, _ in others)]
     say(f"refitting with {best.hypothesis.name} on the whole recording")
     ways: list[Trial] = []
     with suppress(NotPositiveDefiniteError):
@@ -62,6 +68,11 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
     scale = grown.evidence / best.evidence
     rest = [replace(t, evidence=t.evidence * scale) for t, _ in others if scale > 0]
     return [grown, *rest]
+
+
+def explains(after: Fit, before: Fit) -> bool:
+    """Return whether next to nothing is left of the misfit that a fit had."""
+    return misfit(after) - 1 < REST * (misfit(before) - 1)
 
 
 def _paired(
