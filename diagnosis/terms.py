@@ -143,6 +143,7 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         )
         yield make.every("angular acceleration", even(*turning.T))
         yield make.every("shaking", np.concatenate([even(*fast[part].T), even(*fast["accel"].T)], axis=1))
+        yield make.every("the accelerometer's shaking", even(*fast["accel"].T))
         yield replace(make.every("time", drifts(time)), drift=True)
         if model.rig.hinge:
             yield make.every("the hinge angle", curve(angle))

@@ -7,43 +7,28 @@ looks like slow terms: what is left of the residuals' colour after the refit div
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
+from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.findings import MOST_SURE, SOFT
 from imubench.diagnosis.fit import Fit, solve
-from imubench.diagnosis.heldout import Gain, predicted
+from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.loud import loud
-from imubench.diagnosis.model import Hypothesis
-from imubench.diagnosis.noise import fit_with_noise
-from imubench.diagnosis.refit import extended, information, log_evidence, refit
+from imubench.diagnosis.refit import extended, information, log_evidence
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
-from imubench.diagnosis.select import SEED
-from imubench.diagnosis.term_scores import ENOUGH, Guess, colour, hypothesis_of, promising, signals_of
+from imubench.diagnosis.term_scores import ENOUGH, Guess, promising, signals_of
 from imubench.diagnosis.terms import CHANNELS, RATE, Term, Unknown
 from imubench.diagnosis.where import SMALL, locate
 
-NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
-MOST = 2  # unknowns in one diagnosis
 REFITTED = 2  # terms at least, where they promise enough, until one is good
 RIVAL = 0.5  # of the best one's promise, from which the best of another place is fitted too
 FRICTION = ("viscous_friction", "dry_friction", "air_drag")
 UNITS = {"gyro": "rad/s", "accel": "m/s^2", "torque": "N m"}
-
-
-@dataclass(frozen=True)
-class Fitted:
-    """A term in the fit."""
-
-    hypothesis: Hypothesis
-    term: Term
-    fit: Fit
-    evidence: float  # nat, colour and the number of terms taken off
-    heldout: Gain
 
 
 def unknowns(
@@ -51,11 +36,11 @@ def unknowns(
 ) -> tuple[tuple[Finding, ...], Fit]:
     """Return what a fit with all its named effects leaves unexplained, and the fit with terms for it.
 
-    Effects that only stood in for such a term are no longer in its model.
+    Effects that only stood in for such a term are no longer in its model, and those beside which one explains more.
 
     `where` says where the nominal fit's residuals were; it serves where no term is found for what is left.
     """
-    found: list[Fitted] = []
+    found, fit = displaced(fit, say)
     while len(found) < MOST:
         say("looking for something without a name")
         best = found_in(fit)
@@ -106,29 +91,6 @@ def superseded(fit: Fit, terms: Sequence[Term], say: Callable[[str], None] = lam
         except NotPositiveDefiniteError:
             continue
     return fit
-
-
-def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
-    """Return a term's exact refit, its evidence less `price`, and what it predicts."""
-    h = hypothesis_of(guess.term, guess.std)
-    tried = refit(fit, (*fit.model.hypotheses, h), steps=4)
-    better = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=2)
-    ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
-    heldout = predicted(ruler, better, np.random.default_rng(SEED))
-    won = ruler.cost - better.cost
-    freedom = won - (log_evidence(better) - log_evidence(ruler))
-    evidence = (won - eased(ruler, better)) / colour(better, guess.term) - freedom - price
-    return Fitted(h, guess.term, better, evidence, heldout)
-
-
-def eased(before: Fit, after: Fit) -> float:
-    """Return the nat by which the motion of a fit is smoother than before; 0 where it is rougher.
-
-    A term in what the sensor itself reads may be the motion: the less of it is in the splines, the less their prior
-    asks for it, and no sample is explained.
-    """
-    smooth = [sum(r.cost for r in fit.rows if r.name.startswith("smooth.")) for fit in (before, after)]
-    return max(float(smooth[0] - smooth[1]), 0.0)
 
 
 def finding(found: Fitted) -> Finding:

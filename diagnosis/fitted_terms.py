@@ -1,0 +1,51 @@
+"""Terms without a name in the fit: what one gains there, its prior, its freedoms and coloured noise taken off."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.heldout import Gain, predicted
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.refit import log_evidence, refit
+from imubench.diagnosis.select import SEED
+from imubench.diagnosis.term_scores import Guess, colour, hypothesis_of
+from imubench.diagnosis.terms import Term
+
+NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
+MOST = 2  # unknowns in one diagnosis
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A term in the fit."""
+
+    hypothesis: Hypothesis
+    term: Term
+    fit: Fit
+    evidence: float  # nat, colour and the number of terms taken off
+    heldout: Gain
+
+
+def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
+    """Return a term's exact refit, its evidence less `price`, and what it predicts."""
+    h = hypothesis_of(guess.term, guess.std)
+    tried = refit(fit, (*fit.model.hypotheses, h), steps=4)
+    better = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=2)
+    ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
+    heldout = predicted(ruler, better, np.random.default_rng(SEED))
+    won = ruler.cost - better.cost
+    freedom = won - (log_evidence(better) - log_evidence(ruler))
+    evidence = (won - eased(ruler, better)) / colour(better, guess.term) - freedom - price
+    return Fitted(h, guess.term, better, evidence, heldout)
+
+
+def eased(before: Fit, after: Fit) -> float:
+    """Return the nat by which the motion of a fit is smoother than before; 0 where it is rougher.
+
+    A term in what the sensor itself reads may be the motion: the less of it is in the splines, the less their prior
+    asks for it, and no sample is explained.
+    """
+    smooth = [sum(r.cost for r in fit.rows if r.name.startswith("smooth.")) for fit in (before, after)]
+    return max(float(smooth[0] - smooth[1]), 0.0)
