@@ -136,6 +136,7 @@ def colour(fit: Fit, term: Term) -> float:
 
     At most, and for a drift always, what first-order noise of `COLOUR` of the white one's power and a corner from
     `SLOWEST` up would add, at the corner where it adds most: `COLOUR` / (pi step corner) / (1 + (f / corner)^2).
+    A term takes colour from the channels that it enters, so that the triple's other axes are asked too.
     """
     over = under = 0.0
     for rows, signal in signals_of(fit, term):
@@ -149,7 +150,8 @@ def colour(fit: Fit, term: Term) -> float:
         most = COLOUR / (np.pi * float(np.median(np.diff(rows.time))) * slow) / (1 + (f / slow) ** 2)
         louder = np.broadcast_to(1 + most[:, None], density.shape)
         if not term.drift:
-            louder = np.minimum(density / np.maximum(white, 1e-300), louder)
+            ratio = density / np.maximum(white, 1e-300)
+            louder = np.minimum(np.maximum(ratio, ratio.mean(axis=1, keepdims=True)), louder)
         over += float(np.sum(use * louder))
         under += float(np.sum(use))
     return max(over / under, 1.0) if under > 0 else 1.0

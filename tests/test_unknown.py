@@ -5,15 +5,19 @@ import pytest
 
 from imubench.diagnosis.bases import curve, drifts, kinked, play
 from imubench.diagnosis.diagnose import nominal_fit
-from imubench.diagnosis.fit import all_rows
+from imubench.diagnosis.displaced import displaced
+from imubench.diagnosis.fit import all_rows, solve
+from imubench.diagnosis.fitted_terms import NEEDED
+from imubench.diagnosis.fitted_terms import fitted as in_the_fit
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import LAW_FLOOR, fit_with_noise
 from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.result import UNKNOWN
 from imubench.diagnosis.select import select
 from imubench.diagnosis.swings import GROUP
+from imubench.diagnosis.term_scores import promising
 from imubench.diagnosis.terms import Unknown, UnknownTorque, terms
-from imubench.diagnosis.unknown import NEEDED, promising, unknowns
+from imubench.diagnosis.unknown import unknowns
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -134,8 +138,11 @@ def test_a_motion_that_a_term_makes_smoother_is_no_mismatch(tmp_path):
     """What a limb's gyroscope reads is its motion: the term takes a share of it, and the splines' prior is content."""
     options = {"band": 2.86, "vigour": 0.71, "rest": 0.13, "gyro_noise": 0.0031, "accel_noise": 0.03, "gaps": 1}
     fit = fitted(tmp_path, [], 20261121 + 116, "pendulum", 15.0, **options)
-    (guess, *_), _ = promising(fit)
+    tight = {n: std / 16 if n.startswith("smooth.") else std for n, std in fit.noise.items()}
+    fit = solve(fit.model, fit.state, tight, fit.anchor)
+    (guess, *_), tried = promising(fit)
     assert guess.term.goes_with.startswith("how the sensor turns") and guess.white > 3 * NEEDED
+    assert in_the_fit(fit, guess, float(np.log(tried))).evidence < 0.5 * NEEDED
     assert unknowns(fit)[0] == ()
 
 
@@ -149,3 +156,27 @@ def test_a_swing_s_equation_that_holds_ever_closer_is_no_term(tmp_path):
     assert [h.name for h in fit.model.hypotheses] == ["gyro_scale@imu1"]
     assert fit.noise[GROUP] >= LAW_FLOOR
     assert unknowns(fit)[0] == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "at", "parameters", "words"),
+    [
+        ("rectification", "imu1", {"factor": [0.01, -0.014, 0.008]}, "shaking"),
+        ("accel_bias", "imu1", {"bias": [0.08, -0.1, 0.06]}, None),
+    ],
+)
+def test_a_bias_that_goes_with_shaking_is_none(tmp_path, name, at, parameters, words):
+    """Rectification has a mean: named first, it gives way to a term; a bias does not."""
+    fit = fitted(tmp_path, [(name, at, parameters)], 41)
+    fit = fit_with_noise(*_with(fit, "accel_bias", at), fit.anchor, rounds=2)
+    assert len(displaced(fit)[0]) == (1 if words else 0)
+    found, after = unknowns(fit)
+    assert [(f.at, f.where.depends_on.split("'s ")[-1]) for f in found] == ([(at, words)] if words else [])
+    assert any(h.effect.name == "accel_bias" for h in after.model.hypotheses) == (words is None)
+
+
+def _with(fit, name, at):
+    """Return the model, the state and the noise of a fit with an effect more."""
+    more = refit(fit, (*fit.model.hypotheses, Hypothesis(EFFECTS[name], at)))
+    return more.model, more.state, more.noise
