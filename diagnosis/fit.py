@@ -18,6 +18,8 @@ ENOUGH = 1e-4  # of the cost per measured number: a smaller gain ends the search
 STEPS = 40
 SETTLING = 2  # linear solves of the own splines of effects after every step,
 MOVED = 0.03  # the second where the first has moved them by more than so much of their plausible size
+DAMPED = 1e-8  # of the diagonal, at first: what next to nothing holds, beyond a sensor's last sample, stays where it is
+LEAST, EASED = 1e-11, 3.0  # at least; by what a whole step lowers it and a shortened one raises it
 LENGTHS = (1.0, 0.5, 0.2, 0.05)  # of a Gauss-Newton step, tried before it is damped
 
 
@@ -110,7 +112,7 @@ def settled(model: Model, state: State, noise: dict[str, float], anchor: Array |
             rows = [r for r in all_rows(model, state, noise, anchor, loose) if r.residual.blocks]
         normal = Normal.empty(only, Parameters({}))
         normal.add([linearise(r, only, Parameters({})) for r in rows])
-        normal.fill(only)
+        normal.fill(only, DAMPED)
         change = normal.band.factor().solve(-normal.gradient[:, :, None]).reshape(-1, only.width)
         state = shifted(model, state, only, change)
         if np.max(np.abs(change) / size) < MOVED:
@@ -137,7 +139,7 @@ def solve(
     enough: float = ENOUGH,
 ) -> Fit:
     """Return the state of least cost, from `state`."""
-    taken, damping = 0, 0.0
+    taken, damping = 0, DAMPED
     rows = all_rows(model, state, noise, anchor, loose)
     cost = sum(r.cost for r in rows)
     count = sum(r.residual.value.size for r in rows if r.counts)
@@ -149,7 +151,7 @@ def solve(
             try:
                 x, values = step(model, normal, damping)
             except NotPositiveDefiniteError:
-                damping = max(damping * 10, 1e-10)
+                damping *= 10
                 continue
             for length in LENGTHS:
                 trial = moved(model, state, length * x, length * values)
@@ -159,10 +161,10 @@ def solve(
                 if trial_cost < cost:
                     break
             else:
-                damping = max(damping * 100, 1e-10)
+                damping *= 100
                 continue
             state, rows, cost = trial, trial_rows, trial_cost
-            damping = damping / 100 if damping > 1e-10 else 0.0
+            damping = max(damping / EASED, LEAST) if length == LENGTHS[0] else damping * EASED
             break
 
         if before - cost < enough * count:

@@ -219,13 +219,13 @@ class Normal:
             if inside < SUPPORT * width:
                 target[block + 1, : SUPPORT * width - inside] += some[:, inside:]
 
-    def fill(self, tracks: Tracks) -> None:
-        """Hold the coefficients beyond the last knot, which no row touches, at zero change."""
+    def fill(self, tracks: Tracks, ridge: float = RIDGE) -> None:
+        """Hold the coefficients beyond the last knot, which no row touches, at zero change; all others by a share."""
         extra = len(self.diagonal) * KNOTS_PER_BLOCK - tracks.knots.count
         at = np.arange(self.diagonal.shape[1] - extra * tracks.width, self.diagonal.shape[1])
         every = np.arange(self.diagonal.shape[1])
         if len(self.diagonal):
-            self.diagonal[:, every, every] *= 1 + RIDGE
+            self.diagonal[:, every, every] *= 1 + ridge
             self.diagonal[-1, at, at] += 1.0
 
     @property
