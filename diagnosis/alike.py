@@ -21,6 +21,7 @@ from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
 from imubench.diagnosis.threads import one_thread
 from imubench.effects import EFFECTS, VARIANTS, possible
 from imubench.jets import CONSTANT, Jet
+from imubench.recording import Imu
 
 LIKE = 5.0  # nat, up to which a rival counts as equal: odds of 150
 DOUBT = 0.2  # of what an effect explains: a rival that would lose less is refitted, for laws are not linear
@@ -127,21 +128,27 @@ def alternatives(model: Model, h: Hypothesis) -> list[Hypothesis]:
     return list({r.name: r for r in out}.values())
 
 
-def filters(model: Model, state: State, h: Hypothesis) -> Columns:
-    """Return what low-pass filters of some cutoffs would add at the place of a late clock, where it is late."""
-    imu = next((i for i in model.recording.imus if i.name == h.at), None)
-    if h.effect.name != "time_offset" or imu is None:
-        return {}
+def late(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
+    """Return the IMU that reads late where an effect is a clock's offset, its own or the other of two, and by what."""
+    if h.effect.name != "time_offset":
+        return None
+    recording, offset = fit.model.recording, float(fit.state.values[h.key("offset")][0])
+    own = [i for i in recording.imus if i.name == h.at]
+    others = [] if recording.encoders or recording.poses else [i for i in recording.imus if i.name != h.at]
+    return next(((i, abs(offset)) for i in (own if offset > 0 else others)), None)
+
+
+def filters(model: Model, state: State, imu: Imu, delay: float) -> Columns:
+    """Return what low-pass filters of some cutoffs would add at an IMU, in the place of a delay in s."""
     read = {r.name: r.residual.value for r in model.measured(state)}
-    late = float(state.values[h.key("offset")][0]) if h.key("offset") in state.values else 0.0
     out: Columns = {}
     names = [f"{imu.name}.gyro", f"{imu.name}.accel"]
-    if late <= 0 or any(len(read[n]) != len(imu.time) for n in names):
+    if delay <= 0 or any(len(read[n]) != len(imu.time) for n in names):
         return {}
     gyro, accel = read[names[0]] + imu.gyro, read[names[1]] + imu.accel
     for effect in (e for e in VARIANTS if e.name == "low_pass" and not e.variant):
         for factor in (0.8, 0.9, 1.0, 1.1, 1.25):
-            cutoff = factor / (2 * np.pi * late)
+            cutoff = factor / (2 * np.pi * delay)
             _, g, a = effect.corrupt(imu.time, gyro, accel, {"cutoff": np.array(cutoff)}, np.random.default_rng(0))
             out[f"{effect.name} {cutoff:.3g}"] = {names[0]: g - gyro, names[1]: a - accel}
     return out
@@ -156,8 +163,9 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     others = alternatives(fit.model, h)
     model = bare.with_effects((*bare.hypotheses, *others))
     begun = extended(replace(fit, model=bare, state=still), model.hypotheses)
-    late = filters(bare, State(still.coefficients, fit.state.values), h)
-    both = joint(begun.model, begun.state, fit, others, {MARK: added} | late)
+    slow = late(fit, h)
+    smooth = filters(bare, State(still.coefficients, fit.state.values), *slow) if slow else {}
+    both = joint(begun.model, begun.state, fit, others, {MARK: added} | smooth)
     wanted = both.along(MARK)[:, 0]
     total = 0.5 * float(wanted @ both.information @ wanted)
     found: list[tuple[Rival, Hypothesis | None, Array]] = []
@@ -169,10 +177,10 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     if h.effect.name == "gravity" and scales:
         loss, size = both.explained(wanted, both.along(*scales).sum(axis=1, keepdims=True))
         found += [(Rival("accel_scale", n.split("@")[1], loss), None, size) for n in scales]
-    if late:
-        parts = [wanted - both.along(n)[:, 0] for n in late]
+    if slow and smooth:
+        parts = [wanted - both.along(n)[:, 0] for n in smooth]
         loss = min(0.5 * float(x @ both.information @ x) for x in parts)
-        found.append((Rival("low_pass", h.at, loss), None, np.zeros(0)))
+        found.append((Rival("low_pass", slow[0].name, loss), None, np.zeros(0)))
     found.sort(key=lambda f: f[0].loss)
     if sure:
         close = [f for f in found if f[1] is not None and LIKE < f[0].loss < DOUBT * total][:REFITTED]
@@ -223,4 +231,4 @@ def _all_scaled(fit: Fit, scales: Sequence[Hypothesis]) -> float:
     return both.explained(both.along(MARK)[:, 0], both.along(weight.name))[0]
 
 
-__all__ = ["Joint", "Rival", "alike", "joint", "mark", "rivals"]
+__all__ = ["Joint", "Rival", "alike", "joint", "late", "mark", "rivals"]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from imubench.diagnosis.coherence import follows_motion
 from imubench.diagnosis.exchange import exchanged
+from imubench.diagnosis.filtered import filtered
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.grids import placed
 from imubench.diagnosis.heldout import Gain, predicted
@@ -104,6 +105,10 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             kept.append(Kept(h, best.evidence, won, tuple(t for t in tried if t is not best and not t.also)))
         fit, kept = exchanged(better, kept, say)
     fit, kept, dropped = prune(fit, kept, say)
+    flat, changed = filtered(fit, kept, say)
+    if flat is not fit:
+        fit, kept, more = prune(flat, changed, say)
+        dropped += more
     if fit.model.tilts:
         say("settling springs and dampers")
         fit = fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=SETTLED)

@@ -1,0 +1,54 @@
+"""A late clock that is a filter: to first order both delay what a sensor reads, and a filter also flattens it.
+
+The delay has no state and is found first; what it leaves may be too little for effects with states to be tried.
+So every clock's offset is held against filters at the sensor that is late, begun at the cutoff 1 / (2 pi delay).
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from imubench.diagnosis.alike import late
+from imubench.diagnosis.blocks import NotPositiveDefiniteError
+from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.refit import extended
+from imubench.diagnosis.screen import obeyed
+from imubench.diagnosis.trial import NEEDED, Kept, Trial
+from imubench.diagnosis.worth import worth
+from imubench.effects import VARIANTS
+
+ROUNDS = 2  # of noise levels
+
+
+def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
+    """Return the fit and its effects, a clock's offset among them changed for a filter if that is better."""
+    k = next((k for k in kept if k.hypothesis.effect.name == "time_offset"), None)
+    slow = k and late(fit, k.hypothesis)
+    if k is None or not slow or (cutoff := 1 / (2 * np.pi * max(slow[1], 1e-9))) > slow[0].rate:
+        return fit, kept
+    rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
+    best: tuple[float, Fit, Hypothesis] | None = None
+    for effect in (e for e in VARIANTS if e.name == "low_pass"):
+        h = Hypothesis(effect, slow[0].name)
+        say(f"trying {h.name} in the place of {k.hypothesis.name}")
+        with suppress(NotPositiveDefiniteError):
+            tried = _with(fit, rest, h, cutoff)
+            gain = worth(fit, tried)
+            if gain > max(NEEDED, best[0] if best else NEEDED):
+                best = gain, tried, h
+    if best is None:
+        return fit, kept
+    gain, better, h = best
+    new = replace(k, hypothesis=h, evidence=k.evidence + gain, rivals=(Trial(k.hypothesis, fit, k.evidence), *k.rivals))
+    return better, [new if other is k else other for other in kept]
+
+
+def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, cutoff: float) -> Fit:
+    begun = extended(fit, (*rest, h), {h.key("cutoff"): np.array([np.log(cutoff)])})
+    state = obeyed(begun.model, begun.state, h)[0]
+    tried = solve(begun.model, state, begun.noise, fit.anchor, steps=6)
+    return fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)

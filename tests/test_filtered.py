@@ -1,0 +1,55 @@
+"""A late clock held against filters, on recordings of the independent generator."""
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.alike import late, rivals
+from imubench.diagnosis.diagnose import nominal_fit
+from imubench.diagnosis.filtered import filtered
+from imubench.diagnosis.heldout import Gain
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.refit import refit
+from imubench.diagnosis.trial import Kept
+from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+OFFSET = Hypothesis(EFFECTS["time_offset"], "imu2")
+BOTH = ["gyro", "accel"]
+
+
+def with_an_offset(folder, asked, seed):
+    """The fit of a generated hinge with a clock's offset in the model, where it is not from the start."""
+    make_case(folder / "case", "hinge", effects=asked, seed=seed, seconds=12.0)
+    fit = nominal_fit(read(folder / "case")[0])
+    if OFFSET not in fit.model.hypotheses:
+        fit = refit(fit, (*fit.model.hypotheses, OFFSET))
+    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("asked", "found"),
+    [
+        (("low_pass", "imu1", {"cutoff": 12.0, "channels": BOTH}), "low_pass@imu1"),
+        (("low_pass", "imu2", {"cutoff": 12.0, "channels": BOTH}), "low_pass@imu2"),
+        (("time_offset", "imu2", {"offset": 0.012}), "time_offset@imu2"),
+    ],
+)
+def test_a_filter_takes_the_place_of_the_delay_that_it_was_taken_for(tmp_path, asked, found):
+    fit = with_an_offset(tmp_path, [asked], 61)
+    kept = [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())]
+    after, (k,) = filtered(fit, kept, lambda _: None)
+    assert k.hypothesis.name == found
+    assert [h.name for h in after.model.hypotheses] == [found]
+    if found.startswith("low_pass"):
+        assert np.exp(after.state.values[f"{found}.cutoff"][0]) == pytest.approx(12.0, rel=0.05)
+
+
+def test_a_filter_far_above_the_motion_is_equal_to_a_delay_at_the_imu_that_is_late(tmp_path):
+    fit = with_an_offset(tmp_path, [("low_pass", "imu1", {"cutoff": 250.0, "channels": BOTH})], 62)
+    imu, delay = late(fit, OFFSET)
+    assert imu.name == "imu1"
+    assert delay == pytest.approx(1 / (2 * np.pi * 250.0), rel=0.1)
+    assert min(r.loss for r in rivals(fit, OFFSET) if (r.effect, r.at) == ("low_pass", "imu1")) < 1.0
