@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError, solve_arrow
@@ -28,6 +29,8 @@ DOUBT = 0.2  # of what an effect explains: a rival that would lose less is refit
 REFITTED = 3  # rivals at most
 CLOCKS = ("time_offset", "clock_skew")
 MARK = "mark"
+NEAR = 1.12  # how far apart the cutoffs are that are tried
+FINE = 0.3  # of a delay: the steps at which a filter that stands for it is computed
 
 Columns = dict[str, dict[str, Array]]
 """What something adds to the model's readings (n, m), by its name and by group of measurements."""
@@ -149,9 +152,26 @@ def filters(model: Model, state: State, imu: Imu, delay: float) -> Columns:
     for effect in (e for e in VARIANTS if e.name == "low_pass" and not e.variant):
         for factor in (0.8, 0.9, 1.0, 1.1, 1.25):
             cutoff = factor / (2 * np.pi * delay)
-            _, g, a = effect.corrupt(imu.time, gyro, accel, {"cutoff": np.array(cutoff)}, np.random.default_rng(0))
-            out[f"{effect.name} {cutoff:.3g}"] = {names[0]: g - gyro, names[1]: a - accel}
+            count = int(np.ceil(len(imu.time) / (FINE * delay * imu.rate))) + len(imu.time)
+            fine = np.linspace(imu.time[0], imu.time[-1], count)
+            w, f = (CubicSpline(imu.time, x)(fine) for x in (gyro, accel))
+            _, g, a = effect.corrupt(fine, w, f, {"cutoff": np.array(cutoff)}, np.random.default_rng(0))
+            added = {names[0]: g - w, names[1]: a - f}
+            out[f"{effect.name} {cutoff:.3g}"] = {n: _at(imu.time, fine, x) for n, x in added.items()}
     return out
+
+
+def _left(both: Joint, wanted: Array, by: Array) -> float:
+    """Return what is lost when a direction (k,) stands for another, its size near 1: cutoffs between those tried."""
+    pull = by @ both.information @ by
+    size = float(np.clip(by @ both.information @ wanted / max(float(pull), 1e-300), 1 / NEAR, NEAR))
+    rest = wanted - size * by
+    return 0.5 * float(rest @ both.information @ rest)
+
+
+def _at(time: Array, known: Array, values: Array) -> Array:
+    """Return values (n, m) at times (n,), straight between those at the known times."""
+    return np.stack([np.interp(time, known, x) for x in values.T], axis=1)
 
 
 def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
@@ -178,8 +198,7 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
         loss, size = both.explained(wanted, both.along(*scales).sum(axis=1, keepdims=True))
         found += [(Rival("accel_scale", n.split("@")[1], loss), None, size) for n in scales]
     if slow and smooth:
-        parts = [wanted - both.along(n)[:, 0] for n in smooth]
-        loss = min(0.5 * float(x @ both.information @ x) for x in parts)
+        loss = min(_left(both, wanted, both.along(n)[:, 0]) for n in smooth)
         found.append((Rival("low_pass", slow[0].name, loss), None, np.zeros(0)))
     found.sort(key=lambda f: f[0].loss)
     if sure:
