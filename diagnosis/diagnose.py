@@ -34,6 +34,7 @@ UNRELATED = 1.0  # of follows_motion: no more than by chance
 KNOCKING = ("end_stop", "joint_play")  # what knocks by itself
 STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s
+MUCH = 0.1  # of what a name is worth on held-out data
 DOUBTFUL = 0.6  # the confidence at most of a name beside an unknown: of 7 in 178 blind trials 2 were right
 
 
@@ -109,9 +110,12 @@ def with_samples(fitted: tuple[Finding, ...], samples: Sampled) -> tuple[Finding
 
 
 def beside(named: tuple[Finding, ...], rest: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """Return named findings, those doubted at whose place there is something without a name: it may be the whole."""
-    strange = {f.at for f in rest}
-    return tuple(replace(f, confidence=min(f.confidence, DOUBTFUL)) if f.at in strange else f for f in named)
+    """Return named findings, doubted where something without a name at their place is worth much: it may be all."""
+
+    def strange(f: Finding) -> bool:
+        return any(u.at == f.at and u.heldout_gain.value > MUCH * f.heldout_gain.value for u in rest)
+
+    return tuple(replace(f, confidence=min(f.confidence, DOUBTFUL)) if strange(f) else f for f in named)
 
 
 def verdict_of(named: tuple[Finding, ...], rest: tuple[Finding, ...]) -> Verdict:

@@ -14,14 +14,13 @@ from imubench.diagnosis.model import Hypothesis, State
 from imubench.diagnosis.noise import declared, fit_with_noise
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import Screened, obeyed, screen
-from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial, misfit
+from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial
 from imubench.diagnosis.worth import worth
 
 ROUNDS = 3  # of their noise estimation
 MORE = 2  # rounds for the best of them on the whole recording
 DOUBTED, LEFT = 4.0, 0.05  # times a law's std, and of what drives it, that may be left; beyond, its state is a spline
 IMPLAUSIBLE = 4.0  # of its prior's standard deviations, on every axis
-REST = 0.05  # of the excess misfit: one that leaves less needs no second beside it
 RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
 
 
@@ -45,8 +44,7 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
             tried.append((_lively(short, [one]), [one]))
     worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > NEEDED}
     both = [p for p in pairs(likely) if worth_it & {s.hypothesis.name for s in p}]  # one alone is worth something too
-    if not any(explains(t.fit, short) for t, _ in tried):
-        tried += _paired(short, tried, both, say)
+    tried += _paired(short, tried, both, say)
     tried = sorted((t for t in tried if t[0].evidence > NEEDED and resolved(t[0])), key=lambda t: -t[0].evidence)
     if not tried:
         return []
@@ -70,20 +68,18 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
     return [grown, *rest]
 
 
-def explains(after: Fit, before: Fit) -> bool:
-    """Return whether next to nothing is left of the misfit that a fit had."""
-    return misfit(after) - 1 < REST * (misfit(before) - 1)
-
-
 def _paired(
     short: Fit, single: list[tuple[Trial, list[Screened]]], both: list[list[Screened]], say: Callable[[str], None]
 ) -> list[tuple[Trial, list[Screened]]]:
     """Return the best refit with two, begun where one of them alone had come to, or as both were screened.
 
-    One way is enough where something else alone explains more than that.
+    One way is enough where something else alone explains more than that, and none is needed where the better one of
+    them leaves nothing that the other would explain.
     """
     out: list[tuple[Trial, list[Screened]]] = []
     for some in both:
+        if not _left_for_two(single, some):
+            continue
         say(f"refitting with {' and '.join(s.hypothesis.name for s in some)}")
         alone = {t.hypothesis.name: t for t, _ in single}
         names = {s.hypothesis.name for s in some}
@@ -95,6 +91,13 @@ def _paired(
                 if out[-1][0].evidence < rival:
                     break
     return sorted(out, key=lambda t: -t[0].evidence)[:1]
+
+
+def _left_for_two(single: list[tuple[Trial, list[Screened]]], some: list[Screened]) -> bool:
+    """Return whether a screening beside the better one of two promises anything of the other."""
+    names = [s.hypothesis for s in some]
+    best = max((t for t, _ in single if t.hypothesis in names), key=lambda t: t.evidence)
+    return any(s.evidence > NEEDED for s in screen(best.fit, [h for h in names if h != best.hypothesis]))
 
 
 def resolved(trial: Trial) -> bool:
