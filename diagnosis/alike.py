@@ -15,10 +15,11 @@ from scipy.interpolate import CubicSpline
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError, solve_arrow
-from imubench.diagnosis.fit import Fit, all_rows, solve
+from imubench.diagnosis.fit import Fit, all_rows
 from imubench.diagnosis.model import Hypothesis, Model, State
-from imubench.diagnosis.refit import extended, guess_of, log_evidence
+from imubench.diagnosis.refit import extended, guess_of, log_evidence, refit
 from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
+from imubench.diagnosis.terms import interpolated
 from imubench.diagnosis.threads import one_thread
 from imubench.effects import EFFECTS, VARIANTS, possible
 from imubench.jets import CONSTANT, Jet
@@ -148,16 +149,15 @@ def filters(model: Model, state: State, imu: Imu, delay: float) -> Columns:
     names = [f"{imu.name}.gyro", f"{imu.name}.accel"]
     if delay <= 0 or any(len(read[n]) != len(imu.time) for n in names):
         return {}
-    gyro, accel = read[names[0]] + imu.gyro, read[names[1]] + imu.accel
+    count = int(np.ceil(len(imu.time) / (FINE * delay * imu.rate))) + len(imu.time)
+    fine = np.linspace(imu.time[0], imu.time[-1], count)
+    w, f = (CubicSpline(imu.time, read[n] + x)(fine) for n, x in zip(names, (imu.gyro, imu.accel), strict=True))
     for effect in (e for e in VARIANTS if e.name == "low_pass" and not e.variant):
         for factor in (0.8, 0.9, 1.0, 1.1, 1.25):
             cutoff = factor / (2 * np.pi * delay)
-            count = int(np.ceil(len(imu.time) / (FINE * delay * imu.rate))) + len(imu.time)
-            fine = np.linspace(imu.time[0], imu.time[-1], count)
-            w, f = (CubicSpline(imu.time, x)(fine) for x in (gyro, accel))
             _, g, a = effect.corrupt(fine, w, f, {"cutoff": np.array(cutoff)}, np.random.default_rng(0))
             added = {names[0]: g - w, names[1]: a - f}
-            out[f"{effect.name} {cutoff:.3g}"] = {n: _at(imu.time, fine, x) for n, x in added.items()}
+            out[f"{effect.name} {cutoff:.3g}"] = {n: interpolated(imu.time, fine, x) for n, x in added.items()}
     return out
 
 
@@ -167,11 +167,6 @@ def _left(both: Joint, wanted: Array, by: Array) -> float:
     size = float(np.clip(by @ both.information @ wanted / max(float(pull), 1e-300), 1 / NEAR, NEAR))
     rest = wanted - size * by
     return 0.5 * float(rest @ both.information @ rest)
-
-
-def _at(time: Array, known: Array, values: Array) -> Array:
-    """Return values (n, m) at times (n,), straight between those at the known times."""
-    return np.stack([np.interp(time, known, x) for x in values.T], axis=1)
 
 
 def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
@@ -215,9 +210,8 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
 def _refitted(fit: Fit, h: Hypothesis, rival: Hypothesis, guess: Array) -> Rival | None:
     """Return what the fit, or its evidence, really loses with another effect in the place of `h`."""
     rest = tuple(other for other in fit.model.hypotheses if other != h)
-    begun = extended(fit, (*rest, rival), guess_of(rival, guess))
     try:
-        tried = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=6)
+        tried = refit(fit, (*rest, rival), guess_of(rival, guess))
     except NotPositiveDefiniteError:
         return None
     # the evidence, because parameters of `h` that only fitted noise are no loss

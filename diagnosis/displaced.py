@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
-from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.model import Hypothesis
-from imubench.diagnosis.refit import extended, log_evidence
+from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.term_scores import colour, promising
 
 
@@ -25,14 +25,14 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> tuple[li
             continue
         say(f"looking whether something without a name explains more than {' and '.join(h.name for h in gone)}")
         with suppress(NotPositiveDefiniteError):
-            begun = extended(fit, tuple(h for h in fit.model.hypotheses if h not in gone))
-            without = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=4)
+            without = refit(fit, tuple(h for h in fit.model.hypotheses if h not in gone), steps=4)
             guesses, tried = promising(without)
-            price, lost = float(np.log(max(tried, 1))), log_evidence(fit) - log_evidence(without)
+            named = log_evidence(fit)
+            price, lost = float(np.log(max(tried, 1))), named - log_evidence(without)
             better = [g for g in guesses if g.term.at == seen_at(gone[0]) and not g.term.drift]
             if better and better[0].evidence > lost + NEEDED + price:
                 done = fitted(without, better[0], price)
-                more = (log_evidence(done.fit) - log_evidence(fit)) / colour(done.fit, done.term) - price
+                more = (log_evidence(done.fit) - named) / colour(done.fit, done.term) - price
                 if more > NEEDED and done.heldout.low > 0:
                     found, fit = [*found, replace(done, evidence=more)], done.fit
     return found, fit

@@ -31,20 +31,19 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
     if k is None or not slow or (cutoff := 1 / (2 * np.pi * max(slow[1], 1e-9))) > slow[0].rate:
         return fit, kept
     rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
-    best: tuple[float, Fit, Hypothesis] | None = None
+    tries: list[Trial] = []
     for effect in (e for e in VARIANTS if e.name == "low_pass"):
         h = Hypothesis(effect, slow[0].name)
         say(f"trying {h.name} in the place of {k.hypothesis.name}")
         with suppress(NotPositiveDefiniteError):
             tried = _with(fit, rest, h, cutoff)
-            gain = worth(fit, tried)
-            if gain > max(NEEDED, best[0] if best else NEEDED):
-                best = gain, tried, h
-    if best is None:
+            tries.append(Trial(h, tried, worth(fit, tried)))
+    best = max(tries, key=lambda t: t.evidence, default=None)
+    if best is None or best.evidence <= NEEDED:
         return fit, kept
-    gain, better, h = best
-    new = replace(k, hypothesis=h, evidence=k.evidence + gain, rivals=(Trial(k.hypothesis, fit, k.evidence), *k.rivals))
-    return better, [new if other is k else other for other in kept]
+    rivals = (Trial(k.hypothesis, fit, k.evidence), *k.rivals)
+    new = replace(k, hypothesis=best.hypothesis, evidence=k.evidence + best.evidence, rivals=rivals)
+    return best.fit, [new if other is k else other for other in kept]
 
 
 def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, cutoff: float) -> Fit:

@@ -89,8 +89,8 @@ class Spread:
             local = part.local[some, :, :, own].reshape(len(first), m, wide)
             near = windows[np.minimum(first, len(windows) - 1)].reshape(len(first), wide, wide)
             h[some] = np.sum(np.matmul(local, near) * local, axis=2)
-            near = self.reach[first[:, None] + np.arange(SUPPORT), own].reshape(len(first), wide, p)
-            rest = part.border[some] - np.matmul(local, near)
+            reach = self.reach[first[:, None] + np.arange(SUPPORT), own].reshape(len(first), wide, p)
+            rest = part.border[some] - np.matmul(local, reach)
             h[some] += np.sum((rest @ self.shared) * rest, axis=2)
         return np.clip(h, 0.0, 1.0)
 

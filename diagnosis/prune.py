@@ -7,11 +7,11 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.excerpt import excerpt, loudest
-from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import predicted
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
-from imubench.diagnosis.refit import extended, information, log_evidence
+from imubench.diagnosis.refit import information, log_evidence, refit
 from imubench.diagnosis.trial import NEEDED, SCREENED, Kept
 from imubench.diagnosis.worth import worth
 
@@ -80,8 +80,7 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
 
 
 def _without(fit: Fit, h: Hypothesis) -> Fit:
-    short = extended(fit, tuple(other for other in fit.model.hypotheses if other != h))
-    return solve(short.model, short.state, short.noise, fit.anchor, steps=4)
+    return refit(fit, tuple(other for other in fit.model.hypotheses if other != h), steps=4)
 
 
 def about_zero(fit: Fit, h: Hypothesis, covariance: Array) -> float:

@@ -15,10 +15,10 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.findings import MOST_SURE, SOFT
-from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.loud import loud
-from imubench.diagnosis.refit import extended, information, log_evidence
+from imubench.diagnosis.refit import information, log_evidence, refit
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.term_scores import ENOUGH, Guess, promising, signals_of
@@ -83,9 +83,8 @@ def superseded(fit: Fit, terms: Sequence[Term], say: Callable[[str], None] = lam
     kept = FRICTION if any(t.goes_with == RATE for t in terms) else ()
     for h in [h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown) and h.effect.name not in kept]:
         say(f"trying to do without {h.name}")
-        begun = extended(fit, tuple(other for other in fit.model.hypotheses if other != h))
         try:
-            without = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=4)
+            without = refit(fit, tuple(other for other in fit.model.hypotheses if other != h), steps=4)
             if log_evidence(fit) - log_evidence(without) < ENOUGH:
                 fit = without
         except NotPositiveDefiniteError:
