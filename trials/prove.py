@@ -7,7 +7,7 @@ import platform
 import shutil
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -278,8 +278,9 @@ def as_dict(proof: Proof) -> dict[str, Any]:
 
 
 def _key(settings: Settings) -> str:
-    """Return a name that changes with the settings and with any line of code."""
-    digest = hashlib.sha256(json.dumps([imubench.__version__, np.__version__, asdict(settings)]).encode())
+    """Return a name that changes with what an answer depends on: the settings less what comes beside, and the code."""
+    asked = replace(settings, baselines=False, leave_one_out=False)  # so that these may be added, or given up, later
+    digest = hashlib.sha256(json.dumps([imubench.__version__, np.__version__, asdict(asked)]).encode())
     for package in CODE:
         for name, content in sorted(sources(files(package))):
             digest.update(f"{package}/{name}".encode() + content)
