@@ -6,8 +6,9 @@ band (quintic B-splines), G that by the mounts, known as well as declared. Then
     visibility = min over (x, g) of |d - A x - G g|^2 + |g / std|^2,  square root
 
 is, for an effect of one unknown size, that size over its Cramer-Rao bound: no method can do better than a test of
-that many standard deviations. `bounds` gives the Cramer-Rao bound of every parameter the same way. Free swings, where
-the motion is not free, and faults that have no mean (noise, dropouts, quantisation) have no such number here.
+that many standard deviations. The noise is the case's own, with the louder noise and the rounding among its effects.
+`bounds` gives the Cramer-Rao bound of every parameter the same way. Free swings, where the motion is not free, and
+faults that have no mean (noise, dropouts, quantisation) have no such number here.
 """
 
 from dataclasses import dataclass, replace
@@ -22,9 +23,9 @@ from imubench.proof.case import Case, played
 from imubench.proof.instruments import POSITION_NOISE, ROTATION_NOISE
 from imubench.proof.linearised import Block, blocks, components
 from imubench.proof.mounts import Mount, sensor_track
-from imubench.proof.options import Effect
+from imubench.proof.options import Effect, find
 from imubench.proof.rotation import Array, Parameters, exp
-from imubench.proof.sensors import read_imu
+from imubench.proof.sensors import CHANNELS, noise_std, read_imu
 
 NO_MEAN = ("gyro_noise", "accel_noise", "dropouts", "quantisation", "thermal_walk")
 NOT_ESTIMATED = ("channels", "channel", "mode", "kind", "peak", "times", "band", "time", "from", "to", "gyration")
@@ -90,7 +91,7 @@ def sight(case: Case, knots_per_s: float | None = None) -> Sight | None:
     if options.swing:
         return None
     plain = played(options, [], case.seed)
-    parts = [*blocks(plain), *_instruments(plain)]
+    parts = [*blocks(plain, {name: noise_of(case, name) for name in channels(plain)}), *_instruments(plain)]
     knots = knots_per_s or float(np.clip(12 * options.band, 25.0, options.rate))
     A = motion_columns(plain, parts, knots)
     N = (A.T @ A).tocsc()
@@ -99,6 +100,20 @@ def sight(case: Case, knots_per_s: float | None = None) -> Sight | None:
     G, prior = _geometry(seen)
     seen.G, seen.prior = seen.left(G), prior
     return seen
+
+
+def channels(case: Case) -> list[str]:
+    """Return "imu1.gyro" and so on."""
+    return [f"imu{i + 1}.{channel}" for i in range(len(case.imus)) for channel in CHANNELS]
+
+
+def noise_of(case: Case, name: str) -> float:
+    """Return a channel's noise per sample with what is louder by an effect, and with rounding as a white noise."""
+    at, channel = name.split(".")
+    std, _ = noise_std(channel, at, case.effects, replace(case.options, noise=1.0))
+    rounding = find(case.effects, "quantisation", at)
+    step = float(rounding["step"]) if rounding and channel in rounding.get("channels", CHANNELS) else 0.0
+    return float(np.hypot(std, step / np.sqrt(12)))
 
 
 def visibility(case: Case, seen: Sight | None = None) -> float | None:

@@ -35,19 +35,18 @@ class Block:
 Change = tuple[Array, Array, Array]  # (m, 3, c) each: to x, x', x''
 
 
-def blocks(case: Case) -> list[Block]:
-    """Return the readings of every sensor of a case; poses of a hinge's segments are left out."""
+def blocks(case: Case, noise: dict[str, float]) -> list[Block]:
+    """Return the readings of every sensor of a case, `noise` by name; poses of a hinge's segments are left out."""
     found = []
     for i, (samples, mount) in enumerate(zip(case.imus, case.mounts, strict=True)):
+        gyro, accel = f"imu{i + 1}.gyro", f"imu{i + 1}.accel"
         segment = _at(case.world.segments[i], samples.time)
         w, dw, f = _changes(case, i, samples.time)
         d, Rt = mount.position, mount.rotation.T
         lever = skew(np.cross(segment.w, d)) + skew(segment.w) @ skew(d)
-        found.append(
-            Block(f"imu{i + 1}.gyro", samples.time, case.options.gyro_noise, (Rt @ w[0], Rt @ w[1], Rt @ w[2]))
-        )
+        found.append(Block(gyro, samples.time, noise[gyro], (Rt @ w[0], Rt @ w[1], Rt @ w[2])))
         a, b, c = (Rt @ (f[k] - skew(d) @ dw[k] - lever @ w[k]) for k in range(3))
-        found.append(Block(f"imu{i + 1}.accel", samples.time, case.options.accel_noise, (a, b, c)))
+        found.append(Block(accel, samples.time, noise[accel], (a, b, c)))
     return found
 
 

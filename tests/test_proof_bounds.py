@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from imubench.proof.aimed import aimed, make_aimed
-from imubench.proof.bounds import bounds, sight, visibility
+from imubench.proof.bounds import bounds, channels, noise_of, sight, visibility
 from imubench.proof.case import build
 from imubench.proof.frames import STEP, Track, read_at
 from imubench.proof.linearised import blocks, components
@@ -41,7 +41,7 @@ def test_the_linearised_motion_is_the_change_of_the_frames(rig, options):
         if c == 6:
             moved = Track(first.p, first.R, first.w, first.dw, first.f + apply_back(first.R, x2[:, 3:]))
         changed = [moved.turned(exp(x[:, :3]), x1[:, :3], x2[:, :3])]
-    found = blocks(case)
+    found = blocks(case, dict.fromkeys(channels(case), 1.0))
     for i, (segment, mount) in enumerate(zip(changed, case.mounts, strict=True)):
         after, before = sensor_track(world, segment, mount, "imu1", []), case.tracks[i]
         for k, channel in enumerate(("w", "f")):
@@ -135,3 +135,19 @@ def test_lost_samples_beside_an_effect_leave_its_bound_defined():
     case = build("pendulum", [lost, drift], 3, seconds=6.0)
     alone = build("pendulum", [drift], 3, seconds=6.0)
     assert bounds(case, 1)["rate"] == pytest.approx(bounds(alone)["rate"], rel=1e-6)  # the same rows and derivatives
+
+
+def test_an_effect_is_as_visible_as_the_noise_beside_it_allows():
+    drift = ("accel_drift", "imu1", {"rate": np.array([1e-3, 2e-3, -1e-3])})
+    quiet = build("pendulum", [drift], 3, seconds=6.0)
+    std = {c: noise_of(quiet, f"imu1.{c}") for c in ("gyro", "accel")}
+    louder = [(f"{c}_noise", "imu1", {"std": 3 * std[c]}) for c in std]
+    loud = build("pendulum", [drift, *louder], 3, seconds=6.0)
+    assert bounds(loud)["rate"] == pytest.approx(3 * bounds(quiet)["rate"], rel=0.02)  # but for the declared mounts
+    coarse = ("quantisation", "imu1", {"step": float(np.sqrt(12 * 8) * std["accel"]), "channels": ["accel"]})
+    rounded = build("pendulum", [drift, coarse], 3, seconds=6.0)
+    assert (
+        noise_of(rounded, "imu1.accel") == pytest.approx(3 * std["accel"])
+        and noise_of(rounded, "imu1.gyro") == std["gyro"]
+    )
+    assert np.all(bounds(rounded)["rate"] > 1.5 * bounds(quiet)["rate"])
