@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.diagnosis.fit import Fit, solve
-from imubench.diagnosis.heldout import Gain, predicted
+from imubench.diagnosis.heldout import BLOCK, Gain, predicted
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import log_evidence, refit
@@ -15,6 +15,7 @@ from imubench.diagnosis.terms import Term
 
 NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
 MOST = 2  # unknowns in one diagnosis
+BRIEF = 1.0  # s left out at a time under a term that is a function of time
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
     tried = refit(fit, (*fit.model.hypotheses, h), steps=4)
     better = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=2)
     ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
-    heldout = predicted(ruler, better, np.random.default_rng(SEED))
+    heldout = predicted(ruler, better, np.random.default_rng(SEED), BRIEF if guess.term.timed else BLOCK)
     won = ruler.cost - better.cost
     freedom = won - (log_evidence(better) - log_evidence(ruler))
     evidence = (won - eased(ruler, better)) / colour(better, guess.term) - freedom - price

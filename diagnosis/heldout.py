@@ -39,22 +39,22 @@ class Gain:
     blocks: Array  # (k,) nat, of each block
 
 
-def block_of(time: Array, start: float, end: float) -> NDArray[np.int64]:
-    """Return the block that each time (n,) lies in."""
-    length = min(BLOCK, (end - start) / BLOCKS)
+def block_of(time: Array, start: float, end: float, most: float = BLOCK) -> NDArray[np.int64]:
+    """Return the block that each time (n,) lies in; a block is `most` s long, or less in a short recording."""
+    length = min(most, (end - start) / BLOCKS)
     return np.floor(np.clip((time - start) / length, 0, (end - start) / length - 1e-9)).astype(np.int64)
 
 
 @one_thread
-def held_out(fit: Fit, span: tuple[float, float] | None = None) -> Array:
+def held_out(fit: Fit, span: tuple[float, float] | None = None, most: float = BLOCK) -> Array:
     """Return half the squared residuals of each block (k,), parameters from the other half of the recording.
 
-    `span` (start, end) s is divided into blocks; None: the fit's own. Two fits are compared on the same.
+    `span` (start, end) s is divided into blocks of `most` s; None: the fit's own. Two fits are compared on the same.
     """
     start, end = span or fit.span
-    model, count = fit.model, int(block_of(np.array([end]), start, end)[0]) + 1
+    model, count = fit.model, int(block_of(np.array([end]), start, end, most)[0]) + 1
     counted = [r for r in fit.rows if r.counts or r.name == GROUP]
-    blocks = [block_of(r.time, start, end) for r in counted]
+    blocks = [block_of(r.time, start, end, most) for r in counted]
     parts = [linearise(r, model.tracks, model.parameters) for r in counted]
     priors = [linearise(r, model.tracks, model.parameters) for r in fit.rows if not (r.counts or r.name == GROUP)]
     halves = []
@@ -74,14 +74,14 @@ def held_out(fit: Fit, span: tuple[float, float] | None = None) -> Array:
     return cost
 
 
-def predicted(before: Fit, after: Fit, rng: np.random.Generator) -> Gain:
+def predicted(before: Fit, after: Fit, rng: np.random.Generator, most: float = BLOCK) -> Gain:
     """Return what a fit gains over another on what it did not see: left-out data, and what is declared of the rig.
 
     A declaration is a measurement too, made by the owner. A mount that is not where it is declared may fit the data
     as it is; only the declaration then speaks against it.
     """
     span = before.span
-    found = gain(held_out(before, span), held_out(after, span), rng)
+    found = gain(held_out(before, span, most), held_out(after, span, most), rng)
     told = _told(before) - _told(after)
     return Gain(found.value + told, found.low + told, found.high + told, found.blocks)
 

@@ -150,7 +150,8 @@ def _lively(fit: Fit, some: list[Screened], rounds: int = ROUNDS) -> Trial:
     noise = dict(begun.noise)
     for s in some:
         noise |= s.rough
-    tried = solve(begun.model, _driven(begun, hypotheses), calm(replace(begun, noise=noise)), fit.anchor, steps=4)
+    start = _calm_for_laws(replace(begun, noise=noise), hypotheses)
+    tried = solve(begun.model, _driven(begun, hypotheses), start, fit.anchor, steps=4)
     tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=rounds)
     return _against(fit, hypotheses, tried)
 
@@ -182,7 +183,7 @@ def _grown(fit: Fit, trial: Trial) -> Trial:
     begun = extended(fit, (*fit.model.hypotheses, *hypotheses), guess)
     laws_loose = {n: begun.noise[n] for h in hypotheses for n in begun.noise if n.startswith(f"{h.name}.")}
     noise = begun.noise | trial.fit.noise | laws_loose
-    quiet = calm(replace(begun, noise=noise))
+    quiet = _calm_for_laws(replace(begun, noise=noise), hypotheses)
     states = [begun.state, _driven(begun, hypotheses)]  # driven by a motion that holds the spring's own, it may resound
     states += [settled(begun.model, s, quiet, fit.anchor, fit.loose) for s in states]
     cost = [sum(r.cost for r in all_rows(begun.model, s, quiet, fit.anchor, fit.loose)) for s in states]
@@ -194,6 +195,11 @@ def _grown(fit: Fit, trial: Trial) -> Trial:
 def _against(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
     """Return a refit beside the fit without its effects."""
     return Trial(hypotheses[0], tried, worth(fit, tried), tuple(hypotheses[1:]))
+
+
+def _calm_for_laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> dict[str, float]:
+    """Return the fit's noise levels, calm where an effect has a law to outweigh a misfit; a free state would vanish."""
+    return calm(fit) if any(h.effect.lawful for h in hypotheses) else fit.noise
 
 
 def calm(fit: Fit) -> dict[str, float]:

@@ -5,28 +5,29 @@ at each point of the effect's grid, one linear solve; the readings with that x i
 one column, and what x does when a parameter moves are more. They are scored as any other parameter's columns are.
 The motion itself is not driven back by x: good enough to choose what is fitted exactly and where that begins.
 
-A state without a law (play in a joint) is a spline more in the normal equations, at a few roughnesses.
+A state without a law (play in a joint) is a spline more in the normal equations, at a few roughnesses; with the noise
+as the fit leaves it, which may hold what the state is, and as it is declared.
 """
 
 from contextlib import suppress
-from copy import deepcopy
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import NotPositiveDefiniteError, solve_arrow
+from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.columns import Base, promise
 from imubench.diagnosis.equations import scenes, state_rows
-from imubench.diagnosis.fit import Fit, all_rows, assemble, shifted
+from imubench.diagnosis.fit import Fit, all_rows, factored, moved, shifted
 from imubench.diagnosis.model import Hypothesis, Model, State
+from imubench.diagnosis.noise import declared
 from imubench.diagnosis.priors import middles
-from imubench.diagnosis.refit import states_log_det
 from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
 from imubench.diagnosis.score import started
 from imubench.diagnosis.splines import Moment, Tracks
 from imubench.diagnosis.swings import swing_rows
 from imubench.diagnosis.threads import one_thread
+from imubench.diagnosis.worth import tallied, won
 from imubench.jets import Jet, derivatives_by
 
 SMALL = 1e-3  # of its plausible size: how weakly a driven state is held where its law says little
@@ -43,7 +44,7 @@ class Screened:
     hypothesis: Hypothesis
     evidence: float  # nat
     values: dict[str, Array]  # parameters (k,)
-    rough: dict[str, float]  # roughness of its states, where it was tried
+    rough: dict[str, float]  # of a state without a law: its roughness, and the sensors' noise beside it
     amount: float = 1.0  # of the driven motion that the recording shows; 1 by the law
 
 
@@ -151,30 +152,38 @@ def _scored(base: Base, model: Model, state: State, sensitivity: Array, h: Hypot
 
 
 def free(base: Base, h: Hypothesis) -> Screened | None:
-    """Return the best roughness of an effect whose states obey no law."""
+    """Return the best roughness of an effect whose states obey no law, and the noise with which it is that.
+
+    One linear step each, weighed as a refit is: of a free state the evidence is about the motion's prior.
+    """
     fit = base.fit
     model = fit.model.with_effects((*fit.model.hypotheses, h))
     state = started(model, fit.state)
-    best, before = None, base.solution.log_det
-    names = [h.key(s.name) for s in h.effect.states]
-    rows = all_rows(model, state, fit.noise | {f"smooth.{n}": 1.0 for n in names}, fit.anchor, fit.loose)
-    own = [r for r in rows if r.name.removeprefix("smooth.") in names]
-    others = [r for r in rows if r.name.removeprefix("smooth.") not in names]
-    rest, _ = assemble(model, others)
-    for rough in ROUGH:
-        rougher = [replace(r, std=r.std * rough) for r in own]
-        normal = deepcopy(rest)
-        normal.add([linearise(r, model.tracks, model.parameters) for r in rougher])
-        try:
-            solution = solve_arrow(normal.band, normal.border, normal.corner)
-        except NotPositiveDefiniteError:
-            continue
-        x, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
-        gain = -0.5 * float(np.sum(x[:, :, 0] * normal.gradient) + p[:, 0] @ normal.corner_gradient)
-        price = 0.5 * (solution.log_det - before) - 0.5 * states_log_det(model, [*others, *rougher], names)
-        if best is None or gain - price > best.evidence:
-            best = Screened(h, gain - price, {}, {f"smooth.{n}": rough for n in names})
+    names = [f"smooth.{h.key(s.name)}" for s in h.effect.states]
+    told = {n: std for n, std in declared(fit.model).items() if std < fit.noise.get(n, 0.0)}
+    known, best = tallied(fit), None
+    for levels in ({}, told) if told else ({},):
+        for rough in ROUGH:
+            noise = levels | dict.fromkeys(names, rough)
+            begun = replace(fit, model=model, state=state, noise=fit.noise | noise)
+            try:
+                tried = stepped(begun)
+            except NotPositiveDefiniteError:
+                continue
+            evidence = won(fit, known, tried, tallied(tried))
+            if best is None or evidence > best.evidence:
+                best = Screened(h, evidence, {}, noise)
     return best
+
+
+def stepped(begun: Fit) -> Fit:
+    """Return the fit after one whole linear step from its state."""
+    model, state, noise = begun.model, begun.state, begun.noise
+    normal, solution, _ = factored(model, all_rows(model, state, noise, begun.anchor, begun.loose))
+    x, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
+    state = moved(model, state, x[:, :, 0], p[:, 0])
+    rows = all_rows(model, state, noise, begun.anchor, begun.loose)
+    return replace(begun, state=state, rows=rows, cost=sum(r.cost for r in rows))
 
 
 __all__ = ["Screened", "screen"]

@@ -60,6 +60,15 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None]) -> l
     return sorted(out, key=lambda t: -t.evidence)
 
 
+def asked(tried: list[Trial]) -> list[Trial]:
+    """Return the trials that held-out data are asked about, one after the other until one is not refused.
+
+    The best, and the best without states, which a spline that takes in everything hides; with those as good as it.
+    """
+    plain = [t for t in tried if not t.hypothesis.effect.states]
+    return [tried[0], *(t for t in plain if t is not tried[0] and t.evidence > plain[0].evidence - NEEDED)]
+
+
 def dated(fit: Fit, h: Hypothesis) -> bool:
     """Return whether an effect's moment, where it has one, has recording before and after it."""
     start, end = fit.span
@@ -90,8 +99,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
                 tried, better = lively + tried, lively[0].fit
         if not tried:
             break
-        equals = [t for t in tried[1:] if t.evidence > tried[0].evidence - NEEDED and not t.hypothesis.effect.states]
-        for best in (tried[0], *equals):
+        for best in asked(tried):
             say(f"predicting held-out data with {best.hypothesis.name}")
             better = better if best is tried[0] else with_noise(best.fit)
             ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)

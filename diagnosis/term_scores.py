@@ -154,7 +154,7 @@ def colour(fit: Fit, term: Term) -> float:
             louder = np.minimum(np.maximum(ratio, ratio.mean(axis=1, keepdims=True)), louder)
         over += float(np.sum(use * louder))
         under += float(np.sum(use))
-    return max(over / under, 1.0) if under > 0 else 1.0
+    return max(over / under, 1.0) if under > 0 else float(1 + most.max())
 
 
 __all__ = ["ENOUGH", "Guess", "colour", "hypothesis_of", "promising", "signals_of"]

@@ -41,6 +41,7 @@ class Term:
     signals: Mapping[str, Array]  # gyro, accel (n, 3, k) in their units, or torque (n, k)
     channel: tuple[int, ...]  # of each signal: the channel that it enters, -1 for several
     drift: bool = False  # so slow that its own fit takes what colour the noise has there
+    timed: bool = False  # a function of time: what it is in one second only the seconds beside it tell
 
     @property
     def count(self) -> int:
@@ -51,7 +52,7 @@ class Term:
         """Return the part that enters one channel."""
         own = np.flatnonzero(np.array(self.channel) == channel)
         signals = {part: s[..., own] for part, s in self.signals.items()}
-        return Term(self.at, self.part, self.goes_with, self.time, signals, (channel,) * len(own), self.drift)
+        return replace(self, signals=signals, channel=(channel,) * len(own))
 
 
 class Unknown(Effect):
@@ -144,7 +145,7 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         yield make.every("angular acceleration", even(*turning.T))
         yield make.every("shaking", np.concatenate([even(*fast[part].T), even(*fast["accel"].T)], axis=1))
         yield make.every("the accelerometer's shaking", even(*fast["accel"].T))
-        yield replace(make.every("time", drifts(time)), drift=True)
+        yield replace(make.every("time", drifts(time)), drift=True, timed=True)
         if model.rig.hinge:
             yield make.every("the hinge angle", curve(angle))
             yield make.every("the hinge rate", kinked(rate))
@@ -152,7 +153,8 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
     turned = [np.einsum("nk,nij->nijk", late, skew(x)).reshape(n, 3, -1) for x in sensed.values()]
     unit = 0.01  # rad, of a mount that turns
     signals = {part: unit * s for part, s in zip(sensed, turned, strict=True)}
-    yield Term(imu.name, "both", "time: the sensor turns slowly", time, signals, (-1,) * signals["gyro"].shape[2])
+    turns = Term(imu.name, "both", "time: the sensor turns slowly", time, signals, (-1,) * signals["gyro"].shape[2])
+    yield replace(turns, timed=True)
 
 
 @dataclass(frozen=True)
@@ -188,12 +190,9 @@ def jumps(fit: Fit, imu: Imu, part: str, starts: Array) -> list[Term]:
     """Return jumps of one triple's readings at times (m,) s on the splines."""
     time = imu.time - fit.model.start
     make = _Maker(imu.name, part, time, fit.noise[f"{imu.name}.{part}"])
-    return [
-        replace(
-            make.every(f"time: a jump at {start + fit.model.start:.2f} s", 1.0 * (time >= start)[:, None]), drift=True
-        )
-        for start in starts
-    ]
+    words = [f"time: a jump at {start + fit.model.start:.2f} s" for start in starts]
+    steps = [1.0 * (time >= start)[:, None] for start in starts]
+    return [replace(make.every(w, x), drift=True, timed=True) for w, x in zip(words, steps, strict=True)]
 
 
 def torque_terms(fit: Fit) -> Iterator[Term]:
@@ -216,7 +215,8 @@ def torque_terms(fit: Fit) -> Iterator[Term]:
     }
     for words, basis in bases.items():
         b = basis()
-        yield Term("joint", "torque", words, time, {"torque": unit * b}, (0,) * b.shape[1], words == "time")
+        slow = words == "time"
+        yield Term("joint", "torque", words, time, {"torque": unit * b}, (0,) * b.shape[1], slow, slow)
 
 
 __all__ = ["CHANNELS", "Term", "Unknown", "UnknownTorque", "jumps", "terms"]

@@ -26,16 +26,17 @@ Told = dict[str, tuple[int, float, float]]
 def worth(before: Fit, after: Fit) -> float:
     """Return the nat by which `after` predicts samples and free swings' equation better, each at its own noise."""
     ruler = solve(before.model, before.state, {n: after.noise[n] for n in before.noise}, before.anchor, steps=3)
-    old, same, new = _told(before), _told(ruler), _told(after)
+    old, same, new = tallied(before), tallied(ruler), tallied(after)
     freedoms = sum(p for _, p, _ in new.values()) - sum(p for _, p, _ in same.values())
-    return min(_won(before, old, after, new), _cost(ruler) - _cost(after) - freedoms)
+    return min(won(before, old, after, new), _cost(ruler) - _cost(after) - freedoms)
 
 
 def _cost(fit: Fit) -> float:
     return sum(r.cost for r in fit.rows if not r.name.startswith(TILT))
 
 
-def _won(before: Fit, old: Told, after: Fit, new: Told) -> float:
+def won(before: Fit, old: Told, after: Fit, new: Told) -> float:
+    """Return the likelihood less the freedoms that `after` has over `before`, by what `tallied` says of them."""
     out = 0.0
     for name in sorted(old.keys() & new.keys()):
         (n, p, cost), (_, p_before, cost_before) = new[name], old[name]
@@ -44,11 +45,11 @@ def _won(before: Fit, old: Told, after: Fit, new: Told) -> float:
     return out
 
 
-def _told(fit: Fit) -> Told:
+def tallied(fit: Fit) -> Told:
     """Return how many numbers every group of data has, the freedoms that they give, and what they cost."""
     _, leverage = levels(fit)
     data = [r for r in fit.rows if r.counts or r.name == GROUP]
     return {r.name: (r.residual.value.size, float(leverage[r.name].sum()), r.cost) for r in data}
 
 
-__all__ = ["worth"]
+__all__ = ["tallied", "won", "worth"]
