@@ -18,7 +18,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.columns import Base, promise
 from imubench.diagnosis.equations import scenes, state_rows
-from imubench.diagnosis.fit import Fit, all_rows, factored, moved, shifted
+from imubench.diagnosis.fit import Fit, all_rows, shifted
 from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.noise import declared
 from imubench.diagnosis.priors import middles
@@ -27,7 +27,7 @@ from imubench.diagnosis.score import started
 from imubench.diagnosis.splines import Moment, Tracks
 from imubench.diagnosis.swings import swing_rows
 from imubench.diagnosis.threads import one_thread
-from imubench.diagnosis.worth import tallied, won
+from imubench.diagnosis.worth import foreseen, tallied, won
 from imubench.jets import Jet, derivatives_by
 
 SMALL = 1e-3  # of its plausible size: how weakly a driven state is held where its law says little
@@ -164,26 +164,16 @@ def free(base: Base, h: Hypothesis) -> Screened | None:
     known, best = tallied(fit), None
     for levels in ({}, told) if told else ({},):
         for rough in ROUGH:
-            noise = levels | dict.fromkeys(names, rough)
-            begun = replace(fit, model=model, state=state, noise=fit.noise | noise)
+            start = levels | dict.fromkeys(names, rough)
+            noise = fit.noise | start
             try:
-                tried = stepped(begun)
+                seen = foreseen(model, all_rows(model, state, noise, fit.anchor, fit.loose))
             except NotPositiveDefiniteError:
                 continue
-            evidence = won(fit, known, tried, tallied(tried))
+            evidence = won(fit.noise, known, noise, seen)
             if best is None or evidence > best.evidence:
-                best = Screened(h, evidence, {}, noise)
+                best = Screened(h, evidence, {}, start)
     return best
-
-
-def stepped(begun: Fit) -> Fit:
-    """Return the fit after one whole linear step from its state."""
-    model, state, noise = begun.model, begun.state, begun.noise
-    normal, solution, _ = factored(model, all_rows(model, state, noise, begun.anchor, begun.loose))
-    x, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
-    state = moved(model, state, x[:, :, 0], p[:, 0])
-    rows = all_rows(model, state, noise, begun.anchor, begun.loose)
-    return replace(begun, state=state, rows=rows, cost=sum(r.cost for r in rows))
 
 
 __all__ = ["Screened", "screen"]

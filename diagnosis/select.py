@@ -93,17 +93,20 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         if tried and (windows := blind(better, tried[0].hypothesis)):
             better, fit = with_noise(blinded(better, windows)), blinded(fit, windows)
             tried = tried[:1]  # the others were fitted to samples that no longer count
-        if suspicious(further := ahead(fit, better, plain, say)):
+        chain = ahead(fit, tried[0], better, plain, say) if tried else []
+        further = chain[-1].fit if chain else better
+        if suspicious(further):
             lively = state_trials(fit, [h for h in left if h.effect.states and h.effect.variant != "isotropic"], say)
             if lively and lively[0].evidence > max(NEEDED, log_evidence(further) - log_evidence(fit)):
-                tried, better = lively + tried, lively[0].fit
+                tried, better, chain = lively + tried, lively[0].fit, []
+        else:
+            chain = []
         if not tried:
             break
         for best in asked(tried):
             say(f"predicting held-out data with {best.hypothesis.name}")
             better = better if best is tried[0] else with_noise(best.fit)
-            ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
-            won = predicted(ruler, better, rng)
+            won = foretold(fit, better, rng)
             if won.low > 0:
                 break
             rejected.append((best.hypothesis, won.value))
@@ -111,6 +114,11 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             break
         for h in (best.hypothesis, *best.also):
             kept.append(Kept(h, best.evidence, won, tuple(t for t in tried if t is not best and not t.also)))
+        for trial in chain if best is tried[0] else []:
+            won = foretold(better, trial.fit, rng)
+            if won.low <= 0 or len(kept) == MOST - 1:
+                break
+            kept, better = [*kept, Kept(trial.hypothesis, trial.evidence, won, ())], trial.fit
         fit, kept = exchanged(better, kept, say)
     fit, kept, dropped = prune(fit, kept, say)
     flat, changed = filtered(fit, kept, say)
@@ -123,21 +131,30 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
     return Selection(fit, tuple(kept), (*rejected, *dropped))
 
 
-def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], None]) -> Fit:
-    """Return the fit with more effects without states, as long as each takes much of what the ones before left.
+def foretold(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
+    """Return what a fit with more in it gains on held-out data, both at its noise levels."""
+    ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
+    return predicted(ruler, better, rng)
 
-    A free spline explains nearly anything, two scales of a sensor too: it is not asked while scales do.
+
+def ahead(fit: Fit, first: Trial, better: Fit, plain: list[Hypothesis], say: Callable[[str], None]) -> list[Trial]:
+    """Return more effects without states after the first, as long as each takes much of what the ones before left.
+
+    A free spline explains nearly anything, two scales of a sensor too: it is not asked while scales do. Where it is
+    asked and explains less, all of these are taken: what only stood in for a spline is dropped once that is in.
     """
+    out: list[Trial] = []
     for _ in range(AHEAD):
-        if better is fit or not suspicious(better) or misfit(better) - 1 > LITTLE * max(misfit(fit) - 1, 0.0):
+        if not suspicious(better) or misfit(better) - 1 > LITTLE * max(misfit(fit) - 1, 0.0):
             break
         say("looking whether more effects without states explain it")
         names = {h.name for h in better.model.hypotheses}
-        scores = score(better, [h for h in plain if h.name not in names])
-        if not scores or scores[0].evidence < NEEDED:
+        tried = plain_trials(better, score(better, [h for h in plain if h.name not in names]), say)
+        if not tried or tried[0].evidence < NEEDED:
             break
-        fit, better = better, with_noise(refit(better, (*better.model.hypotheses, scores[0].hypothesis)))
-    return better
+        fit, better = better, with_noise(tried[0].fit)
+        out.append(replace(tried[0], fit=better))
+    return out
 
 
 def blind(fit: Fit, h: Hypothesis) -> dict[str, NDArray[np.bool_]]:

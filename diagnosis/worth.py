@@ -13,11 +13,15 @@ Where little is explained the levels' own scatter is more than that. What counts
 priors and laws too, both fits at the later one's levels.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from imubench.diagnosis.fit import Fit, solve
-from imubench.diagnosis.noise import levels
+from imubench.diagnosis.fit import Fit, factored, solve
+from imubench.diagnosis.model import Model
+from imubench.diagnosis.noise import Spread, levels
 from imubench.diagnosis.priors import TILT
+from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.swings import GROUP
 
 Told = dict[str, tuple[int, float, float]]
@@ -28,19 +32,19 @@ def worth(before: Fit, after: Fit) -> float:
     ruler = solve(before.model, before.state, {n: after.noise[n] for n in before.noise}, before.anchor, steps=3)
     old, same, new = tallied(before), tallied(ruler), tallied(after)
     freedoms = sum(p for _, p, _ in new.values()) - sum(p for _, p, _ in same.values())
-    return min(won(before, old, after, new), _cost(ruler) - _cost(after) - freedoms)
+    return min(won(before.noise, old, after.noise, new), _cost(ruler) - _cost(after) - freedoms)
 
 
 def _cost(fit: Fit) -> float:
     return sum(r.cost for r in fit.rows if not r.name.startswith(TILT))
 
 
-def won(before: Fit, old: Told, after: Fit, new: Told) -> float:
-    """Return the likelihood less the freedoms that `after` has over `before`, by what `tallied` says of them."""
+def won(noise_before: Mapping[str, float], old: Told, noise: Mapping[str, float], new: Told) -> float:
+    """Return the likelihood less the freedoms of one fit over another: their noise levels and their tallies."""
     out = 0.0
     for name in sorted(old.keys() & new.keys()):
         (n, p, cost), (_, p_before, cost_before) = new[name], old[name]
-        fell = np.log(before.noise[name] / after.noise[name]) if name in before.noise else 0.0
+        fell = np.log(noise_before[name] / noise[name]) if name in noise_before else 0.0
         out += float((n - p) * fell - (cost - cost_before) - (p - p_before))
     return out
 
@@ -48,8 +52,28 @@ def won(before: Fit, old: Told, after: Fit, new: Told) -> float:
 def tallied(fit: Fit) -> Told:
     """Return how many numbers every group of data has, the freedoms that they give, and what they cost."""
     _, leverage = levels(fit)
-    data = [r for r in fit.rows if r.counts or r.name == GROUP]
-    return {r.name: (r.residual.value.size, float(leverage[r.name].sum()), r.cost) for r in data}
+    return {r.name: (r.residual.value.size, float(leverage[r.name].sum()), r.cost) for r in fit.rows if is_data(r)}
 
 
-__all__ = ["tallied", "won", "worth"]
+def foreseen(model: Model, rows: list[Rows]) -> Told:
+    """Return the same after one linear step from where the rows were taken, as far as they are linear.
+
+    A whole step in what is not linear (play turns one sensor against the other) would end anywhere.
+    """
+    normal, solution, parts = factored(model, rows)
+    x, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
+    motion, spread = x.reshape(-1, model.tracks.width, 1), Spread.of(solution, model.tracks.width)
+    out = {}
+    for r, part in zip(rows, parts, strict=True):
+        if is_data(r):
+            left = part.residual + part.along(motion)[:, :, 0] + part.border @ p[:, 0]
+            out[r.name] = (left.size, float(spread.leverage(part).sum()), 0.5 * float(np.sum(left**2)))
+    return out
+
+
+def is_data(rows: Rows) -> bool:
+    """Return whether rows are samples, or the equation of motion in free swings."""
+    return rows.counts or rows.name == GROUP
+
+
+__all__ = ["foreseen", "tallied", "won", "worth"]
