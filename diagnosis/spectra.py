@@ -23,13 +23,13 @@ SECONDS = 4.0  # of a window of the mean, so a resolution of a quarter of a hert
 def spectrum(time: Array, values: Array, seconds: float = SECONDS) -> tuple[Array, Array]:
     """Return frequencies (f,) Hz and one-sided power densities (f, k) of values (n, k), unit^2 / Hz.
 
-    Welch's mean over Hann windows of about `seconds` that overlap by half, gaps left out: white noise of
-    std 1 has 2 / rate at every frequency. Recordings without a long enough stretch are taken as one.
+    Welch's mean over Hann windows of about `seconds` that overlap by half, the last one up to the end, gaps left out:
+    white noise of std 1 has 2 / rate at every frequency. Recordings without a long enough stretch are taken as one.
     """
     step = float(np.median(np.diff(time)))
     width = max(8, min(round(seconds / step), time.size))
     starts = [
-        np.arange(run.start, run.stop - width + 1, max(1, width // 2))
+        np.unique(np.append(np.arange(run.start, run.stop - width, max(1, width // 2)), run.stop - width))
         for run in runs(time)
         if run.stop - run.start >= width
     ]

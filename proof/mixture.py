@@ -21,6 +21,7 @@ from imubench.proof.unknown_ranges import unknown_places
 
 SHARES = {"none": 0.25, "one": 0.40, "several": 0.20, "outside": 0.15}
 UNOBSERVABLE = 0.04
+LOUDER = {"gyro_noise", "accel_noise"}  # than declared
 AIMED = {"one": (0.6, 1.0, 100.0), "several": (0.5, 10.0, 200.0), "outside": (0.5, 10.0, 200.0)}
 """The share of cases whose effects are so many times as large as their Cramer-Rao bound, log-uniform from, to."""
 RIGS: dict[str, tuple[float, dict[str, Any]]] = {
@@ -121,6 +122,8 @@ def _question(kind: str, observable: bool, seed: int, rng: np.random.Generator) 
     if kind == "outside":
         name = str(rng.choice(list(outside)))
         effects = [(name, str(rng.choice(list(outside[name]))))]
+    if {name for name, _ in effects} & LOUDER:
+        options["declare_noise"] = True  # louder than what? nobody could know
     strength = str(rng.choice(STRENGTHS, p=[0.25, 0.45, 0.3])) if observable else "weak"
     share, low, high = AIMED.get(kind, (0.0, 1.0, 1.0))
     aim = observable and rng.random() < share

@@ -16,6 +16,14 @@ CASES = {
     "a mount that only its declaration contradicts": (7, 20, 0, 15.0, {("mount_pose", "imu2")}),
     "noise in the motion that residuals went with": (4021, 40, 7, 40.0, set()),
     "a free spline for a drift": (4021, 40, 31, 40.0, {("gyro_drift", "imu1")}),
+    "a coupling that a refused filter hid": (1014141228, 300, 3, 15.0, {("axis_coupling", "joint")}),
+    "a pivot that moves less than the fit is loose": (1014141228, 300, 29, 15.0, {("moving_pivot", "joint")}),
+    "an exponential creep, no drift": (1014141228, 300, 21, 15.0, {("unknown", "imu2")}),
+    "a bias that jumps, at its own IMU": (1014141228, 300, 22, 15.0, {("unknown", "imu1")}),
+    "a filter, a bias and a coupling that need each other": (
+        *(1014141228, 300, 14, 15.0),
+        {("axis_coupling", "joint"), ("gyro_bias", "imu1"), ("low_pass", "imu1")},
+    ),
     "a spring that looked like a lighter body": (
         *(4021, 40, 2, 40.0),
         {("joint_spring", "joint"), ("viscous_friction", "joint"), ("gyro_scale", "imu2")},

@@ -20,6 +20,7 @@ def test_the_shares_are_those_that_are_said():
         names = [name for name, _ in q.effects]
         assert len(names) == len(set(names))
         assert not any(len(rivals & set(names)) > 1 for rivals in RIVALS)
+        assert q.options["declare_noise"] or not {"gyro_noise", "accel_noise"} & set(names)
 
 
 def test_a_seed_is_a_mixture_and_another_is_another():

@@ -5,9 +5,15 @@ import pytest
 
 from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.excerpt import cut, excerpt, loudest
+from imubench.diagnosis.fit import all_rows, solve
 from imubench.diagnosis.grids import hum, slip
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.score import started
 from imubench.diagnosis.screen import Base, screen
-from imubench.diagnosis.select import RIVALS, TRIED, candidates, state_trials
+from imubench.diagnosis.select import RIVALS, TRIED, asked, candidates, state_trials
+from imubench.diagnosis.trial import Trial
+from imubench.diagnosis.worth import foreseen, tallied, won
+from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -86,3 +92,38 @@ def test_a_hum_is_heard(fitted):
     _, fit, truth = fitted(("vibration", "imu1"), seed=101)
     true = float(truth["effects"][0]["parameters"]["frequency"])
     assert hum(fit, "imu1") == pytest.approx(true, abs=0.1)  # a line of 12 s is 0.08 Hz wide
+
+
+def test_a_state_without_a_law_is_seen_in_what_the_fit_took_for_noise(fitted):
+    _, fit, _ = fitted(("moving_pivot", "joint"), seed=11, rig="pendulum", strength="weak", seconds=15.0)
+    pivot = next(s for s in screen(fit, lively(fit)) if s.hypothesis.effect.name == "moving_pivot")
+    assert pivot.evidence > 100.0
+    assert pivot.rough["imu1.accel"] < 0.8 * fit.noise["imu1.accel"]
+
+
+def test_a_linear_step_foresees_what_a_refit_comes_to(fitted):
+    _, fit, _ = fitted(("accel_bias", "imu1"))
+    model = fit.model.with_effects((Hypothesis(EFFECTS["accel_bias"], "imu1"),))
+    rows = all_rows(model, started(model, fit.state), fit.noise, fit.anchor, fit.loose)
+    seen = foreseen(model, rows)
+    done = tallied(solve(model, started(model, fit.state), fit.noise, fit.anchor, enough=1e-9))
+    assert seen.keys() == done.keys()
+    for name, (n, freedoms, cost) in done.items():
+        assert seen[name][0] == n
+        assert seen[name][1] == pytest.approx(freedoms, rel=0.02, abs=1.0)
+        assert seen[name][2] == pytest.approx(cost, rel=0.01)
+    before = tallied(fit)
+    assert won(fit.noise, before, fit.noise, seen) > 20.0
+
+
+def test_a_refused_spline_hides_no_plain_effect(fitted):
+    _, fit, _ = fitted(("accel_bias", "imu1"))
+    spline, *plain = (
+        Trial(Hypothesis(EFFECTS[name], at), fit, worth)
+        for name, at, worth in (
+            ("low_pass", "imu1", 90.0), ("accel_bias", "imu1", 60.0), ("accel_drift", "imu1", 58.0),
+            ("gyro_bias", "imu1", 40.0),
+        )
+    )  # fmt: skip
+    assert asked([spline, *plain]) == [spline, *plain[:2]]
+    assert asked(plain) == plain[:2]

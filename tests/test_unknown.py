@@ -15,8 +15,8 @@ from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.result import UNKNOWN
 from imubench.diagnosis.select import select
 from imubench.diagnosis.swings import GROUP
-from imubench.diagnosis.term_scores import promising
-from imubench.diagnosis.terms import Unknown, UnknownTorque, terms
+from imubench.diagnosis.term_scores import colour, promising
+from imubench.diagnosis.terms import Unknown, UnknownTorque, jumps, terms
 from imubench.diagnosis.unknown import unknowns
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -69,6 +69,13 @@ def test_a_term_s_rows_are_linear_in_its_weights(swinging):
                 changed += not one.name.startswith("prior") and scale > 0
         clamped = term.at == "imu1"  # its gyroscope reads nothing that a turn could show in
         assert changed == (2 if term.part == "both" and not clamped else 1), term.goes_with
+
+
+def test_a_jump_at_the_end_is_as_coloured_as_one_before(swinging):
+    imu = swinging.model.recording.imus[1]
+    end = imu.time[-1] - swinging.model.start
+    middle, last = (colour(swinging, t) for t in jumps(swinging, imu, "gyro", np.array([end / 2, end - 0.9])))
+    assert last > 0.5 * middle > 2.0
 
 
 def test_a_cogging_joint_is_found_by_its_angle(swinging):

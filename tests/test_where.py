@@ -133,3 +133,12 @@ def test_reversals_leave_small_wavering_out():
 
 def test_a_rate_that_never_turns_has_no_reversal():
     assert not reversals(TIME, np.ones_like(TIME)).any()
+
+
+def test_the_spectrum_sees_the_end_of_a_recording():
+    time = np.arange(0.0, 13.5, 0.01)  # no whole number of half windows
+    late = np.where(time > 12.5, np.sin(2 * np.pi * 12.5 * time), 0.0)[:, None]
+    early = np.where((time > 6.0) & (time < 7.0), np.sin(2 * np.pi * 12.5 * time), 0.0)[:, None]
+    (f, last), (_, first) = spectrum(time, late), spectrum(time, early)
+    assert f[np.argmax(last)] == pytest.approx(12.5, abs=0.3)
+    assert last.max() > 0.01 * first.max()  # a window weighs its ends by a fifth, and there is one of them
