@@ -18,6 +18,7 @@ from imubench.diagnosis.result import Finding
 from imubench.diagnosis.samples import heard, sampled
 from imubench.diagnosis.screen import obeyed
 from imubench.diagnosis.threads import one_thread
+from imubench.diagnosis.worth import tallied, won
 from imubench.effects import VARIANTS
 from imubench.effects.effect import Effect
 from imubench.errors import InputError
@@ -105,8 +106,9 @@ def explained_fit(recording: Recording, findings: Sequence[Sequence[Told]]) -> F
 def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
     """Return the fit with effects, begun where their laws put their states.
 
-    The noise of the sensors is estimated, that of a law is at its floor: estimated too, it may let go of the law. The
-    motion is as rough as it was estimated to be and not looser, as a spring's law multiplies what lies beyond.
+    The noise of the sensors is estimated, that of a law is at its floor: estimated too, it may let go of the law. A
+    spring's law multiplies what lies beyond the motion, so the motion is as rough as it was estimated to be, or as
+    loose as the nominal fit has it: whichever predicts the samples better. A quick hand on foam needs the second.
     """
     begun = extended(nominal, tuple(t.hypothesis for t in effects), {k: v for t in effects for k, v in t.start.items()})
     masks = dict(begun.model.masks or {})
@@ -120,11 +122,19 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
     for h in lawful:
         state = obeyed(model, state, h)[0]
     fit = solve(model, state, calm(begun) if lawful else noise, nominal.anchor, steps=STEPS)
-    rough = [name for name in (f"smooth.{track}" for track in model.rig.widths) if name in noise]
-    noise |= {name: noise[name] / LOOSENED for name in rough}
     noise |= {rows.name: LAW_FLOOR for rows in state_rows(model, fit.state)}
+    rough = {name: noise[name] for name in (f"smooth.{track}" for track in model.rig.widths) if name in noise}
     only = {rows.name for rows in fit.measured}
-    return fit_with_noise(model, fit.state, noise, nominal.anchor, rounds=ROUNDS, only=only)
+
+    def levelled(loosened: float) -> Fit:
+        levels = noise | {name: std * loosened for name, std in rough.items()}
+        return fit_with_noise(model, fit.state, levels, nominal.anchor, rounds=ROUNDS, only=only)
+
+    tight = levelled(1 / LOOSENED)
+    if not lawful:
+        return tight
+    loose = levelled(1.0)
+    return loose if won(tight.noise, tallied(tight), loose.noise, tallied(loose)) > 0 else tight
 
 
 def moving(t: Told, model: Model) -> NDArray[np.bool_]:

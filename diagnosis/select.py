@@ -45,10 +45,10 @@ def candidates(model: Model) -> list[Hypothesis]:
     return [Hypothesis(effect, at) for effect, at in possible(model.recording) if effect.parameters or effect.states]
 
 
-def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None]) -> list[Trial]:
-    """Return exact refits of the best scores, best evidence first."""
+def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most: int = TRIED) -> list[Trial]:
+    """Return exact refits of the best scores, at `most` so many, best evidence first."""
     best = max((s.evidence for s in scores), default=0.0)
-    chosen = [s for s in scores if s.evidence > max(NEEDED, NEAR * best)][:TRIED]
+    chosen = [s for s in scores if s.evidence > max(NEEDED, NEAR * best)][:most]
     base = log_evidence(fit)
     out = []
     for s in chosen:
@@ -149,7 +149,7 @@ def ahead(fit: Fit, first: Trial, better: Fit, plain: list[Hypothesis], say: Cal
             break
         say("looking whether more effects without states explain it")
         names = {h.name for h in better.model.hypotheses}
-        tried = plain_trials(better, score(better, [h for h in plain if h.name not in names]), say)
+        tried = plain_trials(better, score(better, [h for h in plain if h.name not in names]), say, 1)
         if not tried or tried[0].evidence < NEEDED:
             break
         fit, better = better, with_noise(tried[0].fit)

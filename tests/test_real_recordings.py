@@ -9,7 +9,10 @@ from imubench.alignment import optical_rate
 from imubench.convert import CONVERTERS
 from imubench.diagnosis.diagnose import diagnose, nominal_fit
 from imubench.diagnosis.excerpt import cut
-from imubench.diagnosis.judge import judged
+from imubench.diagnosis.explained import explained_fit, told
+from imubench.diagnosis.gather import played
+from imubench.diagnosis.judge import errors, judged
+from imubench.diagnosis.left_out import left_out
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended
@@ -60,6 +63,28 @@ def test_the_hinge_axis_of_imus_on_foam_is_the_optical_one(foam):
 
 def test_the_hinge_angle_of_imus_on_foam_is_the_optical_one(foam):
     assert foam[0].fit.reference.after["hinge_angle_but_constant"] < np.deg2rad(0.7)
+
+
+@pytest.fixture(scope="module")
+def foam_after(recordings, foam):
+    """The seconds that the diagnosis did not have, as declared and with what it found, its numbers held."""
+    (made,) = CONVERTERS["diodem"](recordings / "diodem" / "trial1", segments="3-4", imu="nonrigid")
+    later = cut(made.recording, 45.0, 70.0)
+    laws = [settings for f in foam[0].findings if f.named and (settings := told(f, later))]
+    return nominal_fit(later), explained_fit(later, laws), (later.imus[0].time[0], later.imus[0].time[-1])
+
+
+def test_springs_found_in_one_half_put_the_hinge_angle_of_the_other_right(foam, foam_after):
+    *fits, span = foam_after
+    before, after = (errors(played(fit), foam[2], span)["hinge_angle_but_constant"] for fit in fits)
+    assert before > np.deg2rad(1.0)
+    assert after < np.deg2rad(0.7)
+
+
+def test_springs_found_in_one_half_foretell_the_other_half_s_channels(foam_after):
+    nominal, explained, _ = foam_after
+    before, after = (left_out(fit, explained.noise) for fit in (nominal, explained))
+    assert np.median([after[name] / before[name] for name in after]) < 0.5
 
 
 def test_a_telephone_that_vibrates_is_heard(recordings):
