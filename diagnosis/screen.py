@@ -22,6 +22,7 @@ from imubench.diagnosis.fit import Fit, all_rows, shifted
 from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.noise import declared
 from imubench.diagnosis.priors import middles
+from imubench.diagnosis.raw_findings import DECLARED
 from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
 from imubench.diagnosis.score import started
 from imubench.diagnosis.splines import Moment, Tracks
@@ -160,7 +161,7 @@ def free(base: Base, h: Hypothesis) -> Screened | None:
     model = fit.model.with_effects((*fit.model.hypotheses, h))
     state = started(model, fit.state)
     names = [f"smooth.{h.key(s.name)}" for s in h.effect.states]
-    told = {n: std for n, std in declared(fit.model).items() if std < fit.noise.get(n, 0.0)}
+    told = {n: std for n, std in declared(fit.model).items() if DECLARED * std < fit.noise.get(n, 0.0)}
     known, best = tallied(fit), None
     for levels in ({}, told) if told else ({},):
         for rough in ROUGH:

@@ -27,6 +27,7 @@ UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a de
 BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
 AHEAD = 3  # effects without states that are tried together before one with states is
 LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
+TWICE = 2.0  # times what effects without states explain: from there a spline without a law comes before them
 SETTLED = 8  # rounds at most, of a law that the fit ends with
 RELATED = 3.0  # of follows_motion, from which they are tried as well; clean recordings stay below 2
 
@@ -97,7 +98,9 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         further = chain[-1].fit if chain else better
         if suspicious(further):
             lively = state_trials(fit, [h for h in left if h.effect.states and h.effect.variant != "isotropic"], say)
-            if lively and lively[0].evidence > max(NEEDED, log_evidence(further) - log_evidence(fit)):
+            free = bool(lively) and not lively[0].hypothesis.effect.lawful
+            plainly = (TWICE if free else 1.0) * (log_evidence(further) - log_evidence(fit))
+            if lively and lively[0].evidence > max(NEEDED, plainly):
                 tried, better, chain = lively + tried, lively[0].fit, []
         else:
             chain = []
