@@ -13,9 +13,7 @@ from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.term_scores import colour, promising
 
-MUCH = (
-    0.1  # of what names explain: a curve holds a scale too, and takes no scale's place for a little of something else
-)
+MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
 
 
 def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> tuple[list[Fitted], Fit]:
@@ -36,9 +34,9 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> tuple[li
             better = [g for g in guesses if g.term.at == seen_at(gone[0]) and not g.term.drift]
             if better and better[0].evidence > lost + NEEDED + price:
                 done = fitted(without, better[0], price)
-                paler = colour(done.fit, done.term)
-                more = (log_evidence(done.fit) - named) / paler - price
-                if more > max(NEEDED, MUCH * lost / paler) and done.heldout.low > 0:
+                louder = colour(done.fit, done.term)
+                more = (log_evidence(done.fit) - named) / louder - price
+                if more > max(NEEDED, MUCH * lost / louder) and done.heldout.low > 0:
                     found, fit = [*found, replace(done, evidence=more)], done.fit
     return found, fit
 

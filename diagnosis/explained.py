@@ -16,7 +16,7 @@ from imubench.diagnosis.noise import LAW_FLOOR, LOOSENED, fit_with_noise
 from imubench.diagnosis.refit import extended, log_evidence
 from imubench.diagnosis.result import Finding
 from imubench.diagnosis.samples import heard, sampled
-from imubench.diagnosis.screen import obeyed
+from imubench.diagnosis.screen import led
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.worth import tallied, won
 from imubench.effects import VARIANTS
@@ -119,9 +119,7 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
     held = {k: v for t in effects for k, v in t.held.items()}
     model, state, noise = replace(begun.model, fixed=held, masks=masks), begun.state, dict(begun.noise)
     lawful = [t.hypothesis for t in effects if t.hypothesis.effect.states and t.hypothesis.effect.lawful]
-    for h in lawful:
-        state = obeyed(model, state, h)[0]
-    fit = solve(model, state, calm(begun) if lawful else noise, nominal.anchor, steps=STEPS)
+    fit = solve(model, led(model, state, lawful), calm(begun) if lawful else noise, nominal.anchor, steps=STEPS)
     noise |= {rows.name: LAW_FLOOR for rows in state_rows(model, fit.state)}
     rough = {name: noise[name] for name in (f"smooth.{track}" for track in model.rig.widths) if name in noise}
     only = {rows.name for rows in fit.measured}

@@ -16,7 +16,7 @@ from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended
-from imubench.diagnosis.screen import obeyed
+from imubench.diagnosis.screen import led
 from imubench.diagnosis.trial import NEEDED, Kept, Trial
 from imubench.diagnosis.worth import worth
 from imubench.effects import VARIANTS
@@ -48,6 +48,5 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
 
 def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, cutoff: float) -> Fit:
     begun = extended(fit, (*rest, h), {h.key("cutoff"): np.array([np.log(cutoff)])})
-    state = obeyed(begun.model, begun.state, h)[0]
-    tried = solve(begun.model, state, begun.noise, fit.anchor, steps=6)
+    tried = solve(begun.model, led(begun.model, begun.state, [h]), begun.noise, fit.anchor, steps=6)
     return fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)

@@ -16,6 +16,7 @@ from imubench.jets import derivatives_by
 
 ENOUGH = 1e-4  # of the cost per measured number: a smaller gain ends the search
 STEPS = 40
+AGAIN = 3  # steps after every change of the noise
 SETTLING = 2  # linear solves of the own splines of effects after every step,
 MOVED = 0.03  # the second where the first has moved them by more than so much of their plausible size
 DAMPED = 1e-8  # of the diagonal, at first: what next to nothing holds, beyond a sensor's last sample, stays where it is
@@ -126,6 +127,11 @@ def shifted(model: Model, state: State, only: Tracks, change: Array) -> State:
     for name in only.widths:
         coefficients[:, model.tracks.columns(name)] += change[: only.knots.count, only.columns(name)]
     return replace(state, coefficients=coefficients)
+
+
+def at_noise_of(fit: Fit, other: Fit) -> Fit:
+    """Return a fit solved again at the noise levels of one with more in its model, to be compared with that."""
+    return solve(fit.model, fit.state, {n: other.noise[n] for n in fit.noise}, fit.anchor, steps=AGAIN)
 
 
 @one_thread

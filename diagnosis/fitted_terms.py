@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.heldout import BLOCK, Gain, predicted
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
@@ -34,7 +34,7 @@ def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
     h = hypothesis_of(guess.term, guess.std)
     tried = refit(fit, (*fit.model.hypotheses, h), steps=4)
     better = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=2)
-    ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
+    ruler = at_noise_of(fit, better)
     heldout = predicted(ruler, better, np.random.default_rng(SEED), BRIEF if guess.term.timed else BLOCK)
     won = ruler.cost - better.cost
     freedom = won - (log_evidence(better) - log_evidence(ruler))

@@ -21,7 +21,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import Solution, solve_arrow
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.rows import Linear, Normal, linearise
-from imubench.diagnosis.swings import GROUP
+from imubench.diagnosis.swings import is_data
 from imubench.diagnosis.threads import one_thread
 
 BLOCK = 5.0  # s
@@ -53,10 +53,10 @@ def held_out(fit: Fit, span: tuple[float, float] | None = None, most: float = BL
     """
     start, end = span or fit.span
     model, count = fit.model, int(block_of(np.array([end]), start, end, most)[0]) + 1
-    counted = [r for r in fit.rows if r.counts or r.name == GROUP]
+    counted = [r for r in fit.rows if is_data(r)]
     blocks = [block_of(r.time, start, end, most) for r in counted]
     parts = [linearise(r, model.tracks, model.parameters) for r in counted]
-    priors = [linearise(r, model.tracks, model.parameters) for r in fit.rows if not (r.counts or r.name == GROUP)]
+    priors = [linearise(r, model.tracks, model.parameters) for r in fit.rows if not is_data(r)]
     halves = []
     for half in (0, 1):
         normal = Normal.empty(model.tracks, model.parameters)

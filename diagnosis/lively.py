@@ -10,10 +10,10 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit, all_rows, settled, solve
-from imubench.diagnosis.model import Hypothesis, State
+from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import declared, fit_with_noise
 from imubench.diagnosis.refit import extended
-from imubench.diagnosis.screen import Screened, obeyed, screen
+from imubench.diagnosis.screen import Screened, led, screen
 from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial
 from imubench.diagnosis.worth import worth
 
@@ -149,9 +149,9 @@ def _lively(fit: Fit, some: list[Screened], rounds: int = ROUNDS) -> Trial:
     begun = extended(fit, (*fit.model.hypotheses, *hypotheses), guess)
     noise = dict(begun.noise)
     for s in some:
-        noise |= s.rough
+        noise |= s.noise
     start = _calm_for_laws(replace(begun, noise=noise), hypotheses)
-    tried = solve(begun.model, _driven(begun, hypotheses), start, fit.anchor, steps=4)
+    tried = solve(begun.model, led(begun.model, begun.state, hypotheses), start, fit.anchor, steps=4)
     tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=rounds)
     return _against(fit, hypotheses, tried)
 
@@ -161,19 +161,10 @@ def _joined(fit: Fit, alone: Trial, other: Screened) -> Trial:
     h, found = other.hypothesis, alone.fit
     guess = {name: value for name, value in found.state.values.items() if name not in fit.model.priors}
     begun = extended(found, (*found.model.hypotheses, h), guess | dict(other.values))
-    noise = begun.noise | found.noise | other.rough
-    tried = solve(begun.model, _driven(begun, [h]), noise, fit.anchor, steps=4)
+    noise = begun.noise | found.noise | other.noise
+    tried = solve(begun.model, led(begun.model, begun.state, [h]), noise, fit.anchor, steps=4)
     tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)
     return _against(fit, [alone.hypothesis, h], tried)
-
-
-def _driven(begun: Fit, hypotheses: list[Hypothesis]) -> State:
-    """Return the state with the splines of effects that obey a law as the motion drives them."""
-    state = begun.state
-    for h in hypotheses:
-        if h.effect.lawful:
-            state = obeyed(begun.model, state, h)[0]
-    return state
 
 
 def _grown(fit: Fit, trial: Trial) -> Trial:
@@ -184,7 +175,8 @@ def _grown(fit: Fit, trial: Trial) -> Trial:
     laws_loose = {n: begun.noise[n] for h in hypotheses for n in begun.noise if n.startswith(f"{h.name}.")}
     noise = begun.noise | trial.fit.noise | laws_loose
     quiet = _calm_for_laws(replace(begun, noise=noise), hypotheses)
-    states = [begun.state, _driven(begun, hypotheses)]  # driven by a motion that holds the spring's own, it may resound
+    driven = led(begun.model, begun.state, hypotheses)  # by a motion that holds the spring's own, it may resound
+    states = [begun.state, driven]
     states += [settled(begun.model, s, quiet, fit.anchor, fit.loose) for s in states]
     cost = [sum(r.cost for r in all_rows(begun.model, s, quiet, fit.anchor, fit.loose)) for s in states]
     begun = solve(begun.model, states[int(np.argmin(cost))], quiet, fit.anchor, steps=4)

@@ -12,7 +12,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Banded, Solution
-from imubench.diagnosis.fit import ENOUGH, Fit, factored, solve
+from imubench.diagnosis.fit import AGAIN, ENOUGH, Fit, factored, solve
 from imubench.diagnosis.model import Model, State
 from imubench.diagnosis.rows import CHUNK, KNOTS_PER_BLOCK, Linear
 from imubench.diagnosis.splines import SUPPORT
@@ -27,7 +27,6 @@ LAW_RISE = 4.0  # times its level of the round before, at most
 SMALLEST = 1e-7  # of a unit: no group is taken for exact
 ROUNDS = 3
 LAST = 5  # rounds at most once the motion is free: a quick one settles late
-AGAIN = 3  # steps after every change of the noise
 LOOSENED = 32.0  # times its estimate: what a clean recording needs to leave nothing that goes with the motion
 FAR, FASTER = 0.3, 0.5  # a relative change of a level, above which so much of it is added
 SAME = 0.05  # relative change of every level, and of a law's numbers, that ends the rounds

@@ -12,7 +12,7 @@ from imubench.diagnosis.priors import TILT
 from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
 from imubench.diagnosis.score import started
 from imubench.diagnosis.splines import Tracks
-from imubench.diagnosis.swings import GROUP
+from imubench.diagnosis.swings import is_data
 from imubench.diagnosis.threads import one_thread
 
 STATE_SMOOTH = 1e3  # roughness of an effect's states without a law, before it is estimated
@@ -64,7 +64,7 @@ def log_evidence(fit: Fit) -> float:
     _, solution, _ = factored(fit.model, rows)
     own = [h.key(s.name) for h in fit.model.hypotheses for s in h.effect.states]
     prior = sum(float(np.log(p.std).sum()) for p in fit.model.priors.values())
-    density = sum(noise_density(r) for r in rows if r.counts or r.name == GROUP)
+    density = sum(noise_density(r) for r in rows if is_data(r))
     spread = 0.5 * (states_log_det(fit.model, rows, own) - solution.log_det)
     return density - sum(r.cost for r in rows) - prior + spread
 

@@ -6,9 +6,10 @@ one column, and what x does when a parameter moves are more. They are scored as 
 The motion itself is not driven back by x: good enough to choose what is fitted exactly and where that begins.
 
 A state without a law (play in a joint) is a spline more in the normal equations, at a few roughnesses; with the noise
-as the fit leaves it, which may hold what the state is, and as it is declared.
+as the fit leaves it and, where that is louder and so may hold what the state is, as it is declared.
 """
 
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -45,7 +46,7 @@ class Screened:
     hypothesis: Hypothesis
     evidence: float  # nat
     values: dict[str, Array]  # parameters (k,)
-    rough: dict[str, float]  # of a state without a law: its roughness, and the sensors' noise beside it
+    noise: dict[str, float]  # of a state without a law: its roughness, and the sensors' noise beside it
     amount: float = 1.0  # of the driven motion that the recording shows; 1 by the law
 
 
@@ -102,6 +103,14 @@ def obeyed(model: Model, state: State, h: Hypothesis) -> tuple[State, Array]:
             sensitivity = -factor.solve(normal.border)
         state = shifted(model, state, own, move)
     return state, sensitivity
+
+
+def led(model: Model, state: State, hypotheses: Iterable[Hypothesis]) -> State:
+    """Return the state with the splines of effects that obey a law as the motion drives them."""
+    for h in hypotheses:
+        if h.effect.lawful:
+            state = obeyed(model, state, h)[0]
+    return state
 
 
 def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
@@ -177,4 +186,4 @@ def free(base: Base, h: Hypothesis) -> Screened | None:
     return best
 
 
-__all__ = ["Screened", "screen"]
+__all__ = ["Screened", "led", "screen"]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from imubench.diagnosis.coherence import follows_motion
 from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.filtered import filtered
-from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.fit import Fit, at_noise_of, solve
 from imubench.diagnosis.grids import placed
 from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.lively import RIVALS, calm, state_trials
@@ -94,16 +94,15 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         if tried and (windows := blind(better, tried[0].hypothesis)):
             better, fit = with_noise(blinded(better, windows)), blinded(fit, windows)
             tried = tried[:1]  # the others were fitted to samples that no longer count
-        chain = ahead(fit, tried[0], better, plain, say) if tried else []
+        chain = ahead(fit, better, plain, say) if tried else []
         further = chain[-1].fit if chain else better
+        together: list[Trial] = []  # what comes in with the best
         if suspicious(further):
             lively = state_trials(fit, [h for h in left if h.effect.states and h.effect.variant != "isotropic"], say)
-            free = bool(lively) and not lively[0].hypothesis.effect.lawful
-            plainly = (TWICE if free else 1.0) * (log_evidence(further) - log_evidence(fit))
-            if lively and lively[0].evidence > max(NEEDED, plainly):
-                tried, better, chain = lively + tried, lively[0].fit, []
-        else:
-            chain = []
+            if lively and before_plain(lively[0], fit, further):
+                tried, better = lively + tried, lively[0].fit
+            else:
+                together = chain
         if not tried:
             break
         for best in asked(tried):
@@ -117,7 +116,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             break
         for h in (best.hypothesis, *best.also):
             kept.append(Kept(h, best.evidence, won, tuple(t for t in tried if t is not best and not t.also)))
-        for trial in chain if best is tried[0] else []:
+        for trial in together if best is tried[0] else []:
             won = foretold(better, trial.fit, rng)
             if won.low <= 0 or len(kept) == MOST - 1:
                 break
@@ -136,12 +135,17 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
 
 def foretold(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
     """Return what a fit with more in it gains on held-out data, both at its noise levels."""
-    ruler = solve(fit.model, fit.state, {n: better.noise[n] for n in fit.noise}, fit.anchor, steps=3)
-    return predicted(ruler, better, rng)
+    return predicted(at_noise_of(fit, better), better, rng)
 
 
-def ahead(fit: Fit, first: Trial, better: Fit, plain: list[Hypothesis], say: Callable[[str], None]) -> list[Trial]:
-    """Return more effects without states after the first, as long as each takes much of what the ones before left.
+def before_plain(lively: Trial, fit: Fit, further: Fit) -> bool:
+    """Return whether an effect with states explains more than those without that made `further` of the fit."""
+    plainly = log_evidence(further) - log_evidence(fit)
+    return lively.evidence > max(NEEDED, plainly if lively.hypothesis.effect.lawful else TWICE * plainly)
+
+
+def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], None]) -> list[Trial]:
+    """Return more effects without states than the one in `better`, while each takes much of what is left before it.
 
     A free spline explains nearly anything, two scales of a sensor too: it is not asked while scales do. Where it is
     asked and explains less, all of these are taken: what only stood in for a spline is dropped once that is in.

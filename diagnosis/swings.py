@@ -24,6 +24,11 @@ STILL, REST = 0.05, 0.3  # rad/s: a mean rate over so many seconds under which a
 SHARE = 0.01  # of the torque of the segment's weight: how closely the equation holds, before it is estimated
 
 
+def is_data(rows: Rows) -> bool:
+    """Return whether rows are samples, or the equation of motion in free swings."""
+    return rows.counts or rows.name == GROUP
+
+
 def inertia_about_joint(body: Body) -> Array:
     """Return the inertia (3, 3) kg m^2 about the segment's origin."""
     c = body.com

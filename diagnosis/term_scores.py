@@ -139,6 +139,7 @@ def colour(fit: Fit, term: Term) -> float:
     A term takes colour from the channels that it enters, so that the triple's other axes are asked too.
     """
     over = under = 0.0
+    loudest = 1.0  # where a signal has no power to tell
     for rows, signal in signals_of(fit, term):
         n, m = rows.residual.value.shape
         f, density = spectrum(rows.time, rows.whitened)
@@ -149,12 +150,13 @@ def colour(fit: Fit, term: Term) -> float:
         slow = np.maximum(f, SLOWEST)
         most = COLOUR / (np.pi * float(np.median(np.diff(rows.time))) * slow) / (1 + (f / slow) ** 2)
         louder = np.broadcast_to(1 + most[:, None], density.shape)
+        loudest = max(loudest, float(louder.max()))
         if not term.drift:
             ratio = density / np.maximum(white, 1e-300)
             louder = np.minimum(np.maximum(ratio, ratio.mean(axis=1, keepdims=True)), louder)
         over += float(np.sum(use * louder))
         under += float(np.sum(use))
-    return max(over / under, 1.0) if under > 0 else float(1 + most.max())
+    return max(over / under, 1.0) if under > 0 else loudest
 
 
 __all__ = ["ENOUGH", "Guess", "colour", "hypothesis_of", "promising", "signals_of"]

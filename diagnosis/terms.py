@@ -153,8 +153,8 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
     turned = [np.einsum("nk,nij->nijk", late, skew(x)).reshape(n, 3, -1) for x in sensed.values()]
     unit = 0.01  # rad, of a mount that turns
     signals = {part: unit * s for part, s in zip(sensed, turned, strict=True)}
-    turns = Term(imu.name, "both", "time: the sensor turns slowly", time, signals, (-1,) * signals["gyro"].shape[2])
-    yield replace(turns, timed=True)
+    several = (-1,) * signals["gyro"].shape[2]
+    yield Term(imu.name, "both", "time: the sensor turns slowly", time, signals, several, timed=True)
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,7 @@ def torque_terms(fit: Fit) -> Iterator[Term]:
     for words, basis in bases.items():
         b = basis()
         slow = words == "time"
-        yield Term("joint", "torque", words, time, {"torque": unit * b}, (0,) * b.shape[1], slow, slow)
+        yield Term("joint", "torque", words, time, {"torque": unit * b}, (0,) * b.shape[1], drift=slow, timed=slow)
 
 
 __all__ = ["CHANNELS", "Term", "Unknown", "UnknownTorque", "jumps", "terms"]

@@ -17,19 +17,19 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from imubench.diagnosis.fit import Fit, factored, solve
+from imubench.diagnosis.fit import Fit, at_noise_of, factored
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import Spread, levels
 from imubench.diagnosis.priors import TILT
 from imubench.diagnosis.rows import Rows
-from imubench.diagnosis.swings import GROUP
+from imubench.diagnosis.swings import is_data
 
 Told = dict[str, tuple[int, float, float]]
 
 
 def worth(before: Fit, after: Fit) -> float:
     """Return the nat by which `after` predicts samples and free swings' equation better, each at its own noise."""
-    ruler = solve(before.model, before.state, {n: after.noise[n] for n in before.noise}, before.anchor, steps=3)
+    ruler = at_noise_of(before, after)
     old, same, new = tallied(before), tallied(ruler), tallied(after)
     freedoms = sum(p for _, p, _ in new.values()) - sum(p for _, p, _ in same.values())
     return min(won(before.noise, old, after.noise, new), _cost(ruler) - _cost(after) - freedoms)
@@ -69,11 +69,6 @@ def foreseen(model: Model, rows: list[Rows]) -> Told:
             left = part.residual + part.along(motion)[:, :, 0] + part.border @ p[:, 0]
             out[r.name] = (left.size, float(spread.leverage(part).sum()), 0.5 * float(np.sum(left**2)))
     return out
-
-
-def is_data(rows: Rows) -> bool:
-    """Return whether rows are samples, or the equation of motion in free swings."""
-    return rows.counts or rows.name == GROUP
 
 
 __all__ = ["foreseen", "tallied", "won", "worth"]

@@ -98,7 +98,7 @@ def test_a_state_without_a_law_is_seen_in_what_the_fit_took_for_noise(fitted):
     _, fit, _ = fitted(("moving_pivot", "joint"), seed=11, rig="pendulum", strength="weak", seconds=15.0)
     pivot = next(s for s in screen(fit, lively(fit)) if s.hypothesis.effect.name == "moving_pivot")
     assert pivot.evidence > 100.0
-    assert pivot.rough["imu1.accel"] < 0.8 * fit.noise["imu1.accel"]
+    assert pivot.noise["imu1.accel"] < 0.8 * fit.noise["imu1.accel"]
 
 
 def test_a_linear_step_foresees_what_a_refit_comes_to(fitted):
