@@ -20,6 +20,7 @@ LAGS = (-6, -3, -1, 0, 1, 3, 6)  # samples
 ABOVE, SLOW = 4.0, 1.0  # times the noise's power; Hz, the least that a motion is asked up to
 SETTLED = 60  # samples that the filter needs
 CHANCE = 1e-6  # that white noise alone looks so, for one channel
+RELATED = 3.0  # of follows_motion, from which a sensor may have a motion of its own; clean recordings stay below 2
 
 
 def follows_motion(fit: Fit) -> dict[str, float]:
@@ -75,4 +76,4 @@ def _gain(residual: Array, signals: Array) -> float:
     return float(np.max(np.sum((u.T @ y) ** 2, axis=0)) / chi2.isf(CHANCE, u.shape[1]))
 
 
-__all__ = ["clear_of_noise", "follows_motion", "slower"]
+__all__ = ["RELATED", "clear_of_noise", "follows_motion", "slower"]

@@ -18,6 +18,7 @@ from imubench.diagnosis.fit import Fit, factored
 from imubench.diagnosis.noise import Spread
 from imubench.diagnosis.priors import TILT
 from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, Rows
+from imubench.diagnosis.swings import is_data
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.tilt import wider
 
@@ -60,9 +61,9 @@ def parameter_std(fit: Fit) -> dict[str, Array]:
 
 @one_thread
 def noise_spectra(fit: Fit) -> dict[str, Spectra]:
-    """Return the colour of every group of measurements."""
+    """Return the colour of every group of measurements, and of the equation of motion in free swings."""
     fit, solution, parts = _solved(fit)
-    measured = _measured(fit, parts)
+    measured = [(r, part) for r, part in zip(fit.rows, parts, strict=True) if is_data(r)]
     white = white_residuals(solution, measured, fit.model.tracks.width)
     return {r.name: spectra(r.whitened, w) for (r, _), w in zip(measured, white, strict=True)}
 

@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, solve
-from imubench.diagnosis.lively import calm
+from imubench.diagnosis.lively_fits import calm
 from imubench.diagnosis.model import Hypothesis, Model
 from imubench.diagnosis.noise import LAW_FLOOR, LOOSENED, fit_with_noise
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, log_evidence
 from imubench.diagnosis.result import Finding
 from imubench.diagnosis.samples import heard, sampled

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.alike import late
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
+from imubench.diagnosis.delays import late
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise

@@ -9,9 +9,10 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.priors import middles
 from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
-from imubench.diagnosis.select import NEEDED, Selection
+from imubench.diagnosis.select import Selection
 from imubench.diagnosis.separate import separation
 from imubench.diagnosis.splines import Moment
+from imubench.diagnosis.trial import NEEDED
 from imubench.effects import EFFECTS
 from imubench.jets import Jet
 

@@ -8,8 +8,8 @@ from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.heldout import BLOCK, Gain, predicted
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import log_evidence, refit
-from imubench.diagnosis.select import SEED
 from imubench.diagnosis.term_scores import Guess, colour, hypothesis_of
 from imubench.diagnosis.terms import Term
 

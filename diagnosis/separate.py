@@ -12,9 +12,9 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.alike import MARK, Joint, joint, mark
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, VELOCITY
+from imubench.diagnosis.marks import MARK, Joint, joint, mark
 from imubench.diagnosis.menu import MENU, Motion, Stage, Swing
 from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.refit import extended

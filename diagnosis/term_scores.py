@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.alike import joint
+from imubench.diagnosis.coloured import noise_spectra
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.marks import joint
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.rows import Rows
-from imubench.diagnosis.spectra import spectrum
 from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.terms import CHANNELS, Term, Unknown, UnknownTorque, interpolated, jumps, terms
 from imubench.recording import Imu
@@ -132,28 +132,25 @@ def _best(matrix: Array, gradient: Array, term: Term, louder: float = 1.0) -> Gu
 
 
 def colour(fit: Fit, term: Term) -> float:
-    """Return how much louder than white noise a fit's residuals are where a term has its power, at least 1.
+    """Return how much louder than white the noise may be where a term has its power, at least 1.
 
-    At most, and for a drift always, what first-order noise of `COLOUR` of the white one's power and a corner from
-    `SLOWEST` up would add, at the corner where it adds most: `COLOUR` / (pi step corner) / (1 + (f / corner)^2).
-    A term takes colour from the channels that it enters, so that the triple's other axes are asked too.
+    What a fit's residuals show beside those of white noise, of which the motion takes most where it is quick. At most,
+    and for a drift always, what first-order noise of `COLOUR` of the white one's power and a corner from `SLOWEST` up
+    would add, at the corner where it adds most: `COLOUR` / (pi step corner) / (1 + (f / corner)^2).
     """
+    shown = {} if term.drift else noise_spectra(fit)
     over = under = 0.0
     loudest = 1.0  # where a signal has no power to tell
     for rows, signal in signals_of(fit, term):
-        n, m = rows.residual.value.shape
-        f, density = spectrum(rows.time, rows.whitened)
-        white = np.median(density[f > 0.5 * f[-1]], axis=0)
-        _, power = spectrum(rows.time, signal.reshape(n, -1))
-        power = power.reshape(len(f), m, term.count)
-        use = power.sum(axis=2)
+        n = len(rows.time)
+        step = float(np.median(np.diff(rows.time)))
+        use = np.sum(np.abs(np.fft.rfft(signal.reshape(n, -1), axis=0)) ** 2, axis=1)
+        f = np.fft.rfftfreq(n, step)
         slow = np.maximum(f, SLOWEST)
-        most = COLOUR / (np.pi * float(np.median(np.diff(rows.time))) * slow) / (1 + (f / slow) ** 2)
-        louder = np.broadcast_to(1 + most[:, None], density.shape)
+        louder = 1 + COLOUR / (np.pi * step * slow) / (1 + (f / slow) ** 2)
         loudest = max(loudest, float(louder.max()))
         if not term.drift:
-            ratio = density / np.maximum(white, 1e-300)
-            louder = np.minimum(np.maximum(ratio, ratio.mean(axis=1, keepdims=True)), louder)
+            louder = np.minimum(np.maximum(shown[rows.name].at(len(f)), 1.0), louder)
         over += float(np.sum(use * louder))
         under += float(np.sum(use))
     return max(over / under, 1.0) if under > 0 else loudest

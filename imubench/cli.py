@@ -207,7 +207,7 @@ def prove_command(
     when a guard of limits.toml is passed or a diagnosis tried to see more.
     """
     from imubench import cli_prove
-    from imubench.trials.prove import Settings
+    from imubench.trials.settings import Settings
 
     if check is not None:
         raise typer.Exit(cli_prove.check(check, console))

@@ -12,9 +12,11 @@ from rich.table import Table
 
 from imubench.reproduce.parts import cores
 from imubench.trials.figures import numbers
-from imubench.trials.prove import Proof, Report, Settings, prove
+from imubench.trials.prove import Proof, prove
 from imubench.trials.seal import check_proof
 from imubench.trials.sealed import seal as seal_truth
+from imubench.trials.settings import Settings
+from imubench.trials.stages import Report
 
 COLOURS = {"holds": "green", "fails": "red", "open": "yellow", "none": "dim"}
 

@@ -20,6 +20,7 @@ POWERS = {  # of the parameters that make an effect larger
 FIXED = {"vibration": ("frequency",), "hysteresis": ("width",)}  # these do not belong to the effect's size
 LARGEST, SMALLEST = 300.0, 1e-3  # of the factor on what was drawn
 CLOSE = 0.05  # of the wanted visibility
+RUNAWAY = 1e6  # times it: of an effect so large that its motion has no bound
 ATTEMPTS = 14
 
 
@@ -45,7 +46,10 @@ def aimed(effect: Effect, case: Case, seen: Sight, wanted: float) -> tuple[Effec
 
     def visible(factor: float) -> float:
         case_there = replace(case, effects=[sized(effect, factor, case.options.gravity)])
-        return max(visibility(case_there, seen) or 0.0, 1e-6)
+        try:
+            return max(visibility(case_there, seen) or 0.0, 1e-6)
+        except FloatingPointError:  # its motion runs away
+            return RUNAWAY * wanted
 
     return _reached(effect, case.options.gravity, visible, wanted)
 

@@ -89,7 +89,10 @@ def creep(t: Array, time_constant: float) -> tuple[Array, Array, Array]:
 
 
 def hardening(track: Track, parameters: Parameters) -> Track:
-    """Return the frame of a mass on hardening springs, by Newton's method on the whole motion (quasi-linearised)."""
+    """Return the frame of a mass on hardening springs, by Newton's method on the whole motion (quasi-linearised).
+
+    Raises FloatingPointError where the motion is too violent for the springs and the grid.
+    """
     n = len(track.w)
     rate = 2 * np.pi * float(parameters["frequency"])
     damping, cubic = 2 * float(parameters["damping_ratio"]) * rate, (rate / float(parameters["span"])) ** 2
@@ -105,8 +108,13 @@ def hardening(track: Track, parameters: Parameters) -> Track:
         s = x[:, :3]
         A[:, 3:, :3] = plain - 3 * cubic * s[:, :, None] ** 2 * np.eye(3)
         b[:, 3:] = -track.f + 2 * cubic * s**3
-        last, x = x, solve(A, b, np.linalg.solve(A[0], -b[0]), STEP)
+        with np.errstate(over="ignore", invalid="ignore"):
+            last, x = x, solve(A, b, np.linalg.solve(A[0], -b[0]), STEP)
+        if not np.isfinite(x).all():
+            raise FloatingPointError(f"a hardening mount of {parameters['frequency']} Hz leaves every bound")
         if np.abs(x[:, :3] - last[:, :3]).max() < 1e-9:
             break
+    else:
+        raise FloatingPointError(f"no motion of a hardening mount found in {HARDENING_ROUNDS} rounds")
     accel = apply(plain, x[:, :3]) + apply(A[:, 3:, 3:], x[:, 3:]) - track.f - cubic * x[:, :3] ** 3
     return track.placed(x[:, :3], x[:, 3:], accel)

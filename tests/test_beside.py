@@ -2,8 +2,8 @@
 
 import pytest
 
-from imubench.diagnosis.diagnose import DOUBTFUL, beside
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval
+from imubench.diagnosis.verdict import DOUBTFUL, beside
 
 
 def said(effect, at, gain, confidence=0.98):

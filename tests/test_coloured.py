@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.coloured import influence, parameter_std
-from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.fit import factored, solve
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import Spread, fit_with_noise
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import information, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis import gather, on_disk
-from imubench.diagnosis.diagnose import diagnose, nominal_fit
+from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.evidence import Played
 from imubench.diagnosis.export import rig_of
 from imubench.diagnosis.judge import errors
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.quiet import quiet_level
 from imubench.diagnosis.replay import played_through, readings
 from imubench.diagnosis.result_file import as_dict, read_diagnosis

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.coherence import follows_motion
-from imubench.diagnosis.diagnose import nominal_fit
+from imubench.diagnosis.coherence import RELATED, follows_motion
 from imubench.diagnosis.heldout import gain, held_out
 from imubench.diagnosis.noise import declared
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import guess_of, information, log_evidence, refit
 from imubench.diagnosis.score import score
-from imubench.diagnosis.select import NEEDED, RELATED, candidates, misfit, select
+from imubench.diagnosis.select import candidates, select
+from imubench.diagnosis.trial import NEEDED, misfit
 from imubench.format1 import read
 from imubench.jets import rotation
 from imubench.proof.case import make_case

@@ -2,7 +2,8 @@
 
 Recordings of 25 s with one effect of a middling size each, the rest as a recording is: mounts off by what is declared,
 noise of its own. A number counts as right within 10 % or three of the stated standard deviations; 95 % of the excess
-misfit must be gone.
+misfit must be gone. A weak or a strong one must be named, the weak where it is ten times its bound or more, and nothing
+else with it.
 """
 
 import numpy as np
@@ -10,12 +11,15 @@ import pytest
 
 from imubench.diagnosis.diagnose import diagnose
 from imubench.format1 import read
-from imubench.proof.case import make_case
-from imubench.trials.match import deviation
+from imubench.proof.bounds import visibility
+from imubench.proof.case import build, make_case, write
+from imubench.trials.make import answers
+from imubench.trials.match import deviation, holds, sure
 
 pytestmark = pytest.mark.slow
 
 SWING = {"base": "fixed", "swing": True}
+SEEN = 10.0  # times the Cramer-Rao bound
 SEEDS = {"end_stop": 201}  # the stop of 908 is never met
 CASES = [
     *((name, "imu1", "hinge", {}) for name in ("gyro_bias", "accel_bias", "gyro_drift", "accel_drift", "gyro_scale")),
@@ -72,3 +76,15 @@ def test_one_effect(name, at, rig, options, tmp_path):
         off = deviation(name, key, told, np.asarray(true, dtype=float), 100.0)
         size = np.linalg.norm(np.asarray(true, dtype=float))
         assert np.all((np.abs(off) <= 3 * np.broadcast_to(told.std, np.shape(off))) | (np.abs(off) <= 0.1 * size)), key
+
+
+@pytest.mark.parametrize("strength", ["weak", "strong"])
+@pytest.mark.parametrize(("name", "at", "rig", "options"), [pytest.param(*c, id=c[0]) for c in CASES])
+def test_smaller_or_larger(name, at, rig, options, strength, tmp_path):
+    case = build(rig, [(name, at)], SEEDS.get(name, 900 + len(name)), strength, seconds=25.0, **options)
+    write(case, tmp_path / "r")
+    right = answers(case.effects[0], case.options)
+    found = sure(diagnose(read(tmp_path / "r")[0])[0].findings)
+    assert [(f.effect, f.at) for f in found if not holds(right, f)] == []
+    if strength == "strong" or (visibility(case) or 0.0) >= SEEN:
+        assert len(found) == 1

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.heldout import block_of, gain, held_out
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.score import score
 from imubench.diagnosis.select import candidates

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.coloured import parameter_std
-from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.fit import solve
-from imubench.diagnosis.lively import laws
+from imubench.diagnosis.lively_fits import laws
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.prune import natural
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.start import pose_offset

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.left_out import left_out
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.loud import ALLOWED, loud
 from imubench.diagnosis.noise import declared, levels
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.result import UNKNOWN, Where
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -122,6 +122,15 @@ def test_an_effect_is_drawn_to_the_visibility_that_is_wanted(name):
         assert reached == pytest.approx(wanted, rel=0.06)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_mount_too_hard_to_have_a_motion_is_not_drawn():
+    case = build("hinge", [("hardening_mount", "imu2")], seed=6, **SHORT)
+    seen = sight(case)
+    effect, reached = aimed(case.effects[0], case, seen, 1e6)
+    assert np.isfinite(reached)
+    assert np.isfinite(seen.readings([effect])).all()
+
+
 def test_an_aimed_case_is_written_with_what_it_reached(tmp_path):
     effects = [("gyro_bias", "imu1"), ("gyro_noise", "imu2")]
     truth = make_aimed(tmp_path / "a", "hinge", effects, 3, [10.0, 10.0], **SHORT)

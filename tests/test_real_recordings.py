@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from imubench import rotations
 from imubench.alignment import optical_rate
 from imubench.convert import CONVERTERS
-from imubench.diagnosis.diagnose import diagnose, nominal_fit
+from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.explained import explained_fit, told
 from imubench.diagnosis.gather import played
@@ -15,6 +15,7 @@ from imubench.diagnosis.judge import errors, judged
 from imubench.diagnosis.left_out import left_out
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended
 from imubench.effects import EFFECTS
 from imubench.rotations import conjugate, from_axis_angle, log, multiply

@@ -3,15 +3,17 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.excerpt import cut, excerpt, loudest
 from imubench.diagnosis.fit import all_rows, solve
 from imubench.diagnosis.grids import hum, slip
+from imubench.diagnosis.lively import RIVALS, state_trials
 from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.rounds import asked
 from imubench.diagnosis.score import started
 from imubench.diagnosis.screen import Base, screen
-from imubench.diagnosis.select import RIVALS, TRIED, asked, candidates, state_trials
-from imubench.diagnosis.trial import Trial
+from imubench.diagnosis.select import candidates
+from imubench.diagnosis.trial import TRIED, Trial
 from imubench.diagnosis.worth import foreseen, tallied, won
 from imubench.effects import EFFECTS
 from imubench.format1 import read

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import imubench.proof.case as case
-from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.menu import MENU, Swing, swung
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.separate import expected, separate, separation
 from imubench.effects import EFFECTS

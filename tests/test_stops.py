@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.diagnose import nominal_fit
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.samples import heard, sampled
 from imubench.diagnosis.stops import Stop, settled_between, stop_of
 from imubench.format1 import read

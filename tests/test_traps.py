@@ -9,14 +9,17 @@ from scipy.stats import chi2
 
 import imubench.diagnosis.diagnose as whole
 from imubench.diagnosis import gather
-from imubench.diagnosis.diagnose import diagnose, nominal_fit
+from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.fit import all_rows, assemble, moved, solve, step
 from imubench.diagnosis.noise import declared
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.regressors import regressors
+from imubench.diagnosis.rounds import UNEXPLAINED
 from imubench.diagnosis.score import score
-from imubench.diagnosis.select import UNEXPLAINED, candidates, misfit
+from imubench.diagnosis.select import candidates
 from imubench.diagnosis.start import model_of
+from imubench.diagnosis.trial import misfit
 from imubench.diagnosis.where import locate
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -12,8 +12,10 @@ from imubench.errors import InputError
 from imubench.proof.mixture import mixture
 from imubench.trials import blind
 from imubench.trials.make import leaks, made, shortened
-from imubench.trials.prove import Settings, make_cases, prove, publish
+from imubench.trials.prove import prove
 from imubench.trials.seal import check, check_proof, commitment, salt_of
+from imubench.trials.settings import Settings
+from imubench.trials.stages import make_cases, publish
 
 SEED = 5
 SILENT = """

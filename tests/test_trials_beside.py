@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from imubench import format1
-from imubench.diagnosis.diagnose import nominal_fit
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.result import Diagnosis, FitQuality, Where
 from imubench.proof.case import build, make_case
 from imubench.trials import blind

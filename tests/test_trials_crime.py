@@ -10,7 +10,8 @@ from imubench.proof.mixture import mixture
 from imubench.trials import crime
 from imubench.trials.crime import SIMULATED, SUFFIX, made_simulated, simulable, simulated, twice
 from imubench.trials.make import leaks, shortened
-from imubench.trials.prove import Settings, prove
+from imubench.trials.prove import prove
+from imubench.trials.settings import Settings
 
 SEED = 5
 SILENT = """

@@ -13,8 +13,9 @@ from imubench.errors import InputError
 from imubench.proof.added import ADDABLE, add, addable, filtered, quiet_std, read_samples
 from imubench.proof.case import make_case
 from imubench.proof.sensors import Samples
-from imubench.trials.prove import Settings, prove
+from imubench.trials.prove import prove
 from imubench.trials.real import beside, made_real, questions
+from imubench.trials.settings import Settings
 
 SILENT = """
 import json, os, pathlib, sys

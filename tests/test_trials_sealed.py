@@ -9,10 +9,11 @@ import pytest
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval
 from imubench.errors import InputError
 from imubench.proof.case import make_case
-from imubench.trials.prove import Settings, prove
+from imubench.trials.prove import prove
 from imubench.trials.scoring import score
 from imubench.trials.seal import check_proof
 from imubench.trials.sealed import as_scored, checked, commitments, opened, seal, without_known
+from imubench.trials.settings import Settings
 
 ROCKS = [{"effect": "rocking_mount", "at": "imu2"}, {"effect": "soft_mount", "at": "imu2"}]
 BIASED = {"effect": "accel_bias", "at": "imu1"}

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.bases import curve, drifts, kinked, play
-from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.fit import all_rows, solve
 from imubench.diagnosis.fitted_terms import NEEDED
 from imubench.diagnosis.fitted_terms import fitted as in_the_fit
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import LAW_FLOOR, fit_with_noise
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.result import UNKNOWN
 from imubench.diagnosis.select import select

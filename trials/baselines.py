@@ -14,14 +14,17 @@ import numpy as np
 
 from imubench import format1
 from imubench.arrays import Array
-from imubench.diagnosis.diagnose import nominal_fit
 from imubench.diagnosis.findings import parameters
 from imubench.diagnosis.fit import Fit, all_rows, factored
+from imubench.diagnosis.lively import state_trials
 from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval
+from imubench.diagnosis.rounds import plain_trials, with_noise
 from imubench.diagnosis.score import score, started
-from imubench.diagnosis.select import NEEDED, candidates, plain_trials, state_trials, with_noise
+from imubench.diagnosis.select import candidates
+from imubench.diagnosis.trial import NEEDED
 from imubench.trials.match import inside
 from imubench.trials.seal import Truth
 

@@ -1,0 +1,112 @@
+"""How a refit begins with effects that have a life of their own, and when such a fit is one."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from imubench.diagnosis.equations import state_rows
+from imubench.diagnosis.fit import Fit, all_rows, settled, solve
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.noise import declared, fit_with_noise
+from imubench.diagnosis.refit import extended
+from imubench.diagnosis.screen import Screened, led
+from imubench.diagnosis.trial import Trial
+from imubench.diagnosis.worth import worth
+
+ROUNDS = 3  # of their noise estimation
+DOUBTED, LEFT = 4.0, 0.05  # times a law's std, and of what drives it, that may be left; beyond, its state is a spline
+IMPLAUSIBLE = 4.0  # of its prior's standard deviations, on every axis
+
+
+def begun_screened(fit: Fit, some: list[Screened], rounds: int = ROUNDS) -> Trial:
+    """Return the refit with state effects, begun as their laws say and where a law outweighs the measurements.
+
+    From the screening's stiff and damped starts: the motion of a fit that knows no spring holds the spring's own, and
+    a law already tuned to it would answer with a resonance.
+    """
+    hypotheses = [s.hypothesis for s in some]
+    guess = {name: value for s in some for name, value in s.values.items()}
+    begun = extended(fit, (*fit.model.hypotheses, *hypotheses), guess)
+    noise = dict(begun.noise)
+    for s in some:
+        noise |= s.noise
+    start = _calm_for_laws(replace(begun, noise=noise), hypotheses)
+    tried = solve(begun.model, led(begun.model, begun.state, hypotheses), start, fit.anchor, steps=4)
+    tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=rounds)
+    return against(fit, hypotheses, tried)
+
+
+def joined(fit: Fit, alone: Trial, other: Screened) -> Trial:
+    """Return the refit with a second state effect, begun where the first alone had come to."""
+    h, found = other.hypothesis, alone.fit
+    guess = {name: value for name, value in found.state.values.items() if name not in fit.model.priors}
+    begun = extended(found, (*found.model.hypotheses, h), guess | dict(other.values))
+    noise = begun.noise | found.noise | other.noise
+    tried = solve(begun.model, led(begun.model, begun.state, [h]), noise, fit.anchor, steps=4)
+    tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)
+    return against(fit, [alone.hypothesis, h], tried)
+
+
+def grown(fit: Fit, trial: Trial) -> Trial:
+    """Return a trial on a part of the recording as one on all of it, from the parameters and the noise found there."""
+    hypotheses = [trial.hypothesis, *trial.also]
+    guess = {name: value for name, value in trial.fit.state.values.items() if name not in fit.model.priors}
+    begun = extended(fit, (*fit.model.hypotheses, *hypotheses), guess)
+    laws_loose = {n: begun.noise[n] for h in hypotheses for n in begun.noise if n.startswith(f"{h.name}.")}
+    noise = begun.noise | trial.fit.noise | laws_loose
+    quiet = _calm_for_laws(replace(begun, noise=noise), hypotheses)
+    driven = led(begun.model, begun.state, hypotheses)  # by a motion that holds the spring's own, it may resound
+    states = [begun.state, driven]
+    states += [settled(begun.model, s, quiet, fit.anchor, fit.loose) for s in states]
+    cost = [sum(r.cost for r in all_rows(begun.model, s, quiet, fit.anchor, fit.loose)) for s in states]
+    begun = solve(begun.model, states[int(np.argmin(cost))], quiet, fit.anchor, steps=4)
+    tried = fit_with_noise(begun.model, begun.state, noise, fit.anchor, rounds=ROUNDS)
+    return against(fit, hypotheses, tried)
+
+
+def against(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
+    """Return a refit beside the fit without its effects."""
+    return Trial(hypotheses[0], tried, worth(fit, tried), tuple(hypotheses[1:]))
+
+
+def _calm_for_laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> dict[str, float]:
+    """Return the fit's noise levels, calm where an effect has a law to outweigh a misfit; a free state would vanish."""
+    return calm(fit) if any(h.effect.lawful for h in hypotheses) else fit.noise
+
+
+def calm(fit: Fit) -> dict[str, float]:
+    """Return noise levels to begin a spring's fit with: ten times the declared, so that its law outweighs a misfit."""
+    told = declared(fit.model)
+    return {name: 10 * told[name] if name in told else std for name, std in fit.noise.items()}
+
+
+def resolved(trial: Trial) -> bool:
+    """Return whether every law holds, with plausible numbers, and a rate in Hz that its sensor's samples can show."""
+    fit, rates = trial.fit, {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
+    found = (trial.hypothesis, *trial.also)
+    for h in found:
+        for p in [p for p in h.effect.parameters if p.log]:
+            value = fit.state.values[h.key(p.name)]
+            if p.unit == "Hz" and h.at in rates and float(np.exp(value).min()) > rates[h.at]:
+                return False  # not on any axis
+            if np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std):
+                return False
+    return all(left < max(DOUBTED, LEFT * drive) for left, drive in laws(fit, found))
+
+
+def laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, float]]:
+    """Return what is left of each law of some effects, and what drives it (were their states at rest), in its stds.
+
+    Foam is no linear spring: its law leaves several stds, which is little of what rocks an IMU on it.
+    """
+    own = [h.key(s.name) for h in hypotheses for s in h.effect.states]
+    still = fit.state.coefficients.copy()
+    for name in own:
+        still[:, fit.model.tracks.columns(name)] = 0.0
+    rest = replace(fit.state, coefficients=still)
+    rows = [r for h in hypotheses for r in state_rows(fit.model, rest, h)]
+    return [(fit.noise[r.name], float(np.sqrt(np.mean(r.whitened**2)))) for r in rows if r.name in fit.noise]
+
+
+__all__ = ["ROUNDS", "against", "begun_screened", "calm", "grown", "joined", "laws", "resolved"]

@@ -1,0 +1,54 @@
+"""The fit of a recording as it was declared, begun from the recording alone."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imubench.diagnosis.coherence import RELATED, follows_motion
+from imubench.diagnosis.equations import equation_rows
+from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.noise import declared, fit_with_noise
+from imubench.diagnosis.priors import START_SMOOTH
+from imubench.diagnosis.start import blind_start, model_of
+from imubench.recording import Recording
+
+START_NOISE = {"gyro": 0.3, "accel": 1.0, "angle": 0.01, "position": 0.01, "rotation": 0.02}  # loose: rad/s, m/s^2, ...
+LOOSE_EQUATION = 1e4  # of its std: the sensors say what moves before the equation of motion is asked
+FREER = 8.0  # times the roughness of a motion that may be held too smooth
+UNRELATED = 1.0  # of follows_motion: no more than by chance
+
+
+def nominal_fit(recording: Recording, masks: dict[str, NDArray[np.bool_]] | None = None) -> Fit:
+    """Return the fit of the model as it was declared, noise levels estimated; `masks` says which samples count."""
+    model = replace(model_of(recording), masks=masks or None)
+    model, state, anchor = blind_start(model)
+    noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
+    noise |= {f"smooth.{name}": START_SMOOTH[name] for name in model.tracks.widths if name in START_SMOOTH}
+    laws = {r.name: LOOSE_EQUATION for r in equation_rows(model, state)}
+    noise |= laws
+    begun = solve(model, state, noise, anchor, enough=1e-3)
+    noise |= declared(model)
+    fit = fit_with_noise(model, begun.state, noise, anchor, motion=True)
+    fit = freed(fit)
+    if not laws:
+        return fit
+    sensors = {name: std for name, std in fit.noise.items() if name not in laws}
+    fit = fit_with_noise(model, fit.state, sensors | dict.fromkeys(laws, 1.0), anchor, rounds=4, only=laws.keys())
+    return fit
+
+
+def freed(fit: Fit) -> Fit:
+    """Return the fit with its motion held less smooth, where that is all that its residuals had against it.
+
+    One roughness for rests and quick strokes may be too small for the strokes; what a sensor does of its own shows
+    against the other sensors, however rough the motion may be.
+    """
+    if max(follows_motion(fit).values(), default=0.0) < RELATED:
+        return fit
+    noise = {name: std * (FREER if name.startswith("smooth.") else 1.0) for name, std in fit.noise.items()}
+    freer = fit_with_noise(fit.model, fit.state, noise, fit.anchor)
+    return freer if max(follows_motion(freer).values()) < UNRELATED else fit
+
+
+__all__ = ["freed", "nominal_fit"]

@@ -1,0 +1,151 @@
+"""One round of the search: what could come into the fit next, the best of it refitted exactly."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imubench.diagnosis.coherence import RELATED, follows_motion
+from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.grids import placed
+from imubench.diagnosis.lively import state_trials
+from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.prune import natural
+from imubench.diagnosis.refit import log_evidence, refit
+from imubench.diagnosis.score import Score, score
+from imubench.diagnosis.trial import NEEDED, TRIED, Trial, misfit
+
+NEAR = 0.1  # of the best promise: a score below is not worth a refit
+UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a declared noise explains up to 1.6
+BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
+AHEAD = 3  # effects without states that are tried together before one with states is
+LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
+TWICE = 2.0  # times what effects without states explain: from there a spline without a law comes before them
+
+
+@dataclass(frozen=True)
+class Round:
+    """What was tried."""
+
+    fit: Fit  # without it, on the samples that count
+    tried: list[Trial]  # the one that explains most first
+    first: Fit  # with that one, at the noise levels that it leaves
+    together: list[Trial]  # what comes in with it, one after the other
+
+
+def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]) -> Round:
+    """Return what could come into the fit next, of effects that are not in it."""
+    say("scoring every effect")
+    taken = {h.name for h in fit.model.hypotheses}
+    left = [h for h in everything if h.name not in taken]
+    plain, judged = placed(fit, [h for h in left if not h.effect.states])
+    scores = sorted([*score(fit, plain), *judged], key=lambda s: -s.evidence)
+    tried = [t for t in plain_trials(fit, scores, say) if t.evidence > NEEDED]
+    first = with_noise(tried[0].fit) if tried else fit
+    if tried and (windows := blind(first, tried[0].hypothesis)):
+        first, fit = with_noise(blinded(first, windows)), blinded(fit, windows)
+        tried = tried[:1]  # the others were fitted to samples that no longer count
+    chain = ahead(fit, first, plain, say) if tried else []
+    further = chain[-1].fit if chain else first
+    if not suspicious(further):
+        return Round(fit, tried, first, [])
+    lively = state_trials(fit, [h for h in left if h.effect.states and h.effect.variant != "isotropic"], say)
+    if lively and before_plain(lively[0], fit, further):
+        return Round(fit, lively + tried, lively[0].fit, [])
+    return Round(fit, tried, first, chain)
+
+
+def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most: int = TRIED) -> list[Trial]:
+    """Return exact refits of the best scores, at `most` so many, best evidence first."""
+    best = max((s.evidence for s in scores), default=0.0)
+    chosen = [s for s in scores if s.evidence > max(NEEDED, NEAR * best)][:most]
+    base = log_evidence(fit)
+    out = []
+    for s in chosen:
+        say(f"refitting with {s.hypothesis.name}")
+        tried = refit(fit, (*fit.model.hypotheses, s.hypothesis))
+        if not (dated(tried, s.hypothesis) and natural(tried, s.hypothesis)):
+            continue
+        out.append(Trial(s.hypothesis, tried, log_evidence(tried) - base))
+    return sorted(out, key=lambda t: -t.evidence)
+
+
+def asked(tried: list[Trial]) -> list[Trial]:
+    """Return the trials that held-out data are asked about, one after the other until one is not refused.
+
+    The best, and the best without states, which a spline that takes in everything hides; with those as good as it.
+    """
+    plain = [t for t in tried if not t.hypothesis.effect.states]
+    return [*tried[:1], *(t for t in plain if t is not tried[0] and t.evidence > plain[0].evidence - NEEDED)]
+
+
+def dated(fit: Fit, h: Hypothesis) -> bool:
+    """Return whether an effect's moment, where it has one, has recording before and after it."""
+    start, end = fit.span
+    moments = [fit.state.values[h.key(p.name)] for p in h.effect.parameters if p.name == "time"]
+    return all(bool(np.all((t > start + BESIDE) & (t < end - BESIDE))) for t in moments)
+
+
+def before_plain(lively: Trial, fit: Fit, further: Fit) -> bool:
+    """Return whether an effect with states explains more than those without that made `further` of the fit."""
+    plainly = log_evidence(further) - log_evidence(fit)
+    return lively.evidence > max(NEEDED, plainly if lively.hypothesis.effect.lawful else TWICE * plainly)
+
+
+def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], None]) -> list[Trial]:
+    """Return more effects without states than the one in `better`, while each takes much of what is left before it.
+
+    A free spline explains nearly anything, two scales of a sensor too: it is not asked while scales do. Where it is
+    asked and explains less, all of these are taken: what only stood in for a spline is dropped once that is in.
+    """
+    out: list[Trial] = []
+    for _ in range(AHEAD):
+        if not suspicious(better) or misfit(better) - 1 > LITTLE * max(misfit(fit) - 1, 0.0):
+            break
+        say("looking whether more effects without states explain it")
+        names = {h.name for h in better.model.hypotheses}
+        tried = plain_trials(better, score(better, [h for h in plain if h.name not in names]), say, 1)
+        if not tried or tried[0].evidence < NEEDED:
+            break
+        fit, better = better, with_noise(tried[0].fit)
+        out.append(replace(tried[0], fit=better))
+    return out
+
+
+def blind(fit: Fit, h: Hypothesis) -> dict[str, NDArray[np.bool_]]:
+    """Return the samples that count besides those in which an effect acts as its law does not say; none: all do."""
+    windows = h.effect.blind({p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters})
+    masks = {}
+    for name, stamps in fit.model.stamps.items():
+        if windows and name.split(".")[0] == h.at:
+            time = stamps - fit.model.start
+            masks[name] = ~np.any([(time >= a) & (time <= b) for a, b in windows], axis=0)
+    return masks
+
+
+def blinded(fit: Fit, counted: dict[str, NDArray[np.bool_]]) -> Fit:
+    """Return the fit on those samples alone, noise levels as they were."""
+    known = fit.model.masks or {}
+    masks = known | {name: mask & known.get(name, mask) for name, mask in counted.items()}
+    return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=3)
+
+
+def suspicious(fit: Fit) -> bool:
+    """Return whether a sensor or a joint may have a motion of its own that the fit does not know.
+
+    Once such a motion is in, what is left must be more than its law's approximations.
+    """
+    if misfit(fit) > UNEXPLAINED:
+        return True
+    alive = any(h.effect.states for h in fit.model.hypotheses)
+    return not alive and max(follows_motion(fit).values(), default=0.0) > RELATED
+
+
+def with_noise(fit: Fit) -> Fit:
+    """Return a fit with the noise levels that it leaves."""
+    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=3)
+
+
+__all__ = ["UNEXPLAINED", "Round", "asked", "attempted", "plain_trials", "with_noise"]
