@@ -14,7 +14,7 @@ from imubench.diagnosis.result import UNKNOWN, Diagnosis, FitQuality, Verdict
 from imubench.diagnosis.samples import heard, sampled
 from imubench.diagnosis.select import select
 from imubench.diagnosis.stops import settled_between, stop_of
-from imubench.diagnosis.unknown import unknowns
+from imubench.diagnosis.unknown import Unknowns, unknowns
 from imubench.diagnosis.verdict import beside, missing, verdict_of, with_samples
 from imubench.diagnosis.where import locate
 from imubench.progress import Step, silent
@@ -40,7 +40,8 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
     with step("weigh and locate what is left"):
         before = gather.weighed(first, told)
         where = locate(gather.traces(before), regressors(first))
-        rest, best = unknowns(chosen.fit, where) if chosen else ((), fit)
+        strange = unknowns(chosen.fit, where) if chosen else Unknowns((), fit, ())
+        rest, best = strange.findings, strange.fit
         rounded = {f.at for f in samples.findings if f.effect == "quantisation"}
         rest = tuple(f for f in rest if f.at not in rounded)  # rounding goes with the signal, and is said already
         noises = tuple(f for f in rest if f.effect != UNKNOWN)
@@ -49,7 +50,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         after = gather.weighed(best, now)
         kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
         fitted = tuple(f for f in (findings(chosen) if chosen else ()) if (f.effect, f.at) in kept)
-        named = with_samples((*beside(fitted, rest), *noises), samples)
+        named = with_samples((*beside(fitted, rest, strange.doubted), *noises), samples)
         traces = gather.traces(before, after if named or rest else None)
     evidence = Evidence(
         recording,

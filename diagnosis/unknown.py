@@ -7,7 +7,7 @@ looks like slow terms: what is left of the residuals' colour after the refit div
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from imubench.diagnosis.findings import MOST_SURE, SOFT
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.loud import loud
+from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.refit import information, log_evidence, refit
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
@@ -31,16 +32,22 @@ FRICTION = ("viscous_friction", "dry_friction", "air_drag")
 UNITS = {"gyro": "rad/s", "accel": "m/s^2", "torque": "N m"}
 
 
-def unknowns(
-    fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] = lambda _: None
-) -> tuple[tuple[Finding, ...], Fit]:
-    """Return what a fit with all its named effects leaves unexplained, and the fit with terms for it.
+@dataclass(frozen=True)
+class Unknowns:
+    """What has no name."""
 
-    Effects that only stood in for such a term are no longer in its model, and those beside which one explains more.
+    findings: tuple[Finding, ...]
+    fit: Fit  # with terms for it; without the names that only stood in for them
+    doubted: tuple[Hypothesis, ...]  # names that a term explains as well
+
+
+def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] = lambda _: None) -> Unknowns:
+    """Return what a fit with all its named effects leaves unexplained, with terms for it in the model.
 
     `where` says where the nominal fit's residuals were; it serves where no term is found for what is left.
     """
-    found, fit = displaced(fit, say)
+    held = displaced(fit, say)
+    found, fit = held.terms, held.fit
     while len(found) < MOST:
         say("looking for something without a name")
         best = found_in(fit)
@@ -49,7 +56,8 @@ def unknowns(
         found.append(best)
         fit = superseded(best.fit, [f.term for f in found], say)
     out = [finding(f) for i, f in enumerate(found) if f.term.at not in {g.term.at for g in found[:i]}]
-    return (*out, *loud(fit, where, {f.at for f in out})), fit
+    doubted = tuple(h for h in held.doubted if h in fit.model.hypotheses)
+    return Unknowns((*out, *loud(fit, where, {f.at for f in out})), fit, doubted)
 
 
 def found_in(fit: Fit) -> Fitted | None:
@@ -146,4 +154,4 @@ def place(found: Fitted) -> Where:
     return Where(term.at, shares, (), (), term.goes_with, 1.0)
 
 
-__all__ = ["Fitted", "Guess", "found_in", "promising", "unknowns"]
+__all__ = ["Fitted", "Guess", "Unknowns", "found_in", "promising", "unknowns"]

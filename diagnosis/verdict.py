@@ -1,12 +1,15 @@
 """What is said in the end: findings of the fit and of the raw samples together, and what no recording could show."""
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
 
 from imubench.diagnosis.kinematics import Rig
+from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.result import Finding, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
+from imubench.effects import EFFECTS
 from imubench.recording import Recording
 
 KNOCKING = ("end_stop", "joint_play")  # what knocks by itself
@@ -26,11 +29,21 @@ def with_samples(fitted: tuple[Finding, ...], samples: Sampled) -> tuple[Finding
     return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
 
 
-def beside(named: tuple[Finding, ...], rest: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """Return named findings, doubted where something without a name at their place is worth much: it may be all."""
+def beside(
+    named: tuple[Finding, ...], rest: tuple[Finding, ...], doubted: Collection[Hypothesis] = ()
+) -> tuple[Finding, ...]:
+    """Return named findings, doubted where something without a name explains as much.
+
+    So do `doubted`, and those at whose place something without a name is worth much: it may be all. A state without a
+    law explains what is anywhere.
+    """
+    equalled = {(h.effect.name, h.at) for h in doubted}
 
     def strange(f: Finding) -> bool:
-        return any(u.at == f.at and u.heldout_gain.value > MUCH * f.heldout_gain.value for u in rest)
+        effect = EFFECTS.get(f.effect)
+        free = effect is not None and bool(effect.states) and not effect.lawful
+        near = [u.heldout_gain.value for u in rest if free or u.at == f.at]
+        return max(near, default=0.0) > MUCH * f.heldout_gain.value or (f.effect, f.at) in equalled
 
     return tuple(replace(f, confidence=min(f.confidence, DOUBTFUL)) if strange(f) else f for f in named)
 

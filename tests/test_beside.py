@@ -2,8 +2,10 @@
 
 import pytest
 
+from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval
 from imubench.diagnosis.verdict import DOUBTFUL, beside
+from imubench.effects import EFFECTS
 
 
 def said(effect, at, gain, confidence=0.98):
@@ -21,3 +23,14 @@ def test_a_name_is_doubted_beside_much_without_one(at, gain, doubted):
 def test_a_doubt_makes_nothing_surer():
     (f,) = beside((said("accel_drift", "imu1", 10.0, 0.51),), (said(UNKNOWN, "imu1", 500.0),))
     assert f.confidence == 0.51
+
+
+@pytest.mark.parametrize(("gain", "doubted"), [(500.0, True), (50.0, False)])
+def test_a_state_without_a_law_is_doubted_wherever_something_without_a_name_is(gain, doubted):
+    (f,) = beside((said("moving_pivot", "joint", 1000.0),), (said(UNKNOWN, "imu1", gain),))
+    assert f.confidence == (DOUBTFUL if doubted else 0.98)
+
+
+def test_a_name_that_a_term_equals_is_doubted():
+    (f,) = beside((said("accel_bias", "imu1", 1000.0),), (), [Hypothesis(EFFECTS["accel_bias"], "imu1")])
+    assert f.confidence == DOUBTFUL

@@ -79,7 +79,8 @@ def test_a_jump_at_the_end_is_as_coloured_as_one_before(swinging):
 
 
 def test_a_cogging_joint_is_found_by_its_angle(swinging):
-    found, fit = unknowns(swinging)
+    strange = unknowns(swinging)
+    found, fit = strange.findings, strange.fit
     assert [(f.effect, f.at) for f in found] == [(UNKNOWN, "joint")]
     assert found[0].where.depends_on == "the joint's angle, again and again"
     assert found[0].heldout_gain.ci[0] > 0
@@ -103,7 +104,7 @@ def test_a_cogging_joint_is_found_by_its_angle(swinging):
     ],
 )
 def test_what_the_table_does_not_have_is_found_where_it_is(tmp_path, name, at, seed, options, words):
-    found, _ = unknowns(fitted(tmp_path, [(name, at)], seed, **options))
+    found = unknowns(fitted(tmp_path, [(name, at)], seed, **options)).findings
     assert found[0].at == at
     assert found[0].where.at == at
     assert found[0].where.depends_on.startswith(words)
@@ -116,14 +117,15 @@ def test_a_scale_that_stood_in_for_a_cubic_sensor_gives_way(tmp_path):
     """A cubic accelerometer at imu2, which the selection takes for a scale of the other one."""
     fit = fitted(tmp_path, [("cubic", "imu2")], 16)
     fit = refit(fit, (*fit.model.hypotheses, Hypothesis(EFFECTS["accel_scale"], "imu1")))
-    found, after = unknowns(fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1))
+    strange = unknowns(fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1))
+    found, after = strange.findings, strange.fit
     assert [f.at for f in found] == ["imu2"]
     assert {h.effect.name for h in after.model.hypotheses} == {UNKNOWN}
 
 
 @pytest.mark.parametrize("options", [{}, {"colour": 0.2}, {"rig": "pendulum", "colour": 0.2}])
 def test_noise_alone_raises_nothing(tmp_path, options):
-    assert unknowns(fitted(tmp_path, [], 31, **options))[0] == ()
+    assert unknowns(fitted(tmp_path, [], 31, **options)).findings == ()
 
 
 @pytest.mark.slow
@@ -137,7 +139,7 @@ def test_noise_alone_raises_nothing(tmp_path, options):
     ],
 )
 def test_coloured_noise_alone_raises_nothing(tmp_path, seed, options):
-    assert unknowns(fitted(tmp_path, [], seed, **options))[0] == ()
+    assert unknowns(fitted(tmp_path, [], seed, **options)).findings == ()
 
 
 @pytest.mark.slow
@@ -150,7 +152,7 @@ def test_a_motion_that_a_term_makes_smoother_is_no_mismatch(tmp_path):
     (guess, *_), tried = promising(fit)
     assert guess.term.goes_with.startswith("how the sensor turns") and guess.white > 3 * NEEDED
     assert in_the_fit(fit, guess, float(np.log(tried))).evidence < 0.5 * NEEDED
-    assert unknowns(fit)[0] == ()
+    assert unknowns(fit).findings == ()
 
 
 @pytest.mark.slow
@@ -162,7 +164,7 @@ def test_a_swing_s_equation_that_holds_ever_closer_is_no_term(tmp_path):
     fit = select(fitted(tmp_path, [scale], 447586266, "pendulum", 15.0, swing=True, **options)).fit
     assert [h.name for h in fit.model.hypotheses] == ["gyro_scale@imu1"]
     assert fit.noise[GROUP] >= LAW_FLOOR
-    assert unknowns(fit)[0] == ()
+    assert unknowns(fit).findings == ()
 
 
 @pytest.mark.slow
@@ -177,8 +179,9 @@ def test_a_bias_that_goes_with_shaking_is_none(tmp_path, name, at, parameters, w
     """Rectification has a mean: named first, it gives way to a term; a bias does not."""
     fit = fitted(tmp_path, [(name, at, parameters)], 41)
     fit = fit_with_noise(*_with(fit, "accel_bias", at), fit.anchor, rounds=2)
-    assert len(displaced(fit)[0]) == (1 if words else 0)
-    found, after = unknowns(fit)
+    assert len(displaced(fit).terms) == (1 if words else 0)
+    strange = unknowns(fit)
+    found, after = strange.findings, strange.fit
     assert [(f.at, f.where.depends_on.split("'s ")[-1]) for f in found] == ([(at, words)] if words else [])
     assert any(h.effect.name == "accel_bias" for h in after.model.hypotheses) == (words is None)
 
