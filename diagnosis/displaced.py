@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from imubench.diagnosis.alike import alike
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
@@ -43,7 +44,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             named = log_evidence(fit)
             price, lost = float(np.log(max(tried / NAMES, 1))), named - log_evidence(without)
             tried_here: list[tuple[Fitted, float]] = []  # and what a nat of white noise is worth there
-            for guess in rivals(guesses, seen_at(gone[0]), lost):
+            for guess in rivals([g for g in guesses if g.evidence > lost], fit, gone):
                 done = fitted(without, guess, price)
                 louder = colour(done.fit, done.term)
                 more = (log_evidence(done.fit) - named) / louder - price
@@ -57,11 +58,20 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
     return Displaced(terms, fit, tuple(h for h in doubted if h in fit.model.hypotheses))
 
 
-def rivals(guesses: Sequence[Guess], at: str, lost: float) -> Iterator[Guess]:
-    """Return the best term and the best one at a place that promise more than `lost`; a drift has a name."""
-    likely = [g for g in guesses if not g.term.drift and g.evidence > lost]
-    yield from likely[:1]
-    yield from [g for g in likely[1:] if g.term.at == at and likely[0].term.at != at][:1]
+def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> Iterator[Guess]:
+    """Yield the best term where effects are, and the best one elsewhere if an effect could as well be there.
+
+    A drift has a name.
+    """
+    own = {seen_at(h) for h in gone}
+    steady = [g for g in guesses if not g.term.drift]
+    best = next((g for g in steady if g.term.at in own), None)
+    if best:
+        yield best
+    if steady and steady[0] is not best and len(gone) == 1:
+        (h,) = gone
+        if (h.effect.name, steady[0].term.at) in {(r.effect, r.at) for r in alike(fit, h)}:
+            yield steady[0]
 
 
 def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:

@@ -35,15 +35,16 @@ def beside(
     """Return named findings, doubted where something without a name explains as much.
 
     So do `doubted`, and those at whose place something without a name is worth much: it may be all. A state without a
-    law explains what is anywhere.
+    law explains what is anywhere, and what is worth more than a name may be at the other IMU and seem to be at this.
     """
     equalled = {(h.effect.name, h.at) for h in doubted}
 
     def strange(f: Finding) -> bool:
         effect = EFFECTS.get(f.effect)
         free = effect is not None and bool(effect.states) and not effect.lawful
-        near = [u.heldout_gain.value for u in rest if free or u.at == f.at]
-        return max(near, default=0.0) > MUCH * f.heldout_gain.value or (f.effect, f.at) in equalled
+        worth = [(u.heldout_gain.value, MUCH if free or u.at == f.at else 1.0) for u in rest]
+        beside_it = any(gain > share * f.heldout_gain.value for gain, share in worth)
+        return beside_it or (f.effect, f.at) in equalled
 
     return tuple(replace(f, confidence=min(f.confidence, DOUBTFUL)) if strange(f) else f for f in named)
 

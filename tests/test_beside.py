@@ -13,7 +13,8 @@ def said(effect, at, gain, confidence=0.98):
 
 
 @pytest.mark.parametrize(
-    ("at", "gain", "doubted"), [("imu1", 500.0, True), ("imu1", 50.0, False), ("imu2", 500.0, False)]
+    ("at", "gain", "doubted"),
+    [("imu1", 500.0, True), ("imu1", 50.0, False), ("imu2", 500.0, False), ("imu2", 2000.0, True)],
 )
 def test_a_name_is_doubted_beside_much_without_one(at, gain, doubted):
     (f,) = beside((said("accel_drift", "imu1", 1000.0),), (said(UNKNOWN, at, gain),))
