@@ -6,7 +6,8 @@ band (quintic B-splines), G that by the mounts, known as well as declared. Then
     visibility = min over (x, g) of |d - A x - G g|^2 + |g / std|^2,  square root
 
 is, for an effect of one unknown size, that size over its Cramer-Rao bound: no method can do better than a test of
-that many standard deviations. The noise is the case's own, with the louder noise and the rounding among its effects.
+that many standard deviations. The noise is the case's own, with its colour, the louder noise and the rounding among its
+effects.
 `bounds` gives the Cramer-Rao bound of every parameter the same way. Free swings, where the motion is not free, and
 faults that have no mean (noise, dropouts, quantisation) have no such number here.
 """
@@ -20,6 +21,7 @@ from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
 from imubench.proof.case import Case, played
+from imubench.proof.colour import with_colour
 from imubench.proof.instruments import POSITION_NOISE, ROTATION_NOISE
 from imubench.proof.linearised import Block, blocks, components
 from imubench.proof.mounts import Mount, sensor_track
@@ -66,7 +68,8 @@ class Sight:
     prior: Array  # 1 / std^2 of the geometry
 
     def left(self, change: Array) -> Array:
-        """Return the whitened change (rows, k) without what a motion could explain."""
+        """Return the whitened change (rows, k) without what a motion, or coloured noise, could explain."""
+        change = np.pad(change, ((0, self.A.shape[0] - len(change)), (0, 0)))  # the laws of coloured noise know none
         left = change - self.A @ self.factor.solve(self.A.T @ change)
         return np.asarray(left - self.A @ self.factor.solve(self.A.T @ left))  # once more, against the ridge
 
@@ -93,9 +96,11 @@ def sight(case: Case, knots_per_s: float | None = None) -> Sight | None:
     plain = played(options, [], case.seed)
     parts = [*blocks(plain, {name: noise_of(case, name) for name in channels(plain)}), *_instruments(plain)]
     knots = knots_per_s or float(np.clip(12 * options.band, 25.0, options.rate))
-    A = motion_columns(plain, parts, knots)
+    noisy = replace(plain, options=replace(case.options, noise=1.0))
+    motion = motion_columns(plain, parts, knots)
+    A = with_colour(motion, noisy, parts, case.options.colour)
     N = (A.T @ A).tocsc()
-    N = N + diags(np.full(N.shape[0], 1e-9 * N.diagonal().max()))
+    N = N + diags(np.where(np.arange(N.shape[0]) < motion.shape[1], 1e-9 * N.diagonal().max(), 0.0))
     seen = Sight(plain, parts, A, splu(N), np.zeros((A.shape[0], 0)), np.zeros(0))
     G, prior = _geometry(seen)
     seen.G, seen.prior = seen.left(G), prior

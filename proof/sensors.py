@@ -129,10 +129,20 @@ def noise(
 ) -> Array:
     """Return white noise, and coloured noise (first order, 0.5 to 5 Hz) of `colour` times its usual power."""
     std, usual = noise_std(channel, at, effects, options)
-    white, drive, corner = rng.standard_normal((m, 3)), rng.standard_normal((m, 3)), rng.uniform(0.5, 5.0)
-    keep = np.exp(-2 * np.pi * corner / rate)
+    white, drive, keep = _drawn(m, rate, rng)
     drive[1:] *= np.sqrt(1 - keep**2)
     return std * white + usual * np.sqrt(options.colour) * np.asarray(lfilter([1.0], [1.0, -keep], drive, axis=0))
+
+
+def _drawn(m: int, rate: float, rng: np.random.Generator) -> tuple[Array, Array, float]:
+    """Return two white noises (m, 3) of std 1, and how much of the coloured one is left after a sample."""
+    white, drive, corner = rng.standard_normal((m, 3)), rng.standard_normal((m, 3)), rng.uniform(0.5, 5.0)
+    return white, drive, float(np.exp(-2 * np.pi * corner / rate))
+
+
+def kept(m: int, channel: str, at: str, rate: float, seed: int) -> float:
+    """Return how much of a channel's coloured noise is left after a sample, of m samples."""
+    return _drawn(m, rate, stream(seed, f"noise {at} {channel}"))[2]
 
 
 def _cutoff(channel: str, at: str, effects: list[Effect]) -> float:

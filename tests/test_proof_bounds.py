@@ -1,5 +1,7 @@
 """The bounds of an effect's visibility: the linearised motion, what must be hidden, and known orders."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from imubench.proof.frames import STEP, Track, read_at
 from imubench.proof.linearised import blocks, components
 from imubench.proof.mounts import sensor_track
 from imubench.proof.rotation import apply_back, exp
+from imubench.proof.sensors import kept
 
 SHORT = {"seconds": 12.0, "rest": 0.0}
 
@@ -136,6 +139,32 @@ def test_an_aimed_case_is_written_with_what_it_reached(tmp_path):
     truth = make_aimed(tmp_path / "a", "hinge", effects, 3, [10.0, 10.0], **SHORT)
     assert truth["visibility"][0] == pytest.approx(10, rel=0.06) and truth["visibility"][1] is None
     assert (tmp_path / "a" / "recording.toml").exists()
+
+
+def test_coloured_noise_hides_what_is_slow():
+    """Against generalised least squares with every channel's covariance written out, k^|i - j| for its colour."""
+    options = {"seconds": 2.0, "rate": 50.0, "colour": 0.2}
+    case = build("hinge", [("accel_bias", "imu1")], 3, **options)
+    seen, plain = sight(case), sight(replace(case, options=replace(case.options, colour=0.0)))
+    change = (seen.readings(case.effects) - seen.readings([]))[:, None]
+    covariance, first = np.eye(len(change)), 0
+    for block in seen.parts:
+        at, _, channel = block.name.partition(".")
+        m = len(block.time)
+        lag = np.abs(np.subtract.outer(np.arange(m), np.arange(m)))
+        own = slice(first, first + 3 * m)
+        covariance[own, own] += 0.2 * np.kron(kept(m, channel, at, 50.0, case.seed) ** lag, np.eye(3))
+        first += 3 * m
+    found, expected = [], []
+    for sees, noise in ((seen, covariance), (plain, np.eye(len(change)))):
+        whiten = np.linalg.inv(np.linalg.cholesky(noise))
+        A, d = whiten @ plain.A.toarray(), whiten @ change
+        left = d - A @ np.linalg.lstsq(A, d, rcond=1e-9)[0]
+        expected.append(float((left**2).sum()))
+        found.append(float(sees.information(change, slice(0, 0))[0, 0]))
+    np.testing.assert_allclose(found, expected, rtol=0.03)  # sparse equations hold a motion that nothing sees at zero
+    assert found[0] / found[1] == pytest.approx(expected[0] / expected[1], rel=5e-3)
+    assert visibility(case, seen) < 0.7 * visibility(case, plain)
 
 
 def test_lost_samples_beside_an_effect_leave_its_bound_defined():
