@@ -16,8 +16,9 @@ from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended
+from imubench.diagnosis.rounds import UNEXPLAINED
 from imubench.diagnosis.screen import led
-from imubench.diagnosis.trial import NEEDED, Kept, Trial
+from imubench.diagnosis.trial import NEEDED, Kept, Trial, misfit
 from imubench.diagnosis.worth import worth
 from imubench.effects import VARIANTS
 
@@ -25,10 +26,16 @@ ROUNDS = 2  # of noise levels
 
 
 def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
-    """Return the fit and its effects, a clock's offset among them changed for a filter if that is better."""
+    """Return the fit and its effects, a clock's offset among them changed for a filter if that is better.
+
+    Not where much is left unexplained: a filter's splines would take of that.
+    """
     k = next((k for k in kept if k.hypothesis.effect.name == "time_offset"), None)
     slow = k and late(fit, k.hypothesis)
-    if k is None or not slow or (cutoff := 1 / (2 * np.pi * max(slow[1], 1e-9))) > slow[0].rate:
+    if k is None or not slow or misfit(fit) > UNEXPLAINED:
+        return fit, kept
+    cutoff = 1 / (2 * np.pi * max(slow[1], 1e-9))
+    if cutoff > slow[0].rate:
         return fit, kept
     rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
     tries: list[Trial] = []

@@ -21,6 +21,7 @@ NEAR = 0.1  # of the best promise: a score below is not worth a refit
 UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a declared noise explains up to 1.6
 BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
 AHEAD = 3  # effects without states that are tried together before one with states is
+SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
 LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
 TWICE = 2.0  # times what effects without states explain: from there a spline without a law comes before them
 
@@ -72,13 +73,20 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most
     return sorted(out, key=lambda t: -t.evidence)
 
 
-def asked(tried: list[Trial]) -> list[Trial]:
-    """Return the trials that held-out data are asked about, one after the other until one is not refused.
+def asked(tried: list[Trial]) -> list[tuple[Trial, float]]:
+    """Return the trials that held-out data are asked about until one is not refused, and the nat each must gain there.
 
-    The best, and the best without states, which a spline that takes in everything hides; with those as good as it.
+    The best, and the best without states, which a spline that takes in everything hides; with those as good as it. One
+    that is less good must gain of what it promises as large a share.
     """
     plain = [t for t in tried if not t.hypothesis.effect.states]
-    return [*tried[:1], *(t for t in plain if t is not tried[0] and t.evidence > plain[0].evidence - NEEDED)]
+    out = [(t, 0.0) for t in tried[:1]]
+    for t in (t for t in plain if t is not tried[0]):
+        if t.evidence > plain[0].evidence - NEEDED:
+            out.append((t, 0.0))
+        elif t.evidence > SECOND * plain[0].evidence:
+            out.append((t, SECOND * t.evidence))
+    return out
 
 
 def dated(fit: Fit, h: Hypothesis) -> bool:

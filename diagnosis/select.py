@@ -63,11 +63,11 @@ def entered(
 ) -> tuple[Fit, list[Kept], list[tuple[Hypothesis, float]]]:
     """Return the fit and its effects with what predicts of a round, and what was refused."""
     refused = []
-    for best in asked(now.tried):
+    for best, least in asked(now.tried):
         say(f"predicting held-out data with {best.hypothesis.name}")
         better = now.first if best is now.tried[0] else with_noise(best.fit)
         won = foretold(now.fit, better, rng)
-        if won.low > 0:
+        if won.low > least:
             break
         refused.append((best.hypothesis, won.value))
     else:

@@ -124,8 +124,9 @@ def test_a_refused_spline_hides_no_plain_effect(fitted):
         Trial(Hypothesis(EFFECTS[name], at), fit, worth)
         for name, at, worth in (
             ("low_pass", "imu1", 90.0), ("accel_bias", "imu1", 60.0), ("accel_drift", "imu1", 58.0),
-            ("gyro_bias", "imu1", 40.0),
+            ("gyro_bias", "imu1", 40.0), ("gyro_scale", "imu1", 20.0),
         )
     )  # fmt: skip
-    assert asked([spline, *plain]) == [spline, *plain[:2]]
-    assert asked(plain) == plain[:2]
+    good, equal, less, _ = plain
+    assert asked([spline, *plain]) == [(spline, 0.0), (good, 0.0), (equal, 0.0), (less, 20.0)]
+    assert asked(plain) == [(good, 0.0), (equal, 0.0), (less, 20.0)]
