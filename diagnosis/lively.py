@@ -16,6 +16,7 @@ from imubench.diagnosis.screen import Screened, screen
 from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial
 
 MORE = 2  # rounds for the best of them on the whole recording
+FREE = 0.75  # of what a state without a law explains, that one with a law must
 RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
 
 
@@ -40,7 +41,7 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
     worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > NEEDED}
     both = [p for p in pairs(likely) if worth_it & {s.hypothesis.name for s in p}]  # one alone is worth something too
     tried += _paired(short, tried, both, say)
-    tried = sorted((t for t in tried if t[0].evidence > NEEDED and resolved(t[0])), key=lambda t: -t[0].evidence)
+    tried = sorted((t for t in tried if t[0].evidence > NEEDED and resolved(t[0])), key=lambda t: -explained(t[0]))
     if not tried:
         return []
     (best, some), *others = tried
@@ -61,6 +62,11 @@ def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None
     scale = whole_best.evidence / best.evidence
     rest = [replace(t, evidence=t.evidence * scale) for t, _ in others if scale > 0]
     return [whole_best, *rest]
+
+
+def explained(trial: Trial) -> float:
+    """Return what a trial is worth beside others, in nat: a state without a law does what a spring does, and more."""
+    return trial.evidence * (1.0 if trial.hypothesis.effect.lawful else FREE)
 
 
 def _paired(

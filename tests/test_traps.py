@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-import imubench.diagnosis.diagnose as whole
+import imubench.diagnosis.nominal as nominal
 from imubench.diagnosis import gather
 from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.fit import all_rows, assemble, moved, solve, step
@@ -40,7 +40,7 @@ def plain(fit):
 def test_a_spline_too_coarse_looks_like_a_sensor_of_its_own(tmp_path, monkeypatch):
     recording = recorded(tmp_path, [], 5, band=6.0)
     assert misfit(nominal_fit(recording)) < UNEXPLAINED
-    monkeypatch.setattr(whole, "model_of", partial(model_of, knots_per_s=12.0))
+    monkeypatch.setattr(nominal, "model_of", partial(model_of, knots_per_s=12.0))
     assert misfit(nominal_fit(recording)) > UNEXPLAINED
 
 
