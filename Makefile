@@ -9,7 +9,7 @@ demo: $(VENV)/.demo
 	$(BIN)/python -m imubench.demo
 
 test: $(VENV)/.test
-	$(BIN)/python -m pytest -n auto --dist loadfile -m "not slow"
+	$(BIN)/python -m pytest -n auto --dist loadfile --durations 25 -m "not slow"
 
 test-all: $(VENV)/.test
 	$(BIN)/python -m pytest -n auto --dist loadfile
