@@ -12,7 +12,7 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.refit import log_evidence, refit
-from imubench.diagnosis.term_scores import Guess, colour, promising
+from imubench.diagnosis.term_scores import Guess, promising
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
@@ -43,19 +43,18 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             guesses, tried = promising(without)
             named = log_evidence(fit)
             price, lost = float(np.log(max(tried / NAMES, 1))), named - log_evidence(without)
-            tried_here: list[tuple[Fitted, float]] = []  # and what a nat of white noise is worth there
+            held: list[Fitted] = []
             for guess in rivals([g for g in guesses if g.evidence > lost], fit, gone):
                 done = fitted(without, guess, price)
-                louder = colour(done.fit, done.term)
-                more = (log_evidence(done.fit) - named) / louder - price
+                more = (log_evidence(done.fit) - named) / done.louder - price
                 if done.heldout.low > 0 and more > 0:
-                    tried_here.append((replace(done, evidence=more), 1 / louder))
-            best, worth = max(tried_here, key=lambda t: t[0].evidence, default=(None, 1.0))
-            if best and best.evidence > max(NEEDED, MUCH * lost * worth):
+                    held.append(replace(done, evidence=more))
+            best = max(held, key=lambda f: f.evidence, default=None)
+            if best and best.evidence > max(NEEDED, MUCH * lost / best.louder):
                 terms, fit = [*terms, best], best.fit
             elif best:
                 doubted += gone
-    return Displaced(terms, fit, tuple(h for h in doubted if h in fit.model.hypotheses))
+    return Displaced(terms, fit, tuple(doubted))
 
 
 def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> Iterator[Guess]:

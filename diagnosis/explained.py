@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, solve
-from imubench.diagnosis.lively_fits import calm
+from imubench.diagnosis.lively_fits import calm_for_laws
 from imubench.diagnosis.model import Hypothesis, Model
 from imubench.diagnosis.noise import LAW_FLOOR, LOOSENED, fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
@@ -119,7 +119,7 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
     held = {k: v for t in effects for k, v in t.held.items()}
     model, state, noise = replace(begun.model, fixed=held, masks=masks), begun.state, dict(begun.noise)
     lawful = [t.hypothesis for t in effects if t.hypothesis.effect.states and t.hypothesis.effect.lawful]
-    fit = solve(model, led(model, state, lawful), calm(begun) if lawful else noise, nominal.anchor, steps=STEPS)
+    fit = solve(model, led(model, state, lawful), calm_for_laws(begun, lawful), nominal.anchor, steps=STEPS)
     noise |= {rows.name: LAW_FLOOR for rows in state_rows(model, fit.state)}
     rough = {name: noise[name] for name in (f"smooth.{track}" for track in model.rig.widths) if name in noise}
     only = {rows.name for rows in fit.measured}

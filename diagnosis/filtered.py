@@ -16,9 +16,8 @@ from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended
-from imubench.diagnosis.rounds import UNEXPLAINED
 from imubench.diagnosis.screen import led
-from imubench.diagnosis.trial import NEEDED, Kept, Trial, misfit
+from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, Trial, misfit
 from imubench.diagnosis.worth import worth
 from imubench.effects import VARIANTS
 

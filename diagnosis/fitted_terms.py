@@ -27,6 +27,7 @@ class Fitted:
     fit: Fit
     evidence: float  # nat, colour and the number of terms taken off
     heldout: Gain
+    louder: float  # times white noise, what is left where the term has its power
 
 
 def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
@@ -38,8 +39,9 @@ def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
     heldout = predicted(ruler, better, np.random.default_rng(SEED), BRIEF if guess.term.timed else BLOCK)
     won = ruler.cost - better.cost
     freedom = won - (log_evidence(better) - log_evidence(ruler))
-    evidence = (won - eased(ruler, better)) / colour(better, guess.term) - freedom - price
-    return Fitted(h, guess.term, better, evidence, heldout)
+    louder = colour(better, guess.term)
+    evidence = (won - eased(ruler, better)) / louder - freedom - price
+    return Fitted(h, guess.term, better, evidence, heldout, louder)
 
 
 def eased(before: Fit, after: Fit) -> float:

@@ -31,7 +31,7 @@ def begun_screened(fit: Fit, some: list[Screened], rounds: int = ROUNDS) -> Tria
     noise = dict(begun.noise)
     for s in some:
         noise |= s.noise
-    start = _calm_for_laws(replace(begun, noise=noise), hypotheses)
+    start = calm_for_laws(replace(begun, noise=noise), hypotheses)
     tried = solve(begun.model, led(begun.model, begun.state, hypotheses), start, fit.anchor, steps=4)
     tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=rounds)
     return against(fit, hypotheses, tried)
@@ -55,7 +55,7 @@ def grown(fit: Fit, trial: Trial) -> Trial:
     begun = extended(fit, (*fit.model.hypotheses, *hypotheses), guess)
     laws_loose = {n: begun.noise[n] for h in hypotheses for n in begun.noise if n.startswith(f"{h.name}.")}
     noise = begun.noise | trial.fit.noise | laws_loose
-    quiet = _calm_for_laws(replace(begun, noise=noise), hypotheses)
+    quiet = calm_for_laws(replace(begun, noise=noise), hypotheses)
     driven = led(begun.model, begun.state, hypotheses)  # by a motion that holds the spring's own, it may resound
     states = [begun.state, driven]
     states += [settled(begun.model, s, quiet, fit.anchor, fit.loose) for s in states]
@@ -70,7 +70,7 @@ def against(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
     return Trial(hypotheses[0], tried, worth(fit, tried), tuple(hypotheses[1:]))
 
 
-def _calm_for_laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> dict[str, float]:
+def calm_for_laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> dict[str, float]:
     """Return the fit's noise levels, calm where an effect has a law to outweigh a misfit; a free state would vanish."""
     return calm(fit) if any(h.effect.lawful for h in hypotheses) else fit.noise
 
@@ -109,4 +109,4 @@ def laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, float]
     return [(fit.noise[r.name], float(np.sqrt(np.mean(r.whitened**2)))) for r in rows if r.name in fit.noise]
 
 
-__all__ = ["ROUNDS", "against", "begun_screened", "calm", "grown", "joined", "laws", "resolved"]
+__all__ = ["ROUNDS", "against", "begun_screened", "calm_for_laws", "grown", "joined", "laws", "resolved"]

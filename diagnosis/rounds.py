@@ -15,10 +15,9 @@ from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.prune import natural
 from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.score import Score, score
-from imubench.diagnosis.trial import NEEDED, TRIED, Trial, misfit
+from imubench.diagnosis.trial import NEEDED, TRIED, UNEXPLAINED, Trial, misfit
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
-UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a declared noise explains up to 1.6
 BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
 AHEAD = 3  # effects without states that are tried together before one with states is
 SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
@@ -156,4 +155,4 @@ def with_noise(fit: Fit) -> Fit:
     return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=3)
 
 
-__all__ = ["UNEXPLAINED", "Round", "asked", "attempted", "plain_trials", "with_noise"]
+__all__ = ["Round", "asked", "attempted", "plain_trials", "with_noise"]

@@ -56,8 +56,7 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
         found.append(best)
         fit = superseded(best.fit, [f.term for f in found], say)
     out = [finding(f) for i, f in enumerate(found) if f.term.at not in {g.term.at for g in found[:i]}]
-    doubted = tuple(h for h in held.doubted if h in fit.model.hypotheses)
-    return Unknowns((*out, *loud(fit, where, {f.at for f in out})), fit, doubted)
+    return Unknowns((*out, *loud(fit, where, {f.at for f in out})), fit, held.doubted)
 
 
 def found_in(fit: Fit) -> Fitted | None:

@@ -96,9 +96,8 @@ def sight(case: Case, knots_per_s: float | None = None) -> Sight | None:
     plain = played(options, [], case.seed)
     parts = [*blocks(plain, {name: noise_of(case, name) for name in channels(plain)}), *_instruments(plain)]
     knots = knots_per_s or float(np.clip(12 * options.band, 25.0, options.rate))
-    noisy = replace(plain, options=replace(case.options, noise=1.0))
     motion = motion_columns(plain, parts, knots)
-    A = with_colour(motion, noisy, parts, case.options.colour)
+    A = with_colour(motion, case, parts)
     N = (A.T @ A).tocsc()
     N = N + diags(np.where(np.arange(N.shape[0]) < motion.shape[1], 1e-9 * N.diagonal().max(), 0.0))
     seen = Sight(plain, parts, A, splu(N), np.zeros((A.shape[0], 0)), np.zeros(0))

@@ -5,6 +5,8 @@ As unknowns with that law for rows, one for each sample, they keep the normal eq
 change is whitened exactly.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.sparse import block_diag, csc_matrix, diags, hstack, identity, vstack
 
@@ -13,12 +15,10 @@ from imubench.proof.linearised import Block
 from imubench.proof.sensors import kept, noise_std
 
 
-def with_colour(A: csc_matrix, case: Case, parts: list[Block], colour: float) -> csc_matrix:
-    """Return A (rows, x) with c among the unknowns and its laws below: (rows + c, x + c).
-
-    colour: power of the coloured noise over that of the usual white one.
-    """
-    if not colour:
+def with_colour(A: csc_matrix, case: Case, parts: list[Block]) -> csc_matrix:
+    """Return A (rows, x) with c among the unknowns and its laws below: (rows + c, x + c); A where noise is white."""
+    options = replace(case.options, noise=1.0)
+    if not options.colour:
         return A
     reads, laws, first = [], [], 0
     for block in parts:
@@ -27,8 +27,8 @@ def with_colour(A: csc_matrix, case: Case, parts: list[Block], colour: float) ->
         if channel:
             m, rate = len(block.time), case.rates[int(at[-1]) - 1]
             keep = kept(m, channel, at, rate, case.seed)
-            _, usual = noise_std(channel, at, [], case.options)
-            size = usual * np.sqrt(colour) / block.std
+            _, usual = noise_std(channel, at, [], options)
+            size = usual * np.sqrt(options.colour) / block.std
             above = csc_matrix((first, count))
             below = csc_matrix((A.shape[0] - first - count, count))
             reads.append(vstack([above, size * identity(count), below]))

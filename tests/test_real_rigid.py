@@ -14,6 +14,7 @@ from imubench.alignment import optical_rate
 from imubench.convert import CONVERTERS
 from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.excerpt import cut
+from imubench.jets import skew
 
 pytestmark = pytest.mark.slow
 SMALL = {"accel_bias": 0.15, "gyro_bias": 0.02, "accel_scale": 0.01, "gyro_scale": 0.02, "clock_skew": 3e-5}
@@ -21,12 +22,6 @@ JOINTS = ("3-4", "4-5")
 START, END = 20.0, 45.0  # s, what is diagnosed
 SLOW = 2.0  # Hz
 UP = np.array([0.0, 0.0, 9.81])  # m/s^2
-
-
-def cross(v):
-    """Return the matrices (n, 3, 3) that take the cross product with v (n, 3)."""
-    x, y, z = v.T
-    return np.stack([np.stack(row, axis=-1) for row in ([0 * x, -z, y], [z, 0 * x, -x], [-y, x, 0 * x])], axis=1)
 
 
 def optical_biases(imu, time, quaternion, markers):
@@ -47,9 +42,9 @@ def optical_biases(imu, time, quaternion, markers):
     t = imu.time[near & (imu.time > stamps[0] + 0.3) & (imu.time < stamps[-1] - 0.3)]
     force, rate = (np.stack([np.interp(t, imu.time, x) for x in y.T], axis=1) for y in (imu.accel, imu.gyro))
     felt = attitude(t).inv().apply(spline.derivative(2)(t) + UP) @ turn
-    lever = cross(np.gradient(rate, t, axis=0)) + cross(rate) @ cross(rate)
+    lever = skew(np.gradient(rate, t, axis=0)) + skew(rate) @ skew(rate)
     ones = np.broadcast_to(np.eye(3), (t.size, 3, 3))
-    columns = np.concatenate([ones, lever, cross(felt), felt[:, :, None] * np.eye(3)], axis=2)
+    columns = np.concatenate([ones, lever, skew(felt), felt[:, :, None] * np.eye(3)], axis=2)
     slow = butter(3, SLOW, fs=1 / float(np.median(np.diff(t))), output="sos")
     A, b = (sosfiltfilt(slow, x, axis=0) for x in (columns, force - felt))
     return line[3], np.linalg.lstsq(A.reshape(-1, 12), b.ravel(), rcond=None)[0][:3]

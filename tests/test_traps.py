@@ -15,11 +15,10 @@ from imubench.diagnosis.noise import declared
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.regressors import regressors
-from imubench.diagnosis.rounds import UNEXPLAINED
 from imubench.diagnosis.score import score
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.start import model_of
-from imubench.diagnosis.trial import misfit
+from imubench.diagnosis.trial import UNEXPLAINED, misfit
 from imubench.diagnosis.where import locate
 from imubench.format1 import read
 from imubench.proof.case import make_case
