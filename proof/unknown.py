@@ -16,7 +16,7 @@ import numpy as np
 from scipy.signal import butter, lfilter, sosfilt
 
 from imubench.proof.frames import STEP, Track
-from imubench.proof.linear import solve
+from imubench.proof.linear import middles
 from imubench.proof.options import Effect, find
 from imubench.proof.rotation import Array, Parameters, apply, skew
 
@@ -24,7 +24,7 @@ NAMES = (
     "bias_jump", "thermal_walk", "hysteresis", "cubic", "rectification", "cross_talk", "dead_band", "creep",
     "hardening_mount", "cogging", "wind",
 )  # fmt: skip
-HARDENING_ROUNDS = 12
+STILL_ROUNDS = 30
 
 
 def on_the_signal(at: str, effects: list[Effect], signals: dict[str, Array]) -> dict[str, Array]:
@@ -89,32 +89,37 @@ def creep(t: Array, time_constant: float) -> tuple[Array, Array, Array]:
 
 
 def hardening(track: Track, parameters: Parameters) -> Track:
-    """Return the frame of a mass on hardening springs, by Newton's method on the whole motion (quasi-linearised).
+    """Return the frame of a mass on hardening springs; it begins where it hangs still (Runge and Kutta, fourth order).
 
     Raises FloatingPointError where the motion is too violent for the springs and the grid.
     """
-    n = len(track.w)
     rate = 2 * np.pi * float(parameters["frequency"])
     damping, cubic = 2 * float(parameters["damping_ratio"]) * rate, (rate / float(parameters["span"])) ** 2
     W = skew(track.w)
-    A, b = np.zeros((n, 6, 6)), np.zeros((n, 6))
-    A[:, :3, 3:] = np.eye(3)
-    A[:, 3:, 3:] = -damping * np.eye(3) - 2 * W
-    plain = -(rate**2) * np.eye(3) - skew(track.dw) - W @ W
-    A[:, 3:, :3] = plain
-    b[:, 3:] = -track.f
-    x = solve(A, b, np.linalg.solve(A[0], -b[0]), STEP)
-    for _ in range(HARDENING_ROUNDS):
-        s = x[:, :3]
-        A[:, 3:, :3] = plain - 3 * cubic * s[:, :, None] ** 2 * np.eye(3)
-        b[:, 3:] = -track.f + 2 * cubic * s**3
-        with np.errstate(over="ignore", invalid="ignore"):
-            last, x = x, solve(A, b, np.linalg.solve(A[0], -b[0]), STEP)
-        if not np.isfinite(x).all():
-            raise FloatingPointError(f"a hardening mount of {parameters['frequency']} Hz leaves every bound")
-        if np.abs(x[:, :3] - last[:, :3]).max() < 1e-9:
-            break
-    else:
-        raise FloatingPointError(f"no motion of a hardening mount found in {HARDENING_ROUNDS} rounds")
-    accel = apply(plain, x[:, :3]) + apply(A[:, 3:, 3:], x[:, 3:]) - track.f - cubic * x[:, :3] ** 3
+    plain, drag = -(rate**2) * np.eye(3) - skew(track.dw) - W @ W, -damping * np.eye(3) - 2 * W
+    A, f = np.concatenate([plain, drag], axis=2), -track.f  # (n, 3, 6), (n, 3)
+
+    def slope(A: Array, f: Array, x: Array) -> Array:
+        return np.concatenate([x[3:], A @ x + f - cubic * x[:3] ** 3])
+
+    x = np.zeros((len(f), 6))
+    x[0, :3] = _still(plain[0], f[0], cubic)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for i, (Am, fm) in enumerate(zip(middles(A), middles(f), strict=True)):
+            k1 = slope(A[i], f[i], x[i])
+            k2 = slope(Am, fm, x[i] + STEP / 2 * k1)
+            k3 = slope(Am, fm, x[i] + STEP / 2 * k2)
+            k4 = slope(A[i + 1], f[i + 1], x[i] + STEP * k3)
+            x[i + 1] = x[i] + STEP / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    if not np.isfinite(x).all():
+        raise FloatingPointError(f"a hardening mount of {parameters['frequency']} Hz leaves every bound")
+    accel = apply(plain, x[:, :3]) + apply(drag, x[:, 3:]) + f - cubic * x[:, :3] ** 3
     return track.placed(x[:, :3], x[:, 3:], accel)
+
+
+def _still(plain: Array, f: Array, cubic: float) -> Array:
+    """Return the place (3,) where springs and specific force balance, by Newton's method from the linear springs'."""
+    s = np.linalg.solve(plain, -f)
+    for _ in range(STILL_ROUNDS):
+        s = np.linalg.solve(plain - 3 * cubic * np.diag(s**2), -f - 2 * cubic * s**3)
+    return np.asarray(s)
