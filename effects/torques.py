@@ -10,7 +10,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.effects.effect import Effect, Parameter, Scene, Values
 from imubench.effects.smooth import beyond, magnitude, touching
-from imubench.jets import Jet
+from imubench.jets import Jet, stack
 from imubench.recording import STANDARD_GRAVITY, Recording
 
 STUCK = 0.02  # rad/s, below which dry friction gives way
@@ -56,14 +56,31 @@ class AirDrag(_Torque):
 
 
 class JointSpring(_Torque):
-    """A cable or a spring across the joint; on a ball joint it acts on the swing, about the world's y."""
+    """A cable or a spring across the joint; on a ball joint it acts on the swing q, about the world's y.
+
+    Or, to keep its energy k (q - q0)^2 / 2 however the limb moves, about the gradient of q by a rotation,
+    (e_y - z_y z) / (1 - z_y^2), z the limb's axis: in the plane of the swing the same, and never about z.
+    """
 
     name, place, law = "joint_spring", "joint", "torque -k (q - q0)"
     parameters = (Parameter("k", (), "N m/rad", 1.0), Parameter("q0", (), "rad", 0.5))
 
+    def __init__(self, conservative: bool = False) -> None:
+        self.variant = "conservative" if conservative else ""
+        self.conservative = conservative
+
+    def places(self, recording: Recording) -> tuple[str, ...]:
+        return super().places(recording) if recording.rig == "pendulum" or not self.conservative else ()
+
     def torque(self, scene: Scene, p: Values) -> Jet:
         (angle, _, _), (_, axis) = scene.turned(), scene.jointed()
-        return -p["k"] * (angle - p["q0"]) * axis
+        return -p["k"] * (angle - p["q0"]) * (gradient(axis) if self.conservative else axis)
+
+
+def gradient(axis: Jet) -> Jet:
+    """Return the gradient (n, 3) of a pendulum's swing by a rotation from the world's y, both in the limb's axes."""
+    x, y = axis[[0]], axis[[1]]
+    return stack(x, y, 0.0 * x) / (x * x + y * y)
 
 
 class EndStop(_Torque):
@@ -117,5 +134,6 @@ class Gravity(Effect):
 
 
 EFFECTS: tuple[Effect, ...] = (
-    ViscousFriction(), DryFriction(), AirDrag(), JointSpring(), EndStop(), Inertia(), Gravity(),
+    ViscousFriction(), DryFriction(), AirDrag(), JointSpring(), JointSpring(conservative=True), EndStop(), Inertia(),
+    Gravity(),
 )  # fmt: skip
