@@ -14,6 +14,7 @@ from imubench.diagnosis.result import UNKNOWN, Diagnosis, FitQuality, Verdict
 from imubench.diagnosis.samples import heard, sampled
 from imubench.diagnosis.select import select
 from imubench.diagnosis.stops import settled_between, stop_of
+from imubench.diagnosis.struck import struck_again
 from imubench.diagnosis.unknown import Unknowns, unknowns
 from imubench.diagnosis.verdict import beside, missing, verdict_of, with_samples
 from imubench.diagnosis.where import locate
@@ -51,6 +52,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
         fitted = tuple(f for f in (findings(chosen) if chosen else ()) if (f.effect, f.at) in kept)
         named = with_samples((*beside(fitted, rest, strange.doubted), *noises), samples)
+        named += struck_again(best, samples.struck, named) if chosen else ()
         traces = gather.traces(before, after if named or rest else None)
     evidence = Evidence(
         recording,

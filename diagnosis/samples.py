@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from imubench.diagnosis import raw
 from imubench.diagnosis.raw_findings import RawFinding
 from imubench.diagnosis.result import Finding, Interval, Parameter
+from imubench.diagnosis.thinned import pose_masks
 from imubench.recording import Recording
 
 
@@ -19,6 +20,7 @@ class Sampled:
     findings: tuple[Finding, ...]
     masks: dict[str, NDArray[np.bool_]]  # "imu1.gyro" -> samples (n,) that count
     unless_stopped: tuple[Finding, ...] = ()  # knocks that are findings only where no end stop is
+    struck: dict[str, NDArray[np.bool_]] = field(default_factory=dict)  # "imu1" -> (n,) the part of masks that is peaks
     notes: tuple[str, ...] = field(default=())
 
 
@@ -27,10 +29,11 @@ def sampled(recording: Recording) -> Sampled:
     checks = [raw.check(imu, recording.free_swings) for imu in recording.imus]
     checks += [raw.check_encoder(encoder) for encoder in recording.encoders]
     said = [f for c in checks for f in c.findings]
-    masks = {name: ~mask for c in checks for name, mask in c.masks.items() if mask.any()}
+    masks = {name: ~mask for c in checks for name, mask in c.masks.items() if mask.any()} | pose_masks(recording)
     stops = [f for f in said if f.effect == "impacts" and stop_like(recording, f)]
     firm = tuple(_finding(f) for f in said if f not in stops)
-    return Sampled(firm, masks, tuple(_finding(f) for f in stops), tuple(f.evidence for f in said))
+    struck = {name.split(".")[0]: mask for c in checks for name, mask in c.struck.items() if mask.any()}
+    return Sampled(firm, masks, tuple(_finding(f) for f in stops), struck, tuple(f.evidence for f in said))
 
 
 def stop_like(recording: Recording, knocks: RawFinding) -> bool:

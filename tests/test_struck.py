@@ -1,0 +1,63 @@
+"""Knocks that a quick hand hides among its own peaks: what no motion explains tells them apart."""
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.samples import heard, sampled
+from imubench.diagnosis.struck import elsewhere, struck_again, windows
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+QUICK = {"band": 6.995, "vigour": 0.783, "rest": 0.178, "rate": 128.0, "gyro_noise": 0.00161, "accel_noise": 0.01044}
+TIMES = [2.1, 4.6, 6.1, 8.4, 10.8, 12.7]
+
+
+def quick_limb(folder, effects, seed=1198967575):
+    """A limb in a quick hand: the fit, what the raw samples say, and the peaks that they leave out."""
+    make_case(folder / "r", "pendulum", effects, seed, seconds=15.0, colour=0.174, rotation_std=0.019, **QUICK)
+    recording = read(folder / "r")[0]
+    samples = sampled(recording)
+    return nominal_fit(heard(recording, samples.findings), samples.masks), samples
+
+
+def test_knocks_that_the_raw_samples_doubt_are_found_beside_the_fit(tmp_path):
+    fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.35})])
+    assert not samples.findings
+    (found,) = struck_again(fit, samples.struck, ())
+    assert (found.effect, found.at) == ("impacts", "imu1")
+    times = found.parameters["times"].value
+    assert len(times) >= 2
+    assert all(np.min(np.abs(np.array(TIMES) - t)) < 0.06 for t in times)
+
+
+@pytest.mark.parametrize("seed", [1198967575, 3, 4, 5])
+def test_a_quick_hand_s_own_peaks_are_none(tmp_path, seed):
+    fit, samples = quick_limb(tmp_path, [], seed)
+    assert struck_again(fit, samples.struck, ()) == ()
+
+
+def test_a_stop_knocks_as_well(tmp_path):
+    class Stop:
+        effect, at = "end_stop", "joint"
+
+    fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.35})])
+    assert struck_again(fit, samples.struck, (Stop(),)) == ()
+
+
+def test_peaks_near_one_another_are_one_and_single_samples_none():
+    time = np.arange(0, 4, 0.01)
+    struck = np.zeros(400, dtype=bool)
+    struck[[50, 51, 52, 58, 59, 200]] = True
+    assert windows(time, struck) == [(0.5, pytest.approx(0.59))]
+    assert windows(time, np.zeros(400, dtype=bool)) == []
+
+
+def test_other_stretches_keep_away_from_peaks_and_from_one_another():
+    time, counts = np.arange(0, 60, 0.01), np.ones(6000, dtype=bool)
+    counts[3000:3010] = False
+    others = elsewhere(time, counts, [(30.0, 30.1)])
+    assert len(others) > 10
+    starts = np.array([a for a, _ in others])
+    assert np.diff(np.sort(starts)).min() > 0.5
+    assert np.abs(starts - 30.0).min() > 0.3
