@@ -9,10 +9,11 @@ import numpy as np
 from imubench.diagnosis.alike import alike
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
+from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted, rougher
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.term_scores import Guess, promising
+from imubench.diagnosis.worth import worth
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
@@ -41,12 +42,12 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
         with suppress(NotPositiveDefiniteError):
             without = refit(fit, tuple(h for h in fit.model.hypotheses if h not in gone), steps=4)
             guesses, tried = promising(without)
-            named = log_evidence(fit)
-            price, lost = float(np.log(max(tried / NAMES, 1))), named - log_evidence(without)
+            over = worth if any(h.effect.states for h in gone) else evidence_over
+            price, lost = float(np.log(max(tried / NAMES, 1))), over(without, fit)
             held: list[Fitted] = []
             for guess in rivals([g for g in guesses if g.evidence > lost], fit, gone):
                 done = fitted(without, guess, price)
-                more = (log_evidence(done.fit) - named) / done.louder - price
+                more = min(over(fit, done.fit), over(rougher(fit), rougher(done.fit))) / done.louder - price
                 if done.heldout.low > 0 and more > 0:
                     held.append(replace(done, evidence=more))
             best = max(held, key=lambda f: f.evidence, default=None)
@@ -64,6 +65,9 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> It
     """
     own = {seen_at(h) for h in gone}
     steady = [g for g in guesses if not g.term.drift]
+    if any(h.effect.states for h in gone):  # it takes what is at either IMU
+        yield from (next(g for g in steady if g.term.at == at) for at in dict.fromkeys(g.term.at for g in steady))
+        return
     best = next((g for g in steady if g.term.at in own), None)
     if best:
         yield best
@@ -74,12 +78,18 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> It
 
 
 def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
-    """Return the effects without states that a term may displace: each alone, and together those of one triple."""
+    """Return what a term may displace: splines without a law, effects of one triple alone, and all of a triple."""
     plain = [h for h in hypotheses if not h.effect.states]
+    free = [h for h in hypotheses if h.effect.states and not h.effect.lawful]
     triples: dict[tuple[str, str], list[Hypothesis]] = {}
     for h in plain:
         triples.setdefault((h.at, h.effect.name.split("_")[0]), []).append(h)
-    return [(h,) for h in plain] + [tuple(some) for some in triples.values() if len(some) > 1]
+    return [(h,) for h in (*free, *plain)] + [tuple(some) for some in triples.values() if len(some) > 1]
+
+
+def evidence_over(before: Fit, after: Fit) -> float:
+    """Return the nat by which one fit explains more than another."""
+    return log_evidence(after) - log_evidence(before)
 
 
 def seen_at(h: Hypothesis) -> str:

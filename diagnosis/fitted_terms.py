@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imubench.diagnosis.fit import Fit, at_noise_of
+from imubench.diagnosis.fit import AGAIN, Fit, at_noise_of, solve
 from imubench.diagnosis.heldout import BLOCK, Gain, predicted
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.nominal import FREER
+from imubench.diagnosis.priors import START_SMOOTH
 from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.term_scores import Guess, colour, hypothesis_of
@@ -31,17 +33,33 @@ class Fitted:
 
 
 def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
-    """Return a term's exact refit, its evidence less `price`, and what it predicts."""
+    """Return a term's exact refit, its evidence less `price`, and what it predicts.
+
+    The evidence is the lesser one of the motion as rough as the fit has it, and of a rougher: what a motion held too
+    smooth does not follow goes with the motion.
+    """
     h = hypothesis_of(guess.term, guess.std)
     tried = refit(fit, (*fit.model.hypotheses, h), steps=4)
     better = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=2)
     ruler = at_noise_of(fit, better)
     heldout = predicted(ruler, better, np.random.default_rng(SEED), BRIEF if guess.term.timed else BLOCK)
-    won = ruler.cost - better.cost
-    freedom = won - (log_evidence(better) - log_evidence(ruler))
     louder = colour(better, guess.term)
-    evidence = (won - eased(ruler, better)) / louder - freedom - price
+    evidence = min(gained(ruler, better, louder), gained(rougher(ruler), rougher(better), louder)) - price
     return Fitted(h, guess.term, better, evidence, heldout, louder)
+
+
+def gained(before: Fit, after: Fit, louder: float) -> float:
+    """Return the nat that a term is worth at equal noise levels, where noise is so many times louder than white."""
+    won = before.cost - after.cost
+    freedom = won - (log_evidence(after) - log_evidence(before))
+    return (won - eased(before, after)) / louder - freedom
+
+
+def rougher(fit: Fit) -> Fit:
+    """Return the fit solved again with its motion held less smooth."""
+    own = {f"smooth.{name}" for name in START_SMOOTH}
+    noise = {name: std * (FREER if name in own else 1.0) for name, std in fit.noise.items()}
+    return solve(fit.model, fit.state, noise, fit.anchor, steps=AGAIN)
 
 
 def eased(before: Fit, after: Fit) -> float:

@@ -156,6 +156,17 @@ def test_a_motion_that_a_term_makes_smoother_is_no_mismatch(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_motion_held_too_smooth_is_no_mismatch(tmp_path):
+    """What a limb turns that is rougher than the fit takes it for goes on in the residuals: 243 nat held out."""
+    options = {"rate": 200.0, "band": 1.552, "vigour": 1.161, "rest": 0.0046, "gaps": 1, "misdeclared": -0.0973}
+    options |= {"gyro_noise": 0.00362, "accel_noise": 0.01674, "position_std": 0.00233, "rotation_std": 0.03205}
+    fit = fitted(tmp_path, [], 321279244, "pendulum", 15.0, **options)
+    (guess, *_), _ = promising(fit)
+    assert guess.term.part == "gyro" and guess.white > 10 * NEEDED
+    assert unknowns(fit).findings == ()
+
+
+@pytest.mark.slow
 def test_a_swing_s_equation_that_holds_ever_closer_is_no_term(tmp_path):
     """Dense knots and no friction: the level of the equation's residual fell with every round of the noise."""
     options = {"rate": 200.0, "rate2": 200.0, "band": 2.34, "vigour": 1.023, "rest": 0.028, "gaps": 1}
