@@ -5,14 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.arrays import Array
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, all_rows, settled, solve
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.model import Hypothesis, State
 from imubench.diagnosis.noise import declared, fit_with_noise
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import Screened, led
+from imubench.diagnosis.term_scores import COLOUR, louder_where
 from imubench.diagnosis.trial import Trial
-from imubench.diagnosis.worth import worth
+from imubench.diagnosis.worth import tallied, worth
 
 ROUNDS = 3  # of their noise estimation
 DOUBTED, LEFT = 4.0, 0.05  # times a law's std, and of what drives it, that may be left; beyond, its state is a spline
@@ -66,8 +68,44 @@ def grown(fit: Fit, trial: Trial) -> Trial:
 
 
 def against(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
-    """Return a refit beside the fit without its effects."""
-    return Trial(hypotheses[0], tried, worth(fit, tried), tuple(hypotheses[1:]))
+    """Return a refit beside the fit without its effects, less what a spline without a law may have of slow noise."""
+    won = worth(fit, tried)
+    if not any(h.effect.lawful for h in hypotheses):
+        won -= of_colour(tried, hypotheses, taken(tried) - taken(fit))
+    return Trial(hypotheses[0], tried, won, tuple(hypotheses[1:]))
+
+
+def of_colour(fit: Fit, hypotheses: Sequence[Hypothesis], freedoms: float) -> float:
+    """Return the nat that splines may gain of noise as coloured as it may be without being a mismatch.
+
+    Noise of `COLOUR` of the white one's power adds that share of a sample's freedom at each sample and each of their
+    columns, however it is spread; and no more than their freedoms, each as loud as where they move the readings.
+    """
+    signals = added(fit, hypotheses)
+    width = sum(s.width for h in hypotheses for s in h.effect.states)
+    samples = float(np.median([len(time) for _, time, _ in signals]))
+    return min(COLOUR * samples * width, freedoms * (louder_where(signals, {}) - 1))
+
+
+def taken(fit: Fit) -> float:
+    """Return the freedoms that its samples give a fit."""
+    return sum(p for _, p, _ in tallied(fit).values())
+
+
+def added(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[str, Array, Array]]:
+    """Return what the states of some effects add to the samples: a group, its times (n,), whitened (n m, 1)."""
+    without = {r.name: r for r in fit.model.measured(at_rest(fit, hypotheses))}
+    moved = {r.name: r.residual.value - without[r.name].residual.value for r in fit.rows if r.name in without}
+    return [(name, without[name].time, x.reshape(-1, 1) / fit.noise[name]) for name, x in moved.items()]
+
+
+def at_rest(fit: Fit, hypotheses: Sequence[Hypothesis]) -> State:
+    """Return the fit's state with those of some effects at nought."""
+    coefficients = fit.state.coefficients.copy()
+    for h in hypotheses:
+        for s in h.effect.states:
+            coefficients[:, fit.model.tracks.columns(h.key(s.name))] = 0.0
+    return replace(fit.state, coefficients=coefficients)
 
 
 def calm_for_laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> dict[str, float]:
@@ -100,11 +138,7 @@ def laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, float]
 
     Foam is no linear spring: its law leaves several stds, which is little of what rocks an IMU on it.
     """
-    own = [h.key(s.name) for h in hypotheses for s in h.effect.states]
-    still = fit.state.coefficients.copy()
-    for name in own:
-        still[:, fit.model.tracks.columns(name)] = 0.0
-    rest = replace(fit.state, coefficients=still)
+    rest = at_rest(fit, hypotheses)
     rows = [r for h in hypotheses for r in state_rows(fit.model, rest, h)]
     return [(fit.noise[r.name], float(np.sqrt(np.mean(r.whitened**2)))) for r in rows if r.name in fit.noise]
 

@@ -1,12 +1,12 @@
 """What terms promise before any is fitted: their information with motion, geometry and effects free to follow."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.coloured import noise_spectra
+from imubench.diagnosis.coloured import Spectra, noise_spectra
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.marks import joint
 from imubench.diagnosis.model import Hypothesis
@@ -139,21 +139,26 @@ def colour(fit: Fit, term: Term) -> float:
     would add, at the corner where it adds most: `COLOUR` / (pi step corner) / (1 + (f / corner)^2).
     """
     shown = {} if term.drift else noise_spectra(fit)
+    return louder_where([(rows.name, rows.time, x) for rows, x in signals_of(fit, term)], shown)
+
+
+def louder_where(signals: Sequence[tuple[str, Array, Array]], shown: Mapping[str, Spectra]) -> float:
+    """Return that for whitened signals (n m, k) of groups of rows at times (n,); `shown`: what residuals show."""
     over = under = 0.0
     loudest = 1.0  # where a signal has no power to tell
-    for rows, signal in signals_of(fit, term):
-        n = len(rows.time)
-        step = float(np.median(np.diff(rows.time)))
+    for name, time, signal in signals:
+        n = len(time)
+        step = float(np.median(np.diff(time)))
         use = np.sum(np.abs(np.fft.rfft(signal.reshape(n, -1), axis=0)) ** 2, axis=1)
         f = np.fft.rfftfreq(n, step)
         slow = np.maximum(f, SLOWEST)
         louder = 1 + COLOUR / (np.pi * step * slow) / (1 + (f / slow) ** 2)
         loudest = max(loudest, float(louder.max()))
-        if not term.drift:
-            louder = np.minimum(np.maximum(shown[rows.name].at(len(f)), 1.0), louder)
+        if name in shown:
+            louder = np.minimum(np.maximum(shown[name].at(len(f)), 1.0), louder)
         over += float(np.sum(use * louder))
         under += float(np.sum(use))
     return max(over / under, 1.0) if under > 0 else loudest
 
 
-__all__ = ["ENOUGH", "Guess", "colour", "hypothesis_of", "promising", "signals_of"]
+__all__ = ["ENOUGH", "Guess", "colour", "hypothesis_of", "louder_where", "promising", "signals_of"]
