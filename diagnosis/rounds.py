@@ -54,7 +54,7 @@ def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]
     lively = state_trials(fit, [h for h in left if h.effect.states and h.effect.variant != "isotropic"], say)
     if lively and before_plain(lively[0], fit, further):
         return Round(fit, lively + tried, lively[0].fit, [])
-    return Round(fit, tried, first, chain)
+    return Round(fit, tried + lively, first, chain)
 
 
 def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most: int = TRIED) -> list[Trial]:
@@ -76,7 +76,7 @@ def asked(tried: list[Trial]) -> list[tuple[Trial, float]]:
     """Return the trials that held-out data are asked about until one is not refused, and the nat each must gain there.
 
     The best, and the best without states, which a spline that takes in everything hides; with those as good as it. One
-    that is less good must gain of what it promises as large a share.
+    that is less good must gain of what it promises as large a share. Last the best with states, if it was not the best.
     """
     plain = [t for t in tried if not t.hypothesis.effect.states]
     out = [(t, 0.0) for t in tried[:1]]
@@ -85,7 +85,7 @@ def asked(tried: list[Trial]) -> list[tuple[Trial, float]]:
             out.append((t, 0.0))
         elif t.evidence > SECOND * plain[0].evidence:
             out.append((t, SECOND * t.evidence))
-    return out
+    return out + [(t, 0.0) for t in tried[1:] if t.hypothesis.effect.states and t.evidence > NEEDED][:1]
 
 
 def dated(fit: Fit, h: Hypothesis) -> bool:

@@ -19,6 +19,8 @@ from imubench.effects import possible
 MOST = 5  # effects in one diagnosis
 SETTLED = 8  # rounds at most, of a law that the fit ends with
 
+Refused = list[tuple[Hypothesis, float]]  # with what it gained on held-out data, in nat
+
 
 @dataclass(frozen=True)
 class Selection:
@@ -60,9 +62,9 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
 
 def entered(
     now: Round, kept: list[Kept], rng: np.random.Generator, say: Callable[[str], None]
-) -> tuple[Fit, list[Kept], list[tuple[Hypothesis, float]]]:
+) -> tuple[Fit, list[Kept], Refused]:
     """Return the fit and its effects with what predicts of a round, and what was refused."""
-    refused = []
+    refused: Refused = []
     for best, least in asked(now.tried):
         say(f"predicting held-out data with {best.hypothesis.name}")
         better = now.first if best is now.tried[0] else with_noise(best.fit)
@@ -71,7 +73,7 @@ def entered(
             break
         refused.append((best.hypothesis, won.value))
     else:
-        return now.fit, kept, refused
+        return all_together(now, kept, refused, rng, say)
     others = tuple(t for t in now.tried if t is not best and not t.also)
     kept = [*kept, *(Kept(h, best.evidence, won, others) for h in (best.hypothesis, *best.also))]
     for trial in now.together if best is now.tried[0] else []:
@@ -80,6 +82,30 @@ def entered(
             break
         kept, better = [*kept, Kept(trial.hypothesis, trial.evidence, won, ())], trial.fit
     return better, kept, refused
+
+
+def all_together(
+    now: Round,
+    kept: list[Kept],
+    refused: list[tuple[Hypothesis, float]],
+    rng: np.random.Generator,
+    say: Callable[[str], None],
+) -> tuple[Fit, list[Kept], Refused]:
+    """Return the fit with all effects that were found one after the other, each alone refused, if they predict.
+
+    A slip that is not known spoils what a scale foretells of other seconds, and the other way round.
+    """
+    if not now.together or len(kept) + 1 + len(now.together) > MOST:
+        return now.fit, kept, refused
+    best, last = now.tried[0], now.together[-1]
+    some = [best.hypothesis, *(t.hypothesis for t in now.together)]
+    say(f"predicting held-out data with {' and '.join(h.name for h in some)}")
+    won = foretold(now.fit, last.fit, rng)
+    if won.low <= 0:
+        return now.fit, kept, refused
+    evidence = [best.evidence, *(t.evidence for t in now.together)]
+    new = [Kept(h, e, won, ()) for h, e in zip(some, evidence, strict=True)]
+    return last.fit, [*kept, *new], [r for r in refused if r[0] not in some]
 
 
 def foretold(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
