@@ -29,6 +29,7 @@ def explained(folder, asked, seed, rig="hinge", **options):
     return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1), wanted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "seed", "options", "equal"),
     [

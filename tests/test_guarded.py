@@ -184,6 +184,7 @@ def test_a_sign_left_to_chance_is_not_accepted():
     assert not any(careful.accepted for _, careful in updates)
 
 
+@pytest.mark.slow
 def test_of_mounts_that_lean_no_wrong_axis_is_accepted():
     wrong, right = np.zeros(2), np.zeros(2)  # plain, guarded
     for seed in range(25):

@@ -42,6 +42,7 @@ def test_louder_white_noise_has_its_name_and_size(clean):
     assert loud(fit, [WHERE], {"imu2"}) == []
 
 
+@pytest.mark.slow
 def test_noise_that_comes_with_the_motion_has_no_name(clean):
     rng = np.random.default_rng(6)
     fit = noisier(clean, lambda i: 0.004 * np.abs(i.gyro) * rng.standard_normal(i.gyro.shape))
@@ -49,6 +50,7 @@ def test_noise_that_comes_with_the_motion_has_no_name(clean):
     assert (told.effect, told.at, told.where) == (UNKNOWN, "imu2", WHERE)
 
 
+@pytest.mark.slow
 def test_coloured_noise_has_no_name(clean):
     rng = np.random.default_rng(7)
 

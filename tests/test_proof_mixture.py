@@ -4,6 +4,7 @@ import collections
 import json
 
 import numpy as np
+import pytest
 
 from imubench import format1
 from imubench.proof.mixture import RIVALS, listed, make, mixture
@@ -30,6 +31,7 @@ def test_a_seed_is_a_mixture_and_another_is_another():
     json.dumps([listed(q) for q in first])
 
 
+@pytest.mark.slow
 def test_every_case_is_written_and_read(tmp_path):
     short, aims = {"seconds": 6.0}, []
     for i, question in enumerate(mixture(3, 32)):

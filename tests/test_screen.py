@@ -41,6 +41,7 @@ def lively(fit):
     return [h for h in candidates(fit.model) if h.effect.states and h.effect.variant != "isotropic"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("effect", "at", "key"), [("soft_mount", "imu2", "frequency"), ("joint_play", "joint", None)])
 def test_the_right_law_is_refitted_from_near_its_parameter(fitted, effect, at, key):
     _, fit, truth = fitted((effect, at))
@@ -103,6 +104,7 @@ def test_a_state_without_a_law_is_seen_in_what_the_fit_took_for_noise(fitted):
     assert pivot.noise["imu1.accel"] < 0.8 * fit.noise["imu1.accel"]
 
 
+@pytest.mark.slow
 def test_a_linear_step_foresees_what_a_refit_comes_to(fitted):
     _, fit, _ = fitted(("accel_bias", "imu1"))
     model = fit.model.with_effects((Hypothesis(EFFECTS["accel_bias"], "imu1"),))

@@ -36,6 +36,7 @@ def lost(fit, h, rival):
     return solve(begun.model, begun.state, begun.noise, fit.anchor, steps=12).cost - fit.cost
 
 
+@pytest.mark.slow
 def test_nothing_separates_a_moving_centre_from_skin_that_slides_with_it(tmp_path):
     fit, h = explained(tmp_path, ("moving_centre", "joint"), 3)
     skin = EFFECTS["skin_sliding"]
@@ -45,6 +46,7 @@ def test_nothing_separates_a_moving_centre_from_skin_that_slides_with_it(tmp_pat
     assert separation(fit, h, [Hypothesis(skin, "imu1")]) == ""
 
 
+@pytest.mark.slow
 def test_poses_or_tilts_separate_a_bias_from_a_scale(tmp_path):
     fit, h = explained(tmp_path, ("accel_bias", "imu2"), 3)
     (found,) = separate(fit, [(h, Hypothesis(EFFECTS["accel_scale"], "imu2"))])

@@ -53,6 +53,7 @@ def test_the_columns_are_those_of_a_rigid_lever():
     assert_allclose(a, truth.specific_force - up, atol=1e-6)  # differences of 2 ms against the simulator
 
 
+@pytest.mark.slow
 def test_what_the_accelerometer_feels_decides_and_not_the_gyroscope():
     cells = [Cell(kind, gyro_noise=g) for kind in ("paper", "sliding") for g in (0.0, 1.0)]
     found = distances(cells)

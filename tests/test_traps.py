@@ -36,6 +36,7 @@ def plain(fit):
     return [h for h in candidates(fit.model) if not h.effect.states and not h.effect.grid(1.0)]
 
 
+@pytest.mark.slow
 def test_a_spline_too_coarse_looks_like_a_sensor_of_its_own(tmp_path, monkeypatch):
     recording = recorded(tmp_path, [], 5, band=6.0)
     assert misfit(nominal_fit(recording)) < UNEXPLAINED
@@ -85,6 +86,7 @@ def test_probabilities_underflow_where_evidence_still_ranks(biased):
     assert ranked[0].evidence - ranked[1].evidence > 50
 
 
+@pytest.mark.slow
 def test_an_exact_refit_takes_back_a_wrong_score(tmp_path):
     fit = nominal_fit(recorded(tmp_path, [("gyro_scale", "imu1", {"scale": [0.03, -0.02, 0.025]})], 3))
     tried = {}
