@@ -18,6 +18,7 @@ from imubench.errors import InputError
 Place = Callable[[int], str]
 """Takes a row of the columns, counted from 0; says where that is: `imu1.csv, line 7`."""
 
+THREADS = False  # Arrow's pool can end a process with "terminate called" (apache/arrow issue 34314)
 HEADER = re.compile(r"\ufeff?(?:[ \t]*(?:\r\n|\n|\r))*([^\r\n]*)(?:\r\n|\n|\r|$)")
 
 
@@ -114,7 +115,7 @@ def _read_csv(path: Path, content: bytes, required: Sequence[str], optional: Seq
     try:
         table = pa.csv.read_csv(
             pa.BufferReader(body.encode()),
-            read_options=pa.csv.ReadOptions(column_names=header),
+            read_options=pa.csv.ReadOptions(column_names=header, use_threads=THREADS),
             convert_options=pa.csv.ConvertOptions(
                 include_columns=wanted,
                 column_types=dict.fromkeys(wanted, pa.float64()),
@@ -175,7 +176,7 @@ def _read_parquet(path: Path, content: bytes, required: Sequence[str], optional:
             kind = schema.field(name).type
             if not (pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_decimal(kind)):
                 raise InputError(f"{path}, column '{name}': expected numbers, got {kind}")
-        table = file.read(columns=wanted)
+        table = file.read(columns=wanted, use_threads=THREADS)
         numbers = {name: table[name].cast(pa.float64(), safe=False) for name in wanted}
     except (pa.ArrowException, OSError, UnicodeError) as error:
         reason = str(error).splitlines()[0][:200]
