@@ -11,7 +11,7 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted, rougher
 from imubench.diagnosis.model import Hypothesis
-from imubench.diagnosis.refit import log_evidence, refit
+from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.term_scores import Guess, promising
 from imubench.diagnosis.worth import worth
 
@@ -45,9 +45,10 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             over = worth if any(h.effect.states for h in gone) else evidence_over
             price, lost = float(np.log(max(tried / NAMES, 1))), over(without, fit)
             held: list[Fitted] = []
+            freer = rougher(fit)
             for guess in rivals([g for g in guesses if g.evidence > lost], fit, gone):
                 done = fitted(without, guess, price)
-                more = min(over(fit, done.fit), over(rougher(fit), rougher(done.fit))) / done.louder - price
+                more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
                 if done.heldout.low > 0 and more > 0:
                     held.append(replace(done, evidence=more))
             best = max(held, key=lambda f: f.evidence, default=None)
@@ -85,11 +86,6 @@ def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
     for h in plain:
         triples.setdefault((h.at, h.effect.name.split("_")[0]), []).append(h)
     return [(h,) for h in (*free, *plain)] + [tuple(some) for some in triples.values() if len(some) > 1]
-
-
-def evidence_over(before: Fit, after: Fit) -> float:
-    """Return the nat by which one fit explains more than another."""
-    return log_evidence(after) - log_evidence(before)
 
 
 def seen_at(h: Hypothesis) -> str:

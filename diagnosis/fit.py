@@ -23,8 +23,8 @@ SETTLING = 2  # linear solves of the own splines of effects after every step,
 MOVED = 0.03  # the second where the first has moved them by more than so much of their plausible size
 DAMPED = 1e-8  # of the diagonal, at first: what next to nothing holds, beyond a sensor's last sample, stays where it is
 LEAST, EASED = 1e-11, 3.0  # at least; by what a whole step lowers it and a shortened one raises it
-MOUNT = "imu1.rotation"
 LENGTHS = (1.0, 0.5, 0.2, 0.05)  # of a Gauss-Newton step, tried before it is damped
+MOUNT = "imu1.rotation"  # the model's name for what turns segment 1 back
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,9 @@ from imubench.diagnosis.fit import AGAIN, Fit, at_noise_of, solve
 from imubench.diagnosis.heldout import BLOCK, Gain, predicted
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
-from imubench.diagnosis.nominal import FREER
-from imubench.diagnosis.priors import START_SMOOTH
+from imubench.diagnosis.nominal import rougher_noise
 from imubench.diagnosis.prune import SEED
-from imubench.diagnosis.refit import log_evidence, refit
+from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.term_scores import Guess, colour, hypothesis_of
 from imubench.diagnosis.terms import Term
 
@@ -27,6 +26,7 @@ class Fitted:
     hypothesis: Hypothesis
     term: Term
     fit: Fit
+    freer: Fit  # the same with its motion held less smooth
     evidence: float  # nat, colour and the number of terms taken off
     heldout: Gain
     louder: float  # times white noise, what is left where the term has its power
@@ -44,22 +44,21 @@ def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
     ruler = at_noise_of(fit, better)
     heldout = predicted(ruler, better, np.random.default_rng(SEED), BRIEF if guess.term.timed else BLOCK)
     louder = colour(better, guess.term)
-    evidence = min(gained(ruler, better, louder), gained(rougher(ruler), rougher(better), louder)) - price
-    return Fitted(h, guess.term, better, evidence, heldout, louder)
+    freer = rougher(better)
+    evidence = min(gained(ruler, better, louder), gained(rougher(ruler), freer, louder)) - price
+    return Fitted(h, guess.term, better, freer, evidence, heldout, louder)
 
 
 def gained(before: Fit, after: Fit, louder: float) -> float:
     """Return the nat that a term is worth at equal noise levels, where noise is so many times louder than white."""
     won = before.cost - after.cost
-    freedom = won - (log_evidence(after) - log_evidence(before))
+    freedom = won - evidence_over(before, after)
     return (won - eased(before, after)) / louder - freedom
 
 
 def rougher(fit: Fit) -> Fit:
     """Return the fit solved again with its motion held less smooth."""
-    own = {f"smooth.{name}" for name in START_SMOOTH}
-    noise = {name: std * (FREER if name in own else 1.0) for name, std in fit.noise.items()}
-    return solve(fit.model, fit.state, noise, fit.anchor, steps=AGAIN)
+    return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=AGAIN)
 
 
 def eased(before: Fit, after: Fit) -> float:

@@ -14,7 +14,7 @@ from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import Screened, led
 from imubench.diagnosis.term_scores import COLOUR, louder_where
 from imubench.diagnosis.trial import Trial
-from imubench.diagnosis.worth import tallied, worth
+from imubench.diagnosis.worth import weighed
 
 ROUNDS = 3  # of their noise estimation
 DOUBTED, LEFT = 4.0, 0.05  # times a law's std, and of what drives it, that may be left; beyond, its state is a spline
@@ -69,9 +69,9 @@ def grown(fit: Fit, trial: Trial) -> Trial:
 
 def against(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
     """Return a refit beside the fit without its effects, less what a spline without a law may have of slow noise."""
-    won = worth(fit, tried)
+    won, freedoms = weighed(fit, tried)
     if not any(h.effect.lawful for h in hypotheses):
-        won -= of_colour(tried, hypotheses, taken(tried) - taken(fit))
+        won -= of_colour(tried, hypotheses, freedoms)
     return Trial(hypotheses[0], tried, won, tuple(hypotheses[1:]))
 
 
@@ -85,11 +85,6 @@ def of_colour(fit: Fit, hypotheses: Sequence[Hypothesis], freedoms: float) -> fl
     width = sum(s.width for h in hypotheses for s in h.effect.states)
     samples = float(np.median([len(time) for _, time, _ in signals]))
     return min(COLOUR * samples * width, freedoms * (louder_where(signals, {}) - 1))
-
-
-def taken(fit: Fit) -> float:
-    """Return the freedoms that its samples give a fit."""
-    return sum(p for _, p, _ in tallied(fit).values())
 
 
 def added(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[str, Array, Array]]:

@@ -46,9 +46,14 @@ def freed(fit: Fit) -> Fit:
     """
     if max(follows_motion(fit).values(), default=0.0) < RELATED:
         return fit
-    noise = {name: std * (FREER if name.startswith("smooth.") else 1.0) for name, std in fit.noise.items()}
-    freer = fit_with_noise(fit.model, fit.state, noise, fit.anchor)
+    freer = fit_with_noise(fit.model, fit.state, rougher_noise(fit), fit.anchor)
     return freer if max(follows_motion(freer).values()) < UNRELATED else fit
 
 
-__all__ = ["freed", "nominal_fit"]
+def rougher_noise(fit: Fit) -> dict[str, float]:
+    """Return the noise levels of a fit with its motion, no effect's states, `FREER` times as rough."""
+    own = {f"smooth.{name}" for name in START_SMOOTH}
+    return {name: std * (FREER if name in own else 1.0) for name, std in fit.noise.items()}
+
+
+__all__ = ["freed", "nominal_fit", "rougher_noise"]

@@ -19,6 +19,7 @@ UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 DECLARED = 1.15 * float(np.sqrt(1.2))  # a declared noise is right within 15 %, with 20 % of coloured noise on top
 CERTAIN = 3.0  # standard deviations above that
 COARSE = 0.2  # of the noise's power: from there rounding, step^2 / 12, is more than coloured noise may be
+SURE_OF_KNOCKS = (0.6, 0.95)  # of one, which may be something else that happens once, and of several
 LISTED = 10  # times spelled out in a sentence
 
 
@@ -102,7 +103,7 @@ def struck(imu: Imu, knocked: Knocks) -> RawFinding:
         f"Above 15 Hz {imu.name}'s accelerometer is {knocked.ratio.min():.0f} to {knocked.ratio.max():.0f} times its "
         f"level just before and after, for tens of milliseconds, at {few} s."
     )
-    confidence = 0.95 if times.size > 1 else 0.6
+    confidence = SURE_OF_KNOCKS[times.size > 1]
     parameters = {"times": value(times, period, "s")}
     windows = joined(imu.time[knocked.samples])
     return RawFinding("impacts", imu.name, parameters, confidence, evidence, windows=windows)
@@ -141,12 +142,12 @@ def hummed(imu: Imu, found: Line, rate: float) -> RawFinding:
     return RawFinding("vibration", imu.name, parameters, 0.9, evidence, windows=found.windows)
 
 
-def joined(times: Array, within: float = 0.5) -> Windows:
-    """Return the spans that times (k,) cover, with those nearer than `within` s as one."""
+def joined(times: Array, within: float = 0.5, fewest: int = 1) -> Windows:
+    """Return the spans that times (k,) cover, those nearer than `within` s as one, without spans of few times."""
     if not times.size:
         return ()
     groups = np.split(times, np.flatnonzero(np.diff(times) > within) + 1)
-    return tuple((float(g[0]), float(g[-1])) for g in groups)
+    return tuple((float(g[0]), float(g[-1])) for g in groups if g.size >= fewest)
 
 
 def noise_now(rest: Rest, level: Level | None, part: str) -> float | None:

@@ -69,6 +69,11 @@ def log_evidence(fit: Fit) -> float:
     return density - sum(r.cost for r in rows) - prior + spread
 
 
+def evidence_over(before: Fit, after: Fit) -> float:
+    """Return the nat by which one fit's evidence exceeds another's."""
+    return log_evidence(after) - log_evidence(before)
+
+
 def states_log_det(model: Model, rows: list[Rows], names: list[str]) -> float:
     """Return the log determinant of the states' own prior, the motion given, by the rows that are no measurements."""
     if not names:
@@ -95,4 +100,4 @@ def information(fit: Fit) -> tuple[Array, dict[str, Array]]:
     return covariance, {name: std[fit.model.parameters.columns(name)] for name in fit.model.priors}
 
 
-__all__ = ["extended", "guess_of", "information", "log_evidence", "refit", "states_log_det"]
+__all__ = ["evidence_over", "extended", "guess_of", "information", "log_evidence", "refit", "states_log_det"]

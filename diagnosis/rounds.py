@@ -13,7 +13,7 @@ from imubench.diagnosis.lively import state_trials
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.prune import natural
-from imubench.diagnosis.refit import log_evidence, refit
+from imubench.diagnosis.refit import evidence_over, log_evidence, refit
 from imubench.diagnosis.score import Score, score
 from imubench.diagnosis.trial import NEEDED, TRIED, UNEXPLAINED, Trial, misfit
 
@@ -97,7 +97,7 @@ def dated(fit: Fit, h: Hypothesis) -> bool:
 
 def before_plain(lively: Trial, fit: Fit, further: Fit) -> bool:
     """Return whether an effect with states explains more than those without that made `further` of the fit."""
-    plainly = log_evidence(further) - log_evidence(fit)
+    plainly = evidence_over(fit, further)
     return lively.evidence > max(NEEDED, plainly if lively.hypothesis.effect.lawful else TWICE * plainly)
 
 

@@ -87,7 +87,7 @@ def entered(
 def all_together(
     now: Round,
     kept: list[Kept],
-    refused: list[tuple[Hypothesis, float]],
+    refused: Refused,
     rng: np.random.Generator,
     say: Callable[[str], None],
 ) -> tuple[Fit, list[Kept], Refused]:

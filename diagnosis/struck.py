@@ -18,6 +18,7 @@ from scipy.stats import chi2
 from imubench.arrays import Array
 from imubench.diagnosis.fit import AGAIN, Fit, solve
 from imubench.diagnosis.prune import SEED
+from imubench.diagnosis.raw_findings import SURE_OF_KNOCKS, joined
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.verdict import KNOCKING
 
@@ -30,7 +31,6 @@ FEWEST = 2  # samples of a peak; a single wild one is none
 OTHERS, FEWEST_OTHERS = 20, 5  # stretches of other samples
 ALARM = 1e-6  # of each peak, of noise alone
 OTHERS_ALARM = 1e-4  # of each of the others: beyond, the fit leaves more than noise, and a peak may be that
-SURE = (0.6, 0.95)  # of one knock, which may be something else that happens once, and of several
 
 
 def struck_again(fit: Fit, struck: Mapping[str, Mask], named: Sequence[Finding]) -> tuple[Finding, ...]:
@@ -43,11 +43,12 @@ def struck_again(fit: Fit, struck: Mapping[str, Mask], named: Sequence[Finding])
     told = {f.at for f in named if f.effect == "impacts"}
     out = []
     for imu in (i for i in fit.model.recording.imus if i.name in struck and i.name not in told):
-        peaks = windows(imu.time, struck[imu.name])
+        peaks = joined(imu.time[struck[imu.name]], TOGETHER, FEWEST)
         times = knocks(fit, imu.name, struck[imu.name], peaks) if peaks else np.array([])
         if times.size:
             parameters = {"times": Parameter(times, np.full(times.size, 1 / imu.rate), "s")}
-            out.append(Finding("impacts", imu.name, SURE[times.size > 1], parameters, Interval(0.0, (0.0, 0.0))))
+            sure = SURE_OF_KNOCKS[times.size > 1]
+            out.append(Finding("impacts", imu.name, sure, parameters, Interval(0.0, (0.0, 0.0))))
     return tuple(out)
 
 
@@ -56,7 +57,6 @@ def knocks(fit: Fit, imu: str, struck: Mask, peaks: Sequence[Window]) -> Array:
     time = fit.model.recording.imu(imu).time
     known = dict(fit.model.masks or {})
     names = [name for name in known if name.startswith(f"{imu}.")]
-    with_peaks = solved(fit, {name: known[name] | struck for name in names})
     others = elsewhere(time, np.logical_and.reduce([known[name] for name in names]), peaks)
     if len(others) < FEWEST_OTHERS:
         return np.array([])
@@ -64,6 +64,7 @@ def knocks(fit: Fit, imu: str, struck: Mask, peaks: Sequence[Window]) -> Array:
     without = solved(fit, {name: known[name] & left_out for name in names})
     if any(power > chance(OTHERS_ALARM, n) for power, n in (unexplained(without, fit, p) for p in others)):
         return np.array([])
+    with_peaks = solved(fit, {name: known[name] | struck for name in names})
     found = [unexplained(fit, with_peaks, p) for p in peaks]
     return np.array([a for (a, _), (power, n) in zip(peaks, found, strict=True) if power > chance(ALARM, n)])
 
@@ -96,15 +97,6 @@ def within(fit: Fit, window: Window) -> tuple[int, float]:
             cost += 0.5 * float(np.sum(rows.whitened.reshape(len(near), -1)[near] ** 2))
             count += int(near.sum()) * rows.residual.value.shape[1] if rows.counts else 0
     return count, cost
-
-
-def windows(time: Array, struck: Mask) -> list[Window]:
-    """Return the stretches (start, end) in s of samples that were struck."""
-    at = np.flatnonzero(struck)
-    if not at.size:
-        return []
-    runs = np.split(at, np.flatnonzero(np.diff(time[at]) > TOGETHER) + 1)
-    return [(float(time[run[0]]), float(time[run[-1]])) for run in runs if run.size >= FEWEST]
 
 
 def elsewhere(time: Array, counts: Mask, peaks: Sequence[Window]) -> list[Window]:

@@ -33,7 +33,7 @@ def pose_masks(recording: Recording) -> dict[str, NDArray[np.bool_]]:
     masks: dict[str, NDArray[np.bool_]] = {}
     for i, pose in enumerate(recording.poses):
         imu = imus.get(pose.segment)
-        every = apart(pose, imu) if imu is not None and pose.quaternion is not None else 1
+        every = apart(pose, imu) if imu is not None else 1
         if every > 1:
             counts = np.arange(pose.time.size) % every == 0
             masks |= {f"pose{i + 1}.{part}": counts for part in ("position", "rotation")}

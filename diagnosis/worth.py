@@ -29,10 +29,21 @@ Told = dict[str, tuple[int, float, float]]
 
 def worth(before: Fit, after: Fit) -> float:
     """Return the nat by which `after` predicts samples and free swings' equation better, each at its own noise."""
+    return weighed(before, after)[0]
+
+
+def weighed(before: Fit, after: Fit) -> tuple[float, float]:
+    """Return the same, and how many more freedoms the data give to `after`."""
     ruler = at_noise_of(before, after)
     old, same, new = tallied(before), tallied(ruler), tallied(after)
-    freedoms = sum(p for _, p, _ in new.values()) - sum(p for _, p, _ in same.values())
-    return min(won(before.noise, old, after.noise, new), _cost(ruler) - _cost(after) - freedoms)
+    spent = freedoms(new) - freedoms(same)
+    nat = min(won(before.noise, old, after.noise, new), _cost(ruler) - _cost(after) - spent)
+    return nat, freedoms(new) - freedoms(old)
+
+
+def freedoms(told: Told) -> float:
+    """Return the freedoms that all groups of data give."""
+    return sum(p for _, p, _ in told.values())
 
 
 def _cost(fit: Fit) -> float:
@@ -71,4 +82,4 @@ def foreseen(model: Model, rows: list[Rows]) -> Told:
     return out
 
 
-__all__ = ["foreseen", "tallied", "won", "worth"]
+__all__ = ["foreseen", "tallied", "weighed", "won", "worth"]

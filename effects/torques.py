@@ -67,7 +67,11 @@ class JointSpring(_Torque):
 
     def __init__(self, conservative: bool = False) -> None:
         self.variant = "conservative" if conservative else ""
-        self.conservative = conservative
+
+    @property
+    def conservative(self) -> bool:
+        """Whether it keeps its energy on a ball joint."""
+        return self.variant == "conservative"
 
     def places(self, recording: Recording) -> tuple[str, ...]:
         return super().places(recording) if recording.rig == "pendulum" or not self.conservative else ()

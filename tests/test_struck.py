@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.raw_findings import joined
 from imubench.diagnosis.samples import heard, sampled
-from imubench.diagnosis.struck import elsewhere, struck_again, windows
+from imubench.diagnosis.struck import FEWEST, TOGETHER, elsewhere, struck_again
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -47,10 +48,8 @@ def test_a_stop_knocks_as_well(tmp_path):
 
 def test_peaks_near_one_another_are_one_and_single_samples_none():
     time = np.arange(0, 4, 0.01)
-    struck = np.zeros(400, dtype=bool)
-    struck[[50, 51, 52, 58, 59, 200]] = True
-    assert windows(time, struck) == [(0.5, pytest.approx(0.59))]
-    assert windows(time, np.zeros(400, dtype=bool)) == []
+    assert joined(time[[50, 51, 52, 58, 59, 200]], TOGETHER, FEWEST) == ((0.5, pytest.approx(0.59)),)
+    assert joined(time[:0], TOGETHER, FEWEST) == ()
 
 
 def test_other_stretches_keep_away_from_peaks_and_from_one_another():
