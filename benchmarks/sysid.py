@@ -7,6 +7,7 @@ joint's inertia, damping, drag, dry friction and spring: of the contract's table
 where a parameter is five standard deviations from what is declared. Needs the extra `bench`.
 """
 
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -40,9 +41,8 @@ def asked(effect: tuple[str, str] | None) -> Row:
         SEED,
         base="fixed",
         swing=True,
-        seconds=15.0,
+        seconds=SECONDS,
         rate=100.0,
-        declare_noise=True,
     )
     with tempfile.TemporaryDirectory() as scratch:
         write(case, Path(scratch) / "r")
@@ -73,4 +73,8 @@ def asked(effect: tuple[str, str] | None) -> Row:
 
 def run() -> list[Row]:
     """Return a row for each concealed effect."""
-    return [asked(effect) for effect in CASES]
+    rows = []
+    for k, effect in enumerate(CASES, 1):
+        print(f"sysid: {k} of {len(CASES)}, {'@'.join(effect) if effect else 'nothing'}", file=sys.stderr)
+        rows.append(asked(effect))
+    return rows
