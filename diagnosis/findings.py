@@ -47,15 +47,16 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
 def parameters(h: Hypothesis, fit: Fit, std: dict[str, Array]) -> dict[str, Parameter]:
     """Return an effect's parameters, of the shapes that it declares, with their standard deviations."""
     out = {}
+    values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
+    changing = h.effect.changing(values, fit.model.recording.imu(h.at)) if h.effect.place == "imu" else {}
     for p in h.effect.parameters:
         if p.reported:
-            value, error = fit.state.values[h.key(p.name)], std[h.key(p.name)]
+            value, error = values[p.name], np.hypot(std[h.key(p.name)], changing.get(p.name, 0.0))
             if p.log:
                 value = np.exp(value)
                 error = error * value
             out[p.name] = Parameter(value.reshape(p.shape), error.reshape(p.shape), p.unit)
     if h.effect.found:
-        values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
         moment = Moment(fit.model.tracks, fit.state.coefficients, Jet(middles(fit.model)[:, None]))
         states = {s.name: moment.track(h.key(s.name)).value for s in h.effect.states}
         read = h.effect.read(values, states, fit.model.tracks.knots.step)

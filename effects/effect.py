@@ -12,7 +12,7 @@ from imubench.arrays import Array
 from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.links import Link, Motion
-from imubench.recording import Recording
+from imubench.recording import Imu, Recording
 
 Place = Literal["imu", "joint", "body", "world"]
 
@@ -180,6 +180,10 @@ class Effect:
 
     def read(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
         """Return the `found` parameters from fitted ones (k,) and states (n, m) sampled every `step` s."""
+        return {}
+
+    def changing(self, values: Mapping[str, Array], imu: Imu) -> dict[str, float]:
+        """Return the standard deviation that parameters have beyond the fit's, because they change as it runs."""
         return {}
 
     def blind(self, values: Mapping[str, Array]) -> tuple[tuple[float, float], ...]:

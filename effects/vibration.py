@@ -9,6 +9,8 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.effects.effect import Effect, Error, Found, Parameter, Reading, Values
+from imubench.effects.wander import frequency_error
+from imubench.recording import Imu
 
 
 class Vibration(Effect):
@@ -26,6 +28,11 @@ class Vibration(Effect):
         phase = (2 * np.pi) * p["frequency"] * reading.time
         c, s = np.cos(phase.value), np.sin(phase.value)
         return Error(accel=p["cosine"] * phase.through(c, -s) + p["sine"] * phase.through(s, c))
+
+    def changing(self, values: Mapping[str, Array], imu: Imu) -> dict[str, float]:
+        """The frequency's, by a phase that wanders."""
+        along = np.linalg.svd(np.stack([values["cosine"], values["sine"]], axis=1))[0][:, 0]
+        return {"frequency": frequency_error(imu.time, imu.accel @ along, float(values["frequency"][0]))}
 
     def read(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
         """Each axis' amplitude, its sign that of the part in phase with the strongest common one."""
