@@ -11,7 +11,7 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import predicted
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
-from imubench.diagnosis.refit import information, log_evidence, refit
+from imubench.diagnosis.refit import evidence_over, information, refit
 from imubench.diagnosis.trial import NEEDED, SCREENED, Kept
 from imubench.diagnosis.worth import worth
 
@@ -73,10 +73,7 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
         if loss > CERTAIN:
             return loss, None
     without = _without(fit, h)
-    lost = worth(without, fit) if h.effect.states else log_evidence(fit) - log_evidence(without)
-    if linear and np.isinf(kept.evidence):  # a clock's offset moves samples against knots, and so the determinant
-        lost = min(lost, about_zero(fit, h, covariance))
-    return lost, without
+    return (worth if h.effect.states else evidence_over)(without, fit), without
 
 
 def _without(fit: Fit, h: Hypothesis) -> Fit:

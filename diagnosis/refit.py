@@ -6,7 +6,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.equations import equation_rows
-from imubench.diagnosis.fit import Fit, factored, solve
+from imubench.diagnosis.fit import Fit, all_rows, factored, solve
 from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.priors import TILT
 from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
@@ -59,14 +59,33 @@ def guess_of(h: Hypothesis, estimate: Array) -> dict[str, Array]:
 
 @one_thread
 def log_evidence(fit: Fit) -> float:
-    """Return the Laplace approximation of the log evidence, up to what all models of a recording share."""
+    """Return the Laplace approximation of the log evidence, up to what all models of a recording share.
+
+    Its determinant is that of clocks as they are stamped, to a part of a knot's interval: samples in the middle of the
+    intervals do not see waves of half the knots' rate, those a little beside do, and the motion's prior allows much of
+    them. A clock that is 0.6 ms late was worth 78 nat of likelihood and -186 of evidence.
+    """
     rows = [r for r in fit.rows if not r.name.startswith(TILT)]
-    _, solution, _ = factored(fit.model, rows)
+    _, solution, _ = factored(fit.model, as_stamped(fit) or rows)
     own = [h.key(s.name) for h in fit.model.hypotheses for s in h.effect.states]
     prior = sum(float(np.log(p.std).sum()) for p in fit.model.priors.values())
     density = sum(noise_density(r) for r in rows if is_data(r))
     spread = 0.5 * (states_log_det(fit.model, rows, own) - solution.log_det)
     return density - sum(r.cost for r in rows) - prior + spread
+
+
+def as_stamped(fit: Fit) -> list[Rows]:
+    """Return the rows of a fit with its clocks as near as samples lie between knots as stamped; none: they do."""
+    model = fit.model
+    values: dict[str, Array] = {}
+    for h in model.hypotheses:
+        own = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
+        values |= {h.key(name): value for name, value in h.effect.aligned(own, model.tracks.knots.step).items()}
+    if not values:
+        return []
+    state = replace(fit.state, values=fit.state.values | values)
+    rows = all_rows(model, state, fit.noise, fit.anchor, fit.loose)
+    return [r for r in rows if not r.name.startswith(TILT)]
 
 
 def evidence_over(before: Fit, after: Fit) -> float:

@@ -199,6 +199,13 @@ class Effect:
         """Return the world's time (n, 1) at stamps (n, 1)."""
         return time
 
+    def aligned(self, values: Mapping[str, Array], step: float) -> dict[str, Array]:
+        """Return parameters of a clock near fitted ones with which its samples lie between knots as they are stamped.
+
+        `step` is the knots' in s. Empty for what is no clock.
+        """
+        return {}
+
     def gravity(self, gravity: Jet, p: Values) -> Jet:
         """Return the world's gravity (1, 3) m/s^2."""
         return gravity

@@ -4,6 +4,11 @@ Priors: two loggers started by hand or synchronised over radio are some tens of 
 a quartz clock is right within 100 parts in a million, a processor's own oscillator within 1 % (0.003).
 """
 
+from collections.abc import Mapping
+
+import numpy as np
+
+from imubench.arrays import Array
 from imubench.effects.effect import Effect, Parameter, Values
 from imubench.jets import Jet
 from imubench.recording import Recording
@@ -25,6 +30,9 @@ class TimeOffset(_Clock):
     def clock(self, time: Jet, p: Values) -> Jet:
         return time - p["offset"]
 
+    def aligned(self, values: Mapping[str, Array], step: float) -> dict[str, Array]:
+        return {"offset": step * np.round(values["offset"] / step)}
+
 
 class ClockSkew(_Clock):
     """The clock runs fast."""
@@ -34,6 +42,9 @@ class ClockSkew(_Clock):
 
     def clock(self, time: Jet, p: Values) -> Jet:
         return time / (1.0 + p["skew"])
+
+    def aligned(self, values: Mapping[str, Array], step: float) -> dict[str, Array]:
+        return {"skew": 0 * values["skew"]}
 
 
 EFFECTS: tuple[Effect, ...] = (TimeOffset(), ClockSkew())
