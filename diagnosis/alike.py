@@ -57,7 +57,8 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     model = bare.with_effects((*bare.hypotheses, *others))
     begun = extended(replace(fit, model=bare, state=still), model.hypotheses)
     slow = late(fit, h)
-    smooth = filters(bare, State(still.coefficients, fit.state.values), *slow) if slow else {}
+    stands = State(still.coefficients, fit.state.values)
+    smooth = filters(bare, stands, *slow, fit.noise[f"{slow[0].name}.gyro"]) if slow else {}
     both = joint(begun.model, begun.state, fit, others, {MARK: added} | smooth)
     wanted = both.along(MARK)[:, 0]
     total = 0.5 * float(wanted @ both.information @ wanted)

@@ -1,18 +1,32 @@
-"""A low-pass filter in the place of a clock that is late: to first order both are a delay."""
+"""A low-pass filter in the place of a clock that is late: to first order both are a delay.
+
+A filter reads LP[x](t), a delay x(t - tau), and between them c(t) = LP[x](t) - x(t - tau), about tau^2 / 2 x''. It is
+taken from the motion as it was fitted, up to the frequency at which that sinks into the noise: above, the fitted motion
+is made of the very noise, and c would be nothing else (0.005 m/s^2 for 0.0008 on a limb that moves at 5 Hz).
+"""
+
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from imubench.arrays import Array
+from imubench.diagnosis.coherence import clear_of_noise, slower
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.marks import Columns, Joint
 from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.terms import interpolated
-from imubench.effects import VARIANTS
+from imubench.effects import EFFECTS
+from imubench.effects.bandwidth import LowPass, QuickLowPass
 from imubench.recording import Imu
 
 NEAR = 1.12  # how far apart the cutoffs are that are tried
 FINE = 0.3  # of a delay: the steps at which a filter that stands for it is computed
+SETTLED = 12.0  # delays, after which a filter has forgotten how it began
+STEP = 0.05  # of a delay, by which it is changed to see the slope
+QUICK = 0.3  # of what a delay does to a reading: a filter that does less beside it is far quicker than the motion
+
+Readings = dict[str, Array]
 
 
 def late(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
@@ -25,31 +39,73 @@ def late(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
     return next(((i, abs(offset)) for i in (own if offset > 0 else others)), None)
 
 
-def filters(model: Model, state: State, imu: Imu, delay: float) -> Columns:
-    """Return what low-pass filters of some cutoffs would add at an IMU, in the place of a delay in s."""
-    read = {r.name: r.residual.value for r in model.measured(state)}
-    out: Columns = {}
-    names = [f"{imu.name}.gyro", f"{imu.name}.accel"]
-    if delay <= 0 or any(len(read[n]) != len(imu.time) for n in names):
+def filters(bare: Model, still: State, imu: Imu, delay: float, noise: float) -> Columns:
+    """Return what a low-pass filter at an IMU would add, in the place of a delay in s; `noise` is the gyroscope's."""
+    if delay <= 0:
         return {}
-    count = int(np.ceil(len(imu.time) / (FINE * delay * imu.rate))) + len(imu.time)
-    fine = np.linspace(imu.time[0], imu.time[-1], count)
-    w, f = (CubicSpline(imu.time, read[n] + x)(fine) for n, x in zip(names, (imu.gyro, imu.accel), strict=True))
-    for effect in (e for e in VARIANTS if e.name == "low_pass" and not e.variant):
-        for factor in (0.8, 0.9, 1.0, 1.1, 1.25):
-            cutoff = factor / (2 * np.pi * delay)
-            _, g, a = effect.corrupt(fine, w, f, {"cutoff": np.array(cutoff)}, np.random.default_rng(0))
-            added = {names[0]: g - w, names[1]: a - f}
-            out[f"{effect.name} {cutoff:.3g}"] = {n: interpolated(imu.time, fine, x) for n, x in added.items()}
-    return out
+    clock = Hypothesis(EFFECTS["time_offset"], imu.name)
+    moved = bare.with_effects((*bare.hypotheses, clock))
+    at_once = {r.name: r.residual.value for r in bare.measured(still, imu.name)}
+    delayed = list(
+        moved.measured(State(still.coefficients, still.values | {clock.key("offset"): np.array([delay])}), imu.name)
+    )
+    time, x = straight_on(*met(bare, still, imu, noise), delay)
+    c = beside(time, x, delay)
+    return {
+        "low_pass": {
+            r.name: r.residual.value - at_once[r.name] + interpolated(r.time, time, c[r.name.split(".")[1]])
+            for r in delayed
+        }
+    }
+
+
+def quick(fit: Fit, imu: Imu, delay: float) -> QuickLowPass | None:
+    """Return a filter in the place of a delay in s at an IMU, None where it is not far quicker than the motion."""
+    _, x = met(fit.model, fit.state, imu, fit.noise[f"{imu.name}.gyro"])
+    time, x = straight_on(imu.time - fit.model.start - delay, x, delay)  # of the world, once this IMU is late
+    moved = {part: np.gradient(x[part], time, axis=0) * delay for part in x}
+    c = beside(time, x, delay)
+    if any(np.std(c[part]) > QUICK * np.std(moved[part]) for part in x):
+        return None
+    low, high = (beside(time, x, delay * (1 + change)) for change in (-STEP, STEP))
+    return QuickLowPass(time, c, {part: (high[part] - low[part]) / (2 * STEP * delay) for part in x}, delay)
+
+
+def met(model: Model, state: State, imu: Imu, noise: float) -> tuple[Array, Readings]:
+    """Return the times (n,) s and what an IMU would read there, (n, 3), without what is only the fit's noise."""
+    moment = model.moment(state, imu.time, imu.name)
+    segment = model.segments(state, moment)["segment2" if imu.name == "imu2" else "segment1"]
+    reading = model.reading(imu, state, moment, segment)
+    cut = clear_of_noise(reading.gyro.value, noise, imu.rate)
+    both = slower(np.concatenate([reading.gyro.value, reading.accel.value], axis=1), cut, imu.rate)
+    return moment.time.value[:, 0], {"gyro": both[:, :3], "accel": both[:, 3:]}
+
+
+def straight_on(time: Array, x: Readings, delay: float) -> tuple[Array, Readings]:
+    """Return fine times and readings (n, 3) there, which go straight on before the first one and after the last.
+
+    A filter that begins at the first reading, which is moving, would be wrong there by all that it delays.
+    """
+    start, end = time[0] - SETTLED * delay, time[-1] + SETTLED * delay
+    fine = np.linspace(start, end, int(np.ceil((end - start) / (FINE * delay))) + len(time))
+    inside = np.clip(fine, time[0], time[-1])
+    splines = {part: CubicSpline(time, y) for part, y in x.items()}
+    return fine, {part: s(inside) + (fine - inside)[:, None] * s(inside, 1) for part, s in splines.items()}
+
+
+def beside(time: Array, x: Mapping[str, Array], delay: float) -> Readings:
+    """Return c (n, 3): what a filter reads beside one that only delays, at the world's times (n,), evenly spaced."""
+    cutoff = {"cutoff": np.array(1 / (2 * np.pi * delay))}
+    _, *read = LowPass().corrupt(time, x["gyro"], x["accel"], cutoff, np.random.default_rng(0))
+    return {part: interpolated(time + delay, time, y) - x[part] for part, y in zip(x, read, strict=True)}
 
 
 def left_by(both: Joint, wanted: Array, by: Array) -> float:
-    """Return what is lost when a direction (k,) stands for another, its size near 1: cutoffs between those tried."""
+    """Return what is lost when a direction (k,) stands for another, its size near 1: a cutoff near the delay's."""
     pull = by @ both.information @ by
     size = float(np.clip(by @ both.information @ wanted / max(float(pull), 1e-300), 1 / NEAR, NEAR))
     rest = wanted - size * by
     return 0.5 * float(rest @ both.information @ rest)
 
 
-__all__ = ["filters", "late", "left_by"]
+__all__ = ["filters", "late", "left_by", "quick"]

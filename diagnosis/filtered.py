@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
-from imubench.diagnosis.delays import late
+from imubench.diagnosis.delays import late, quick
 from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.fitted_terms import rougher
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended
@@ -22,6 +23,7 @@ from imubench.diagnosis.worth import worth
 from imubench.effects import VARIANTS
 
 ROUNDS = 2  # of noise levels
+FASTEST = 5.0  # times the rate: a filter beyond is a delay
 
 
 def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
@@ -34,22 +36,30 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
     if k is None or not slow or misfit(fit) > UNEXPLAINED:
         return fit, kept
     cutoff = 1 / (2 * np.pi * max(slow[1], 1e-9))
-    if cutoff > slow[0].rate:
-        return fit, kept
     rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
     tries: list[Trial] = []
-    for effect in (e for e in VARIANTS if e.name == "low_pass"):
+    known = quick(fit, *slow) if cutoff < FASTEST * slow[0].rate else None
+    stateful = [e for e in VARIANTS if e.name == "low_pass" and cutoff < slow[0].rate and (e.variant or not known)]
+    for effect in ([known] if known else []) + stateful:
         h = Hypothesis(effect, slow[0].name)
         say(f"trying {h.name} in the place of {k.hypothesis.name}")
         with suppress(NotPositiveDefiniteError):
             tried = _with(fit, rest, h, cutoff)
-            tries.append(Trial(h, tried, worth(fit, tried)))
+            tries.append(Trial(h, tried, gain(fit, tried)))
     best = max(tries, key=lambda t: t.evidence, default=None)
     if best is None or best.evidence <= NEEDED:
         return fit, kept
     rivals = (Trial(k.hypothesis, fit, k.evidence), *k.rivals)
     new = replace(k, hypothesis=best.hypothesis, evidence=k.evidence + best.evidence, rivals=rivals)
     return best.fit, [new if other is k else other for other in kept]
+
+
+def gain(fit: Fit, tried: Fit) -> float:
+    """Return the nat by which a filter predicts the samples better; the lesser of a motion as smooth and a rougher.
+
+    What a filter does beside a delay goes with the motion's second derivative, as what a motion held too smooth leaves.
+    """
+    return min(worth(fit, tried), worth(rougher(fit), rougher(tried)))
 
 
 def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, cutoff: float) -> Fit:

@@ -33,19 +33,21 @@ def with_an_offset(folder, asked, seed):
 @pytest.mark.parametrize(
     ("asked", "found"),
     [
-        (("low_pass", "imu1", {"cutoff": 12.0, "channels": BOTH}), "low_pass@imu1"),
-        (("low_pass", "imu2", {"cutoff": 12.0, "channels": BOTH}), "low_pass@imu2"),
-        (("time_offset", "imu2", {"offset": 0.012}), "time_offset@imu2"),
+        (("low_pass", "imu1", {"cutoff": 12.0, "channels": BOTH}), ("low_pass", "imu1")),
+        (("low_pass", "imu2", {"cutoff": 12.0, "channels": BOTH}), ("low_pass", "imu2")),
+        (("low_pass", "imu2", {"cutoff": 30.0, "channels": BOTH}), ("low_pass", "imu2")),
+        (("time_offset", "imu2", {"offset": 0.012}), ("time_offset", "imu2")),
     ],
 )
 def test_a_filter_takes_the_place_of_the_delay_that_it_was_taken_for(tmp_path, asked, found):
     fit = with_an_offset(tmp_path, [asked], 61)
     kept = [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())]
     after, (k,) = filtered(fit, kept, lambda _: None)
-    assert k.hypothesis.name == found
-    assert [h.name for h in after.model.hypotheses] == [found]
-    if found.startswith("low_pass"):
-        assert np.exp(after.state.values[f"{found}.cutoff"][0]) == pytest.approx(12.0, rel=0.05)
+    (h,) = after.model.hypotheses
+    assert (h.effect.name, h.at) == found
+    assert h == k.hypothesis
+    if found[0] == "low_pass":
+        assert np.exp(after.state.values[h.key("cutoff")][0]) == pytest.approx(asked[2]["cutoff"], rel=0.05)
 
 
 def test_a_filter_far_above_the_motion_is_equal_to_a_delay_at_the_imu_that_is_late(tmp_path):
