@@ -1,14 +1,13 @@
 """A start from the recording alone: clocks aligned, attitude integrated and levelled, hinge angle matched."""
 
-from contextlib import suppress
 from typing import Literal
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from imubench import rotations
-from imubench.alignment import gyro_delay
 from imubench.arrays import Array
+from imubench.diagnosis.clocks import LAG, coarse, late, on_segment
 from imubench.diagnosis.fit import assemble, moved, step
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, Rig
 from imubench.diagnosis.model import Geometry, Hypothesis, Model, State
@@ -17,17 +16,11 @@ from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Knots, Moment, Tracks
 from imubench.diagnosis.threads import one_thread
 from imubench.effects import EFFECTS
-from imubench.errors import InputError
 from imubench.jets import Jet
-from imubench.recording import Imu, Pose, Recording
+from imubench.recording import Recording
 
 DENSEST = 128.0  # knots a second: no rig moves faster than that shows, and time grows with their number
 LEVELLING = 3.0  # s over which the mean specific force is taken for up
-COARSE = {"imu2": 0.004, "imu1": 0.001}
-"""s, clock offsets that a linear score could not judge any more. A pose that is late against the only IMU seems to be
-noise of the IMU, and its own noise the motion: so it is sooner."""
-ALIKE = 0.5  # correlation of both sensors' rates across the hinge, under which they tell nothing of the clocks
-LAG = 0.25  # s, the largest clock offset that is looked for
 EDGE = 0.06 + LAG  # s of spline beyond the first and the last sample, for clocks that are off
 
 
@@ -55,15 +48,13 @@ def blind_start(model: Model) -> tuple[Model, State, Array | None]:
     grid = np.asarray(knots.start + knots.step * np.arange(knots.count - 5), dtype=float)
     targets: dict[str, Array] = {}
     imus = {i.name: i for i in recording.imus}
-    offsets = {"imu2": clock_offset(model, imus["imu1"], imus["imu2"])} if rig.hinge and len(imus) == 2 else {}
-    if recording.poses and "imu1" in imus and "imu2" not in imus:
-        offsets["imu1"] = pose_offset(imus["imu1"], recording.poses[0])
+    offsets = late(model)
     for at, offset in offsets.items():
-        late = Hypothesis(EFFECTS["time_offset"], at)
-        if abs(offset) > COARSE[at]:
-            model = model.with_effects((*model.hypotheses, late))
-            values[late.key("offset")] = np.array([offset])
-    sampled = {n: _on_segment(model, i, grid, offsets.get(n, 0.0)) for n, i in imus.items()}
+        clock = Hypothesis(EFFECTS["time_offset"], at)
+        if abs(offset) > coarse(recording):
+            model = model.with_effects((*model.hypotheses, clock))
+            values[clock.key("offset")] = np.array([offset])
+    sampled = {n: on_segment(model, i, grid, offsets.get(n, 0.0)) for n, i in imus.items()}
     if rig.turns:
         if recording.poses and recording.poses[0].quaternion is not None:
             targets[ATTITUDE] = _interpolated(model, grid, "quaternion")
@@ -91,46 +82,6 @@ def _follow(model: Model, state: State, grid: Array, targets: dict[str, Array], 
     noise = {f"smooth.{n}": START_SMOOTH.get(n, 1e4) for n in model.tracks.widths}
     normal, _ = assemble(model, rows + list(prior_rows(model, state, noise, anchor)))
     return moved(model, state, *step(model, normal, 0.0))
-
-
-def _on_segment(model: Model, imu: Imu, grid: Array, offset: float) -> tuple[Array, Array]:
-    """Return rate and specific force of an IMU in segment axes, on the grid."""
-    stamps = imu.time - model.start - offset
-    turn = model.mounts[imu.name].turn
-    gyro, accel = (np.stack([np.interp(grid, stamps, x) for x in y.T], axis=1) for y in (imu.gyro, imu.accel))
-    return gyro @ turn.T, accel @ turn.T
-
-
-def clock_offset(model: Model, one: Imu, two: Imu) -> float:
-    """Return by how much the second IMU's stamps are late, in s, from what a hinge leaves equal: |w x j|."""
-    step = 0.2 / max(one.rate, two.rate)
-    grid = np.arange(0.0, min(one.time[-1], two.time[-1]) - model.start, step)
-    across = []
-    for imu in (one, two):
-        gyro, _ = _on_segment(model, imu, grid, 0.0)
-        across.append(np.linalg.norm(np.delete(gyro, HINGE_AXIS, axis=1), axis=1))
-    a, b = (x - x.mean() for x in across)
-    lags = np.arange(-int(LAG / step), int(LAG / step) + 1)
-    edge = len(lags)
-    if len(a) < 3 * edge:
-        return 0.0
-    inner = a[edge:-edge]
-    match = np.array([np.mean(inner * b[edge + k : len(b) - edge + k]) for k in lags])
-    best = int(np.argmax(match))
-    if best in (0, len(lags) - 1) or match[best] < ALIKE * np.sqrt(np.mean(inner**2) * np.mean(b**2)):
-        return 0.0
-    y = match[best - 1 : best + 2]
-    curve = y[0] - 2 * y[1] + y[2]
-    return float((lags[best] + (0.5 * (y[0] - y[2]) / curve if curve else 0.0)) * step)
-
-
-def pose_offset(imu: Imu, pose: Pose) -> float:
-    """Return by how much an IMU's stamps are late, in s, against a measured attitude; 0 where that is not enough."""
-    if pose.quaternion is None:
-        return 0.0
-    with suppress(InputError):
-        return gyro_delay(imu, pose.time, pose.quaternion)[0]
-    return 0.0
 
 
 def integrated(rate: Array, step: float) -> Array:
@@ -196,4 +147,4 @@ def _hinge(model: Model, grid: Array, sampled: dict[str, tuple[Array, Array]]) -
     return angle + np.unwrap(np.angle(smooth))
 
 
-__all__ = ["blind_start", "clock_offset", "levelled", "model_of"]
+__all__ = ["blind_start", "levelled", "model_of"]

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imubench.diagnosis.clocks import pose_offset
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.lively_fits import laws
@@ -13,7 +14,6 @@ from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.prune import natural
 from imubench.diagnosis.refit import extended
-from imubench.diagnosis.start import pose_offset
 from imubench.diagnosis.tilt import Driven
 from imubench.effects import EFFECTS
 from imubench.format1 import read
