@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.diagnosis.model import Hypothesis, Model, State
-from imubench.diagnosis.priors import middles
+from imubench.diagnosis.priors import inside, middles
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.swings import swing_rows
@@ -21,8 +21,8 @@ def equation_rows(model: Model, state: State) -> Iterator[Rows]:
 
 
 def state_rows(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[Rows]:
-    """Yield what the states of every effect, or of one, obey; one row an interval."""
-    time = middles(model)
+    """Yield what the states of every effect, or of one, obey; one row an interval that has samples."""
+    time = inside(model)
     for h, scene in scenes(model, state, only):
         for law in h.effect.equations(scene, model.values(h, state)):
             residual = law.residual
@@ -30,11 +30,11 @@ def state_rows(model: Model, state: State, only: Hypothesis | None = None) -> It
 
 
 def scenes(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[tuple[Hypothesis, Scene]]:
-    """Yield every effect with states, or one, and what it may ask of the rig in the middle of each interval."""
+    """Yield every effect with states, or one, and what it may ask of the rig, where its law is asked."""
     hypotheses = [h for h in model.hypotheses if h.effect.states and only in (None, h)]
     if not hypotheses:
         return
-    moment = Moment(model.tracks, state.coefficients, Jet(middles(model)[:, None]))
+    moment = Moment(model.tracks, state.coefficients, Jet(inside(model)[:, None]))
     segments = model.segments(state, moment)
     for h in hypotheses:
         imu = next((i for i in model.recording.imus if i.name == h.at), None)

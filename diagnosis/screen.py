@@ -22,7 +22,7 @@ from imubench.diagnosis.equations import scenes, state_rows
 from imubench.diagnosis.fit import Fit, all_rows, shifted
 from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.noise import declared
-from imubench.diagnosis.priors import middles
+from imubench.diagnosis.priors import inside, middles
 from imubench.diagnosis.raw_findings import DECLARED
 from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
 from imubench.diagnosis.score import started
@@ -119,7 +119,7 @@ def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
     told = h.effect.follow(scene, model.values(h, state))
     if not told:
         return state, PASSES
-    time, coefficients = middles(model), state.coefficients.copy()
+    time, coefficients = inside(model), state.coefficients.copy()
     for name, value in told.items():
         own = Tracks(model.tracks.knots, {h.key(name): value.shape[1]})
         track = Moment(own, np.zeros((own.knots.count, own.width)), Jet(time[:, None])).track(h.key(name))
