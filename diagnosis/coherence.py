@@ -5,7 +5,7 @@ follow from it by some linear law; so each residual channel is regressed on the 
 the same moment, and what that gains is compared with what chance would gain.
 
 The fitted motion holds some of the noise of the very samples that it leaves residuals of, and goes with them by that
-alone. It is the motion up to the frequency at which it falls to a few times the noise that may be asked.
+alone. It is the motion up to the frequency at which it falls to a few times the noise that may be asked, below a hum.
 """
 
 import numpy as np
@@ -20,6 +20,7 @@ LAGS = (-6, -3, -1, 0, 1, 3, 6)  # samples
 ABOVE, SLOW = 4.0, 1.0  # times the noise's power; Hz, the least that a motion is asked up to
 SETTLED = 60  # samples that the filter needs
 CHANCE = 1e-6  # that white noise alone looks so, for one channel
+BELOW = 0.5  # of a hum's frequency: the fitted motion hums as well
 RELATED = 3.0  # of follows_motion, from which a sensor may have a motion of its own; clean recordings stay below 2
 
 
@@ -41,6 +42,7 @@ def follows_motion(fit: Fit) -> dict[str, float]:
         n = len(rows.time)
         signals = [np.broadcast_to(s.value, (n, 3)) for s in (motion.rate, motion.accel, motion.force)]
         cut = clear_of_noise(signals[0], min(fit.noise[f"{sensor}.gyro"], quiet_level(imu.time, imu.gyro)), imu.rate)
+        cut = min(cut, BELOW * model.humming.get(sensor, np.inf))
         out[rows.name] = _gain(rows.whitened, slower(np.concatenate(signals, axis=1), cut, imu.rate))
     return out
 

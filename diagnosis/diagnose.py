@@ -29,10 +29,10 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         samples = sampled(recording)
     with step("fit the motion"):
         known = heard(recording, samples.findings)
-        fit = first = nominal_fit(known, samples.masks)
+        fit = first = nominal_fit(known, samples.masks, samples.humming)
         if stop := stop_of(first, samples):
             known = replace(known, free_swings=stop.swings(known.free_swings))
-            fit = nominal_fit(known, stop.masks(first, samples.masks))
+            fit = nominal_fit(known, stop.masks(first, samples.masks), samples.humming)
             samples = settled_between(stop, fit).told(samples)
     unseen = missing(recording)
     with step("find what was left out"):

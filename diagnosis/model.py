@@ -1,7 +1,7 @@
 """The model that a recording is held against: splines, geometry, hypothesised effects, and the rows they make."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -77,6 +77,7 @@ class Model:
     hypotheses: tuple[Hypothesis, ...] = ()
     offsets: tuple[str, ...] = ()  # sensors whose clock may be off against the first's
     masks: dict[str, NDArray[np.bool_]] | None = None  # per "imu1.gyro" and so on: samples (n,) that count
+    humming: Mapping[str, float] = field(default_factory=dict)  # IMUs whose raw samples hum, and at how many Hz
     fixed: dict[str, Array] | None = None  # parameters that are known and not to be moved
     tilts: dict[str, Prior] | None = None  # pulls on parameters (diagnosis/tilt.py), no knowledge about them
 

@@ -1,5 +1,6 @@
 """The fit of a recording as it was declared, begun from the recording alone."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -19,9 +20,14 @@ FREER = 8.0  # times the roughness of a motion that may be held too smooth
 UNRELATED = 1.0  # of follows_motion: no more than by chance
 
 
-def nominal_fit(recording: Recording, masks: dict[str, NDArray[np.bool_]] | None = None) -> Fit:
-    """Return the fit of the model as it was declared, noise levels estimated; `masks` says which samples count."""
-    model = replace(model_of(recording), masks=masks or None)
+def nominal_fit(
+    recording: Recording, masks: dict[str, NDArray[np.bool_]] | None = None, humming: Mapping[str, float] | None = None
+) -> Fit:
+    """Return the fit of the model as it was declared, noise levels estimated.
+
+    `masks` says which samples count, `humming` names the IMUs whose raw samples hum, with the frequency in Hz.
+    """
+    model = replace(model_of(recording), masks=masks or None, humming=humming or {})
     model, state, anchor = blind_start(model)
     noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
     noise |= {f"smooth.{name}": START_SMOOTH[name] for name in model.tracks.widths if name in START_SMOOTH}

@@ -23,6 +23,11 @@ class Sampled:
     struck: dict[str, NDArray[np.bool_]] = field(default_factory=dict)  # "imu1" -> (n,) the part of masks that is peaks
     notes: tuple[str, ...] = field(default=())
 
+    @property
+    def humming(self) -> dict[str, float]:
+        """The IMUs that hum, and at how many Hz."""
+        return {f.at: float(f.parameters["frequency"].value) for f in self.findings if f.effect == "vibration"}
+
 
 def sampled(recording: Recording) -> Sampled:
     """Return what the raw samples of a recording say."""

@@ -39,9 +39,10 @@ class Kept:
 def misfit(fit: Fit) -> float:
     """Return the mean over the sensors of noise power left over noise power expected.
 
-    Expected is what is declared, or where nothing is what the IMU leaves in its quietest moments.
+    Expected is what is declared, or where nothing is what the IMU leaves in its quietest moments. One that hums has
+    louder moments (its gyroscope turns with the hum): undeclared, its level says nothing.
     """
-    imus = fit.model.recording.imus
+    imus = [i for i in fit.model.recording.imus if i.name not in fit.model.humming]
     quiet = {f"{i.name}.{part}": quiet_level(i.time, getattr(i, part)) for i in imus for part in ("gyro", "accel")}
     told = quiet | declared(fit.model)
     return float(np.mean([(fit.noise[n] / std) ** 2 for n, std in told.items() if n in fit.noise] or [1.0]))
