@@ -7,7 +7,7 @@ from imubench.diagnosis.alike import alike
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.model import Hypothesis
-from imubench.diagnosis.priors import middles
+from imubench.diagnosis.priors import inside
 from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
 from imubench.diagnosis.select import Selection
 from imubench.diagnosis.separate import separation
@@ -29,12 +29,11 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
         h, gain = kept.hypothesis, kept.heldout
         others = alike(selection.fit, h)
         same = [Rejected(r.effect, r.at, gain.value - r.loss) for r in others]
-        sure = MOST_SURE / (1 + float(np.exp(-(min(kept.evidence, 1e3) - NEEDED) / SOFT)))
         out.append(
             Finding(
                 h.effect.name,
                 h.at,
-                max(sure, 0.5),
+                confidence(kept.evidence, NEEDED),
                 parameters(h, selection.fit, std),
                 Interval(gain.value, (gain.low, gain.high)),
                 tuple(same),
@@ -42,6 +41,11 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
             )
         )
     return tuple(out)
+
+
+def confidence(evidence: float, needed: float) -> float:
+    """Return how sure a finding is that has so much evidence and needs so much, in nat."""
+    return max(MOST_SURE / (1 + float(np.exp(-(min(evidence, 1e3) - needed) / SOFT))), 0.5)
 
 
 def parameters(h: Hypothesis, fit: Fit, std: dict[str, Array]) -> dict[str, Parameter]:
@@ -57,12 +61,13 @@ def parameters(h: Hypothesis, fit: Fit, std: dict[str, Array]) -> dict[str, Para
                 error = error * value
             out[p.name] = Parameter(value.reshape(p.shape), error.reshape(p.shape), p.unit)
     if h.effect.found:
-        moment = Moment(fit.model.tracks, fit.state.coefficients, Jet(middles(fit.model)[:, None]))
+        moment = Moment(fit.model.tracks, fit.state.coefficients, Jet(inside(fit.model)[:, None]))
         states = {s.name: moment.track(h.key(s.name)).value for s in h.effect.states}
         read = h.effect.read(values, states, fit.model.tracks.knots.step)
         units = {f.name: f.unit for f in h.effect.found}
+        errors = h.effect.read_error(values, states, fit.model.tracks.knots.step)
         for name, value in read.items():
-            out[name] = Parameter(value, np.abs(value) * READ_STD, units[name])
+            out[name] = Parameter(value, errors.get(name, np.abs(value) * READ_STD), units[name])
     return out
 
 
@@ -80,4 +85,4 @@ def rejected(selection: Selection) -> tuple[Rejected, ...]:
     return tuple(Rejected(name, at, float(v)) for (name, at), v in lost.items())
 
 
-__all__ = ["findings", "parameters", "rejected"]
+__all__ = ["confidence", "findings", "parameters", "rejected"]

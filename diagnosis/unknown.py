@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from imubench.diagnosis.bent import bent, stiffened
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.evidence import Trace
-from imubench.diagnosis.findings import MOST_SURE, SOFT
+from imubench.diagnosis.findings import confidence
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.loud import loud
@@ -46,7 +47,8 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
 
     `where` says where the nominal fit's residuals were; it serves where no term is found for what is left.
     """
-    held = displaced(fit, say)
+    springs = bent(fit, say)
+    held = displaced(springs[-1].fit if springs else fit, say)
     found, fit = held.terms, held.fit
     while len(found) < MOST:
         say("looking for something without a name")
@@ -55,8 +57,12 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
             break
         found.append(best)
         fit = superseded(best.fit, [f.term for f in found], say)
-    out = [finding(f) for i, f in enumerate(found) if f.term.at not in {g.term.at for g in found[:i]}]
-    return Unknowns((*out, *loud(fit, where, {f.at for f in out})), fit, held.doubted)
+    out = [stiffened(b) for b in springs]
+    for f in found:
+        if f.term.at not in {o.at for o in out}:
+            out.append(finding(f))
+    doubted = (*held.doubted, *(b.hypothesis for b in springs))
+    return Unknowns((*out, *loud(fit, where, {f.at for f in out})), fit, doubted)
 
 
 def found_in(fit: Fit) -> Fitted | None:
@@ -101,12 +107,11 @@ def superseded(fit: Fit, terms: Sequence[Term], say: Callable[[str], None] = lam
 
 def finding(found: Fitted) -> Finding:
     """Return a fitted term as a finding."""
-    sure = MOST_SURE / (1 + float(np.exp(-(min(found.evidence, 1e3) - NEEDED) / SOFT)))
     won = found.heldout
     return Finding(
         UNKNOWN,
         found.term.at,
-        max(sure, 0.5),
+        confidence(found.evidence, NEEDED),
         sizes(found),
         Interval(won.value, (min(won.low, won.value), max(won.high, won.value))),
         where=place(found),

@@ -182,6 +182,10 @@ class Effect:
         """Return the `found` parameters from fitted ones (k,) and states (n, m) sampled every `step` s."""
         return {}
 
+    def read_error(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
+        """Return standard deviations of `found` parameters, where the states' own scatter tells them."""
+        return {}
+
     def changing(self, values: Mapping[str, Array], imu: Imu) -> dict[str, float]:
         """Return the standard deviation that parameters have beyond the fit's, because they change as it runs."""
         return {}

@@ -15,7 +15,9 @@ from imubench.effects.smooth import beyond, magnitude
 from imubench.jets import Jet
 from imubench.links import Link, shift, small_turn, spin
 
-REACHED = 0.98  # of the time within what is reported as a range
+QUICK, WHOLE = 0.5, 0.8  # s, windows in which play's direction and its range are seen
+REACHED = 0.9  # of the windows, that span less than what is reported as a range
+DRAWS = 100  # of windows, for the scatter of both
 STOP, EDGE = 0.1, 0.02  # of backlash's range: over which its stops take hold, and begin to
 RANGES = np.array([0.003, 0.006, 0.012, 0.025, 0.05])  # rad, of backlash, where a fit may begin
 CREEP = 1e-3  # rad/s, below which the joint counts as still
@@ -35,12 +37,36 @@ class JointPlay(Effect):
         return link @ small_turn(*(x.at(m) for x, m in zip(scene.own("rotation"), across, strict=True)))
 
     def read(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
-        """Range and direction of the axis along which the two rotations vary most; a direction is known up to pi."""
-        off = states["rotation"] - np.median(states["rotation"], axis=0)
-        axis = np.linalg.svd(off.T @ off)[0][:, 0]
-        axis *= 1.0 if axis[0] >= 0 else -1.0
-        low, high = np.quantile(off @ axis, [(1 - REACHED) / 2, (1 + REACHED) / 2])
-        return {"range": np.asarray((high - low) / 2), "direction": np.asarray(np.arctan2(axis[1], axis[0]))}
+        """Range and direction of the axis along which the two rotations vary most; a direction is known up to pi.
+
+        In short windows: there a joint knocks from one side to the other, and what drifts, as the gyroscopes'
+        difference does, hardly moves.
+        """
+        quick, whole = (windows(states["rotation"], step, seconds) for seconds in (QUICK, WHOLE))
+        return dict(zip(("range", "direction"), _played(quick, whole), strict=True))
+
+    def read_error(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
+        """Of other windows, and of the range a tenth: springs seldom reach it, and what drifts widens it."""
+        quick, whole = (windows(states["rotation"], step, seconds) for seconds in (QUICK, WHOLE))
+        size, direction = _played(quick, whole)
+        rng = np.random.default_rng(0)
+        drawn = [_played(*(w[rng.integers(0, len(w), len(w))] for w in (quick, whole))) for _ in range(DRAWS)]
+        turned = np.array([(d - direction + np.pi / 2) % np.pi - np.pi / 2 for _, d in drawn])
+        return {"range": np.hypot(np.std([r for r, _ in drawn]), 0.1 * size), "direction": np.asarray(np.std(turned))}
+
+
+def windows(states: Array, step: float, seconds: float) -> Array:
+    """Return states (n, m) less their means in windows of some seconds that overlap by half, (windows, k, m)."""
+    k = min(max(round(seconds / step), 2), len(states))
+    cut = np.stack([states[i : i + k] for i in range(0, len(states) - k + 1, max(k // 2, 1))])
+    return np.asarray(cut - cut.mean(axis=1, keepdims=True))
+
+
+def _played(quick: Array, whole: Array) -> tuple[Array, Array]:
+    """Return the range of play and its direction from windows of its rotations."""
+    axis = np.linalg.svd(np.einsum("kni,knj->ij", quick, quick))[0][:, 0]
+    axis *= 1.0 if axis[0] >= 0 else -1.0
+    return np.quantile(np.ptp(whole @ axis, axis=1), REACHED) / 2, np.asarray(np.arctan2(axis[1], axis[0]))
 
 
 class AxisCoupling(Effect):

@@ -5,6 +5,8 @@ either way), lightly damped (0.1, a factor of e either way); it moves by up to a
 0.1 rad; its centre of mass is off the pivot by a few millimetres, its sensing point by a few centimetres.
 """
 
+from copy import copy
+
 import numpy as np
 
 from imubench.arrays import Array
@@ -20,13 +22,33 @@ def _frequency(axes: int) -> Parameter:
     return Parameter("frequency", (axes,), "Hz", 0.7, start=10.0, log=True)
 
 
-def sprung(x: Jet, rate: Jet, p: Values) -> Jet:
-    """Return 2 z w x' + w^2 x (n, 3), w = 2 pi f: what springs and dampers take, per unit of mass."""
-    w = 2 * np.pi * p["frequency"]
-    return 2.0 * p["damping_ratio"] * w * rate + w * w * x
+class Sprung(Effect):
+    """What sits on springs and dampers."""
+
+    size: Array | None = None  # (3,) of its state; springs that bend pull w^2 x (1 + bend (q - 1)), q as in `bent`
+
+    def bending(self, size: Array) -> "Sprung":
+        """Return the same on springs whose stiffness changes with how far they are pushed, `size` (3,) of it."""
+        out = copy(self)
+        out.size = size
+        out.parameters = (*self.parameters, Parameter("bend", (3,), "1", 1.0, reported=False))
+        return out
+
+    def pull(self, x: Jet, rate: Jet, p: Values) -> Jet:
+        """Return 2 z w x' + w^2 x (n, 3), w = 2 pi f: what springs and dampers take, per unit of mass."""
+        w = 2 * np.pi * p["frequency"]
+        pushed = x if self.size is None else x + p["bend"] * x * (self.bent(x) - 1.0)
+        return 2.0 * p["damping_ratio"] * w * rate + w * w * pushed
+
+    def bent(self, x: Jet) -> Jet:
+        """Return x^2 / size^2, about 1 where the state is as large as usual, bounded by 9 where it runs off."""
+        if self.size is None:
+            raise ValueError("straight springs have no size")
+        square = x * x
+        return square / (square / 9.0 + self.size**2)
 
 
-class SoftMount(Effect):
+class SoftMount(Sprung):
     """The sensor is displaced on springs and dampers; the model's pose is that of the unloaded springs."""
 
     name, place = "soft_mount", "imu"
@@ -49,10 +71,10 @@ class SoftMount(Effect):
     def equations(self, scene: Scene, p: Values) -> list[Equation]:
         mount, sensor = scene.mounted()
         x, rate, _ = scene.own("displacement")
-        return [Equation("balance", mount.turn.forth(sensor.force) + sprung(x, rate, p), 0.1)]
+        return [Equation("balance", mount.turn.forth(sensor.force) + self.pull(x, rate, p), 0.1)]
 
 
-class RockingMount(Effect):
+class RockingMount(Sprung):
     """The sensor rocks about a pivot on springs and dampers.
 
     Torques on a body of mass m about its pivot, its inertia m k^2 about every axis, c its centre of mass
@@ -84,7 +106,7 @@ class RockingMount(Effect):
         rho = scene.own("rotation")
         pivot = sensor.child(shift(-p["lever"]))
         driven = sensor.accel + cross(p["com"], pivot.force) * (1 / GYRATION**2)
-        return [Equation("balance", driven + sprung(rho[0], small_turn(*rho).rate, p), 0.1)]
+        return [Equation("balance", driven + self.pull(rho[0], small_turn(*rho).rate, p), 0.1)]
 
 
 EFFECTS: tuple[Effect, ...] = (SoftMount(), SoftMount(axes=1), RockingMount(), RockingMount(axes=1))
