@@ -13,10 +13,11 @@ from imubench.diagnosis.lively_fits import ROUNDS, against, begun_screened, grow
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.screen import Screened, screen
-from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial
+from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, UNEXPLAINED, Trial, misfit
 
 MORE = 2  # rounds for the best of them on the whole recording
 FREE = 0.75  # of what a state without a law explains, that one with a law must
+CERTAIN = 30.0  # nat that two must be worth more than the best alone: a fit with twice the numbers may be less settled
 RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
 
 
@@ -91,14 +92,17 @@ def _paired(
                 out.append((begun_screened(short, some) if way is None else joined(short, *way), some))
                 if out[-1][0].evidence < rival:
                     break
-    return sorted(out, key=lambda t: -t[0].evidence)[:1]
+    alone_best = max((t.evidence for t, _ in single), default=0.0)
+    return sorted((t for t in out if t[0].evidence > alone_best + CERTAIN), key=lambda t: -t[0].evidence)[:1]
 
 
 def _left_for_two(single: list[tuple[Trial, list[Screened]]], some: list[Screened]) -> bool:
-    """Return whether a screening beside the better one of two promises anything of the other."""
+    """Return whether the better one of two leaves a misfit, and a screening promises some to the other."""
     names = [s.hypothesis for s in some]
     best = max((t for t, _ in single if t.hypothesis in names), key=lambda t: t.evidence)
-    return any(s.evidence > NEEDED for s in screen(best.fit, [h for h in names if h != best.hypothesis]))
+    return misfit(best.fit) > UNEXPLAINED and any(
+        s.evidence > NEEDED for s in screen(best.fit, [h for h in names if h != best.hypothesis])
+    )
 
 
 def pairs(screened: list[Screened]) -> list[list[Screened]]:
