@@ -55,12 +55,9 @@ CASES = [
 ]
 
 
-TOO_WIDE = pytest.mark.xfail(reason="the range of play reads 0.043 rad for 0.023: its slow part drifts", strict=True)
-
-
 @pytest.mark.parametrize(
     ("name", "at", "rig", "options"),
-    [pytest.param(*c, id=c[0], marks=[TOO_WIDE] if c[0] == "joint_play" else []) for c in CASES],
+    [pytest.param(*c, id=c[0]) for c in CASES],
 )
 def test_one_effect(name, at, rig, options, tmp_path):
     seed = SEEDS.get(name, 900 + len(name))
