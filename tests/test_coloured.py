@@ -45,6 +45,7 @@ def test_white_noise_leaves_the_standard_deviations_as_they_are(white):
         assert found[key] == pytest.approx(plain[key], rel=0.3)  # bands of a few bins show the noise to some 20 %
 
 
+@pytest.mark.slow
 def test_the_influence_is_what_a_changed_sample_does_to_the_parameters(white):
     fit, _ = white
     rows = fit.rows

@@ -50,6 +50,7 @@ def test_a_filter_takes_the_place_of_the_delay_that_it_was_taken_for(tmp_path, a
         assert np.exp(after.state.values[h.key("cutoff")][0]) == pytest.approx(asked[2]["cutoff"], rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_filter_far_above_the_motion_is_equal_to_a_delay_at_the_imu_that_is_late(tmp_path):
     fit = with_an_offset(tmp_path, [("low_pass", "imu1", {"cutoff": 400.0, "channels": BOTH})], 62)
     imu, delay = late(fit, OFFSET)

@@ -36,6 +36,7 @@ def exact(fit):
     return cost
 
 
+@pytest.mark.slow
 def test_one_linear_step_predicts_as_fitting_each_half_does(tmp_path):
     make_case(tmp_path / "r", "hinge", [("accel_scale", "imu1")], 5, seconds=12.0)
     fit = nominal_fit(read(tmp_path / "r")[0])

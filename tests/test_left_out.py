@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.left_out import left_out
@@ -11,6 +12,7 @@ from imubench.format1 import read
 from imubench.proof.case import make_case
 
 
+@pytest.mark.slow
 def test_one_step_foretells_as_a_fit_without_the_sensor(tmp_path):
     make_case(tmp_path / "r", "hinge", [("gyro_scale", "imu2")], 3, seconds=8.0)
     fit = nominal_fit(read(tmp_path / "r")[0])

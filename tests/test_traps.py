@@ -53,6 +53,7 @@ def test_a_dense_spline_does_not_swallow_a_hum(tmp_path):
     assert np.linalg.norm(found[0].parameters["amplitude"].value) == pytest.approx(size, rel=0.1)
 
 
+@pytest.mark.slow
 def test_an_undamped_step_from_far_makes_it_worse_and_the_fit_does_not(tmp_path):
     fit = nominal_fit(recorded(tmp_path, [], 6))
     rng = np.random.default_rng(1)
