@@ -42,7 +42,7 @@ STAYING = (
     DECLARED
     | dict.fromkeys(("time_offset", "clock_skew"), CLOCK)
     | dict.fromkeys(TORQUES, SHAPED)
-    | {e.name: FREE for e in VARIANTS if e.states and not e.lawful}
+    | {e.name: FREE for e in VARIANTS if e.free}
 )
 """What is done about effects that are in the readings of a corrected recording as well."""
 SAMPLES = dict.fromkeys(("quantisation", "gyro_noise", "accel_noise"), NOISE) | {

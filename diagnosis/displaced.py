@@ -81,7 +81,7 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> It
 def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
     """Return what a term may displace: splines without a law, effects of one triple alone, and all of a triple."""
     plain = [h for h in hypotheses if not h.effect.states]
-    free = [h for h in hypotheses if h.effect.states and not h.effect.lawful]
+    free = [h for h in hypotheses if h.effect.free]
     triples: dict[tuple[str, str], list[Hypothesis]] = {}
     for h in plain:
         triples.setdefault((h.at, h.effect.name.split("_")[0]), []).append(h)

@@ -41,7 +41,7 @@ def beside(
 
     def strange(f: Finding) -> bool:
         effect = EFFECTS.get(f.effect)
-        free = effect is not None and bool(effect.states) and not effect.lawful
+        free = effect is not None and effect.free
         worth = [(u.heldout_gain.value, MUCH if free or u.at == f.at else 1.0) for u in rest]
         beside_it = any(gain > share * f.heldout_gain.value for gain, share in worth)
         return beside_it or (f.effect, f.at) in equalled

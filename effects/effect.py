@@ -199,6 +199,11 @@ class Effect:
         """Whether its states obey a law, and are no free splines."""
         return type(self).equations is not Effect.equations
 
+    @property
+    def free(self) -> bool:
+        """Whether its states are splines without a law, which take what they can of anything."""
+        return bool(self.states) and not self.lawful
+
     def clock(self, time: Jet, p: Values) -> Jet:
         """Return the world's time (n, 1) at stamps (n, 1)."""
         return time

@@ -452,3 +452,7 @@ def test_a_plain_simulation_takes_the_same_lines(effect):
     for x in out:
         assert x is None or x.blocks == {}
         assert x is None or np.isfinite(x.matrix if isinstance(x, Turn) else x.value).all()
+
+
+def test_play_and_a_moving_pivot_alone_have_states_without_a_law():
+    assert {effect.name for effect in VARIANTS if effect.free} == {"joint_play", "moving_pivot"}
