@@ -13,7 +13,7 @@ from imubench.diagnosis.lively_fits import ROUNDS, against, begun_screened, grow
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.screen import Screened, screen
-from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, UNEXPLAINED, Trial, misfit
+from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial
 
 MORE = 2  # rounds for the best of them on the whole recording
 FREE = 0.75  # of what a state without a law explains, that one with a law must
@@ -97,12 +97,10 @@ def _paired(
 
 
 def _left_for_two(single: list[tuple[Trial, list[Screened]]], some: list[Screened]) -> bool:
-    """Return whether the better one of two leaves a misfit, and a screening promises some to the other."""
+    """Return whether a screening beside the better one of two promises anything of the other."""
     names = [s.hypothesis for s in some]
     best = max((t for t, _ in single if t.hypothesis in names), key=lambda t: t.evidence)
-    return misfit(best.fit) > UNEXPLAINED and any(
-        s.evidence > NEEDED for s in screen(best.fit, [h for h in names if h != best.hypothesis])
-    )
+    return any(s.evidence > NEEDED for s in screen(best.fit, [h for h in names if h != best.hypothesis]))
 
 
 def pairs(screened: list[Screened]) -> list[list[Screened]]:
