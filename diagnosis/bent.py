@@ -13,23 +13,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
-from imubench.diagnosis.findings import confidence
+from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit, all_rows, at_noise_of, factored
 from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
-from imubench.diagnosis.priors import inside
+from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import extended, information, refit
-from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
-from imubench.diagnosis.splines import Moment
+from imubench.diagnosis.result import Finding, Parameter, Where
 from imubench.diagnosis.terms import CHANNELS
 from imubench.diagnosis.where import SMALL
 from imubench.diagnosis.worth import worth
 from imubench.effects.soft_mounts import Sprung
-from imubench.jets import Jet
 
 PROMISED = 10.0  # nat, before they are fitted
 NEEDED = 20.0  # nat, before springs are believed to bend; what they gain on held-out data only has to be a gain
@@ -77,7 +74,8 @@ def promised(fit: Fit, h: Hypothesis, springs: Sprung) -> float:
 def in_place(fit: Fit, h: Hypothesis, springs: Sprung) -> tuple[Hypothesis, tuple[Hypothesis, ...]]:
     """Return springs that bend, and all effects of a fit with these in the place of the straight ones."""
     (state,) = springs.states
-    size = np.sqrt(np.mean(moved(fit, h) ** 2, axis=0)) + 1e-4 * state.std
+    moved = states_inside(fit.model, fit.state, h)[state.name]
+    size = np.sqrt(np.mean(moved**2, axis=0)) + 1e-4 * state.std
     curved = replace(h, effect=springs.bending(size))
     return curved, tuple(curved if other == h else other for other in fit.model.hypotheses)
 
@@ -96,7 +94,7 @@ def bending(fit: Fit, h: Hypothesis, springs: Sprung) -> Bent:
 
 def stiffened(found: Bent) -> Finding:
     """Return springs that bend as a finding without a name, at the channels in which they explain more."""
-    at, won = found.hypothesis.at, found.heldout
+    at = found.hypothesis.at
     rows = {r.name: r.whitened for r in found.before.measured}
     power = {
         channel: float(np.sum((r.whitened[:, i] - rows[r.name][:, i]) ** 2))
@@ -106,21 +104,8 @@ def stiffened(found: Bent) -> Finding:
     }
     total = sum(power.values())
     shares = {c: p / total for c, p in sorted(power.items(), key=lambda x: -x[1]) if p > SMALL * total}
-    return Finding(
-        UNKNOWN,
-        at,
-        confidence(found.evidence, NEEDED),
-        {"stiffening": found.bend},
-        Interval(won.value, (min(won.low, won.value), max(won.high, won.value))),
-        where=Where(at, shares, (), (), "how far its springs are pushed: they are not straight", 1.0),
-    )
-
-
-def moved(fit: Fit, h: Hypothesis) -> Array:
-    """Return the state (n, 3) of a mount on springs, in the middle of every interval that has samples."""
-    moment = Moment(fit.model.tracks, fit.state.coefficients, Jet(inside(fit.model)[:, None]))
-    (state,) = h.effect.states
-    return moment.track(h.key(state.name)).value
+    where = Where(at, shares, (), (), "how far its springs are pushed: they are not straight", 1.0)
+    return nameless(at, confidence(found.evidence, NEEDED), {"stiffening": found.bend}, found.heldout, where)
 
 
 __all__ = ["Bent", "bending", "bent", "stiffened"]

@@ -37,7 +37,7 @@ def follows_motion(fit: Fit) -> dict[str, float]:
         if imu is None:
             continue
         moment = model.moment(state, rows.time + model.start, sensor)
-        segment = model.segments(state, moment)["segment2" if sensor == "imu2" else "segment1"]
+        segment = model.carrier(state, moment, sensor)
         motion = segment.child(model.mount(imu, state, moment, segment))
         n = len(rows.time)
         signals = [np.broadcast_to(s.value, (n, 3)) for s in (motion.rate, motion.accel, motion.force)]

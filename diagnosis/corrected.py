@@ -121,7 +121,7 @@ def taken_out(recording: Recording, fit: Fit) -> Recording:
 
 def readings(model: Model, imu: Imu, state: State, moment: Moment) -> tuple[Array, Array]:
     """Return what a model's IMU reports, rad/s and m/s^2, (n or 1, 3) each."""
-    segment = model.segments(state, moment)["segment2" if imu.name == "imu2" else "segment1"]
+    segment = model.carrier(state, moment, imu.name)
     reading = model.reading(imu, state, moment, segment)
     return reading.gyro.value, reading.accel.value
 

@@ -20,7 +20,7 @@ from imubench.effects import EFFECTS
 from imubench.effects.bandwidth import LowPass, QuickLowPass
 from imubench.recording import Imu
 
-NEAR = 1.12  # how far apart the cutoffs are that are tried
+NEAR = 1.12  # how far a cutoff may be from that of the delay it stands for
 FINE = 0.3  # of a delay: the steps at which a filter that stands for it is computed
 SETTLED = 12.0  # delays, after which a filter has forgotten how it began
 STEP = 0.05  # of a delay, by which it is changed to see the slope
@@ -74,7 +74,7 @@ def quick(fit: Fit, imu: Imu, delay: float) -> QuickLowPass | None:
 def met(model: Model, state: State, imu: Imu, noise: float) -> tuple[Array, Readings]:
     """Return the times (n,) s and what an IMU would read there, (n, 3), without what is only the fit's noise."""
     moment = model.moment(state, imu.time, imu.name)
-    segment = model.segments(state, moment)["segment2" if imu.name == "imu2" else "segment1"]
+    segment = model.carrier(state, moment, imu.name)
     reading = model.reading(imu, state, moment, segment)
     cut = clear_of_noise(reading.gyro.value, noise, imu.rate)
     both = slower(np.concatenate([reading.gyro.value, reading.accel.value], axis=1), cut, imu.rate)

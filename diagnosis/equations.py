@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.model import Hypothesis, Model, State
+from imubench.diagnosis.model import Hypothesis, Model, State, segment_of
 from imubench.diagnosis.priors import inside, middles
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Moment
@@ -38,7 +38,7 @@ def scenes(model: Model, state: State, only: Hypothesis | None = None) -> Iterat
     segments = model.segments(state, moment)
     for h in hypotheses:
         imu = next((i for i in model.recording.imus if i.name == h.at), None)
-        segment = segments["segment2" if h.at == "imu2" else "segment1"]
+        segment = segments[segment_of(h.at)]
         scene = model.own(model.scene(moment, segment), h, moment)
         if imu is not None:
             link = model.mount(imu, state, moment, segment)

@@ -38,6 +38,7 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
     cutoff = 1 / (2 * np.pi * max(slow[1], 1e-9))
     rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
     tries: list[Trial] = []
+    plain = rougher(fit)
     known = quick(fit, *slow) if cutoff < FASTEST * slow[0].rate else None
     stateful = [e for e in VARIANTS if e.name == "low_pass" and cutoff < slow[0].rate and (e.variant or not known)]
     for effect in ([known] if known else []) + stateful:
@@ -45,7 +46,7 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
         say(f"trying {h.name} in the place of {k.hypothesis.name}")
         with suppress(NotPositiveDefiniteError):
             tried = _with(fit, rest, h, cutoff)
-            tries.append(Trial(h, tried, gain(fit, tried)))
+            tries.append(Trial(h, tried, gain((fit, plain), tried)))
     best = max(tries, key=lambda t: t.evidence, default=None)
     if best is None or best.evidence <= NEEDED:
         return fit, kept
@@ -54,12 +55,14 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
     return best.fit, [new if other is k else other for other in kept]
 
 
-def gain(fit: Fit, tried: Fit) -> float:
-    """Return the nat by which a filter predicts the samples better; the lesser of a motion as smooth and a rougher.
+def gain(before: tuple[Fit, Fit], tried: Fit) -> float:
+    """Return the nat by which a filter predicts the samples better than a fit, as smooth or (the second) rougher.
+
+    The lesser counts.
 
     What a filter does beside a delay goes with the motion's second derivative, as what a motion held too smooth leaves.
     """
-    return min(worth(fit, tried), worth(rougher(fit), rougher(tried)))
+    return min(worth(before[0], tried), worth(before[1], rougher(tried)))
 
 
 def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, cutoff: float) -> Fit:

@@ -6,15 +6,14 @@ from imubench.arrays import Array
 from imubench.diagnosis.alike import alike
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.model import Hypothesis
-from imubench.diagnosis.priors import inside
-from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
+from imubench.diagnosis.priors import states_inside
+from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Rejected, Where
 from imubench.diagnosis.select import Selection
 from imubench.diagnosis.separate import separation
-from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.trial import NEEDED
 from imubench.effects import EFFECTS
-from imubench.jets import Jet
 
 SOFT = 2.0  # nat, how fast confidence grows beyond what is needed; not yet calibrated
 MOST_SURE = 0.98
@@ -49,6 +48,12 @@ def confidence(evidence: float, needed: float) -> float:
     return max(MOST_SURE / (1 + float(np.exp(-(min(evidence, 1e3) - needed) / SOFT))), 0.5)
 
 
+def nameless(at: str, sure: float, parameters: dict[str, Parameter], won: Gain, where: Where) -> Finding:
+    """Return what is there without a name; the interval of what it gains holds the gain itself."""
+    gain = Interval(won.value, (min(won.low, won.value), max(won.high, won.value)))
+    return Finding(UNKNOWN, at, sure, parameters, gain, where=where)
+
+
 def parameters(h: Hypothesis, fit: Fit, std: dict[str, Array]) -> dict[str, Parameter]:
     """Return an effect's parameters, of the shapes that it declares, with their standard deviations."""
     out = {}
@@ -62,8 +67,7 @@ def parameters(h: Hypothesis, fit: Fit, std: dict[str, Array]) -> dict[str, Para
                 error = error * value
             out[p.name] = Parameter(value.reshape(p.shape), error.reshape(p.shape), p.unit)
     if h.effect.found:
-        moment = Moment(fit.model.tracks, fit.state.coefficients, Jet(inside(fit.model)[:, None]))
-        states = {s.name: moment.track(h.key(s.name)).value for s in h.effect.states}
+        states = states_inside(fit.model, fit.state, h)
         read = h.effect.read(values, states, fit.model.tracks.knots.step)
         units = {f.name: f.unit for f in h.effect.found}
         errors = h.effect.read_error(values, states, fit.model.tracks.knots.step)
@@ -86,4 +90,4 @@ def rejected(selection: Selection) -> tuple[Rejected, ...]:
     return tuple(Rejected(name, at, float(v)) for (name, at), v in lost.items())
 
 
-__all__ = ["confidence", "findings", "parameters", "rejected"]
+__all__ = ["confidence", "findings", "nameless", "parameters", "rejected"]

@@ -17,7 +17,7 @@ from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial
 
 MORE = 2  # rounds for the best of them on the whole recording
 FREE = 0.75  # of what a state without a law explains, that one with a law must
-CERTAIN = 30.0  # nat that two must be worth more than the best alone: a fit with twice the numbers may be less settled
+TWO = 30.0  # nat that two must be worth more than the best alone: a fit with twice the numbers may be less settled
 RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
 
 
@@ -93,7 +93,8 @@ def _paired(
                 if out[-1][0].evidence < rival:
                     break
     alone_best = max((t.evidence for t, _ in single), default=0.0)
-    return sorted((t for t in out if t[0].evidence > alone_best + CERTAIN), key=lambda t: -t[0].evidence)[:1]
+    worth_it = [t for t in out if t[0].evidence > alone_best + TWO]
+    return [max(worth_it, key=lambda t: t[0].evidence)] if worth_it else []
 
 
 def _left_for_two(single: list[tuple[Trial, list[Screened]]], some: list[Screened]) -> bool:

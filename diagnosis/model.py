@@ -22,6 +22,11 @@ HELD = 1e-6  # of its prior: how far a parameter moves that is fixed
 UNKNOWN_POSITION, UNKNOWN_ROTATION = 0.3, 1.0  # m, rad: priors of a mount that nobody declared
 
 
+def segment_of(imu: str) -> str:
+    """Return the name of the segment that carries an IMU: all but the second are on the first."""
+    return "segment2" if imu == "imu2" else "segment1"
+
+
 @dataclass(frozen=True)
 class Hypothesis:
     """An effect at a place."""
@@ -171,6 +176,10 @@ class Model:
         """Return the scene with an effect's own states in it, and the sensor on its segment."""
         return replace(scene, mount=mount, state=lambda name, order: moment.track(h.key(name), order))
 
+    def carrier(self, state: State, moment: Moment, imu: str) -> Motion:
+        """Return the motion of the segment that carries an IMU."""
+        return self.segments(state, moment)[segment_of(imu)]
+
     def segments(self, state: State, moment: Moment) -> dict[str, Motion]:
         """Return the motion of every segment."""
         first = self.rig.first(moment, self.gravity(state))
@@ -222,7 +231,7 @@ class Model:
             if imu_alone not in (None, imu.name):
                 continue
             moment = self.moment(state, imu.time, imu.name)
-            segment = self.segments(state, moment)[f"segment{1 if imu.name == 'imu1' else 2}"]
+            segment = self.carrier(state, moment, imu.name)
             reading = self.reading(imu, state, moment, segment)
             place = moment.time.value[:, 0]
             for part, model, got in (("gyro", reading.gyro, imu.gyro), ("accel", reading.accel, imu.accel)):
@@ -269,4 +278,4 @@ def _pick(jet: Jet, mask: NDArray[np.bool_]) -> Jet:
     return Jet(jet.value[mask], blocks)
 
 
-__all__ = ["ATTITUDE", "HINGE", "ZERO", "Geometry", "Hypothesis", "Model", "Prior", "State"]
+__all__ = ["ATTITUDE", "HINGE", "ZERO", "Geometry", "Hypothesis", "Model", "Prior", "State", "segment_of"]

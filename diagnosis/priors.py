@@ -6,7 +6,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, POSITION, VELOCITY
-from imubench.diagnosis.model import Model, State
+from imubench.diagnosis.model import Hypothesis, Model, State
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Moment
 from imubench.jets import CONSTANT, Jet, cross, dot, variable
@@ -36,6 +36,12 @@ def inside(model: Model) -> Array:
     time, stamps = middles(model), model.stamps.values()
     first, last = min(float(t[0]) for t in stamps) - model.start, max(float(t[-1]) for t in stamps) - model.start
     return time[(time >= first) & (time <= last)]
+
+
+def states_inside(model: Model, state: State, h: Hypothesis) -> dict[str, Array]:
+    """Return an effect's states (n, width) in the middle of every interval that has samples."""
+    moment = Moment(model.tracks, state.coefficients, Jet(inside(model)[:, None]))
+    return {s.name: moment.track(h.key(s.name)).value for s in h.effect.states}
 
 
 def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Array | None) -> Iterator[Rows]:

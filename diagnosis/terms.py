@@ -111,7 +111,7 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
     """Yield the terms at one IMU."""
     model, state = fit.model, fit.state
     moment = model.moment(state, imu.time, imu.name)
-    segment = model.segments(state, moment)["segment2" if imu.name == "imu2" else "segment1"]
+    segment = model.carrier(state, moment, imu.name)
     reading = model.reading(imu, state, moment, segment)
     turning = segment.child(model.mount(imu, state, moment, segment)).accel.value
     time, n = moment.time.value[:, 0], len(imu.time)

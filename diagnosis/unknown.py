@@ -15,14 +15,14 @@ from imubench.diagnosis.bent import bent, stiffened
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.evidence import Trace
-from imubench.diagnosis.findings import confidence
+from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.loud import loud
 from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.refit import information, log_evidence, refit
 from imubench.diagnosis.regressors import regressors
-from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
+from imubench.diagnosis.result import Finding, Parameter, Where
 from imubench.diagnosis.term_scores import ENOUGH, Guess, promising, signals_of
 from imubench.diagnosis.terms import CHANNELS, RATE, Term, Unknown
 from imubench.diagnosis.where import SMALL, locate
@@ -107,15 +107,8 @@ def superseded(fit: Fit, terms: Sequence[Term], say: Callable[[str], None] = lam
 
 def finding(found: Fitted) -> Finding:
     """Return a fitted term as a finding."""
-    won = found.heldout
-    return Finding(
-        UNKNOWN,
-        found.term.at,
-        confidence(found.evidence, NEEDED),
-        sizes(found),
-        Interval(won.value, (min(won.low, won.value), max(won.high, won.value))),
-        where=place(found),
-    )
+    sure = confidence(found.evidence, NEEDED)
+    return nameless(found.term.at, sure, sizes(found), found.heldout, place(found))
 
 
 def sizes(found: Fitted) -> dict[str, Parameter]:
