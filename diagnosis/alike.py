@@ -15,8 +15,9 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.delays import filters, late, left_by
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.marks import MARK, joint, mark
-from imubench.diagnosis.model import Hypothesis, Model, State
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.refit import extended, guess_of, log_evidence, refit
 from imubench.effects import EFFECTS, possible
 

@@ -17,7 +17,7 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit, all_rows, at_noise_of, factored
 from imubench.diagnosis.heldout import Gain, predicted
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.prune import SEED

@@ -16,8 +16,9 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import Solution
 from imubench.diagnosis.fit import Fit, factored
 from imubench.diagnosis.noise import Spread
+from imubench.diagnosis.normal import KNOTS_PER_BLOCK
 from imubench.diagnosis.priors import TILT
-from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, Rows
+from imubench.diagnosis.rows import Linear, Rows
 from imubench.diagnosis.swings import is_data
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.tilt import wider

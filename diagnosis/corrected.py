@@ -18,7 +18,8 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.explained import Told, explained_fit, moving, told
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.model import Model, State
+from imubench.diagnosis.hypothesis import State
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.result import SURE, Diagnosis, Finding
 from imubench.diagnosis.samples import heard, sampled
 from imubench.diagnosis.splines import Moment

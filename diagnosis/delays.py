@@ -13,8 +13,9 @@ from scipy.interpolate import CubicSpline
 from imubench.arrays import Array
 from imubench.diagnosis.coherence import clear_of_noise, slower
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.marks import Columns, Joint
-from imubench.diagnosis.model import Hypothesis, Model, State
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.terms import interpolated
 from imubench.effects import EFFECTS
 from imubench.effects.bandwidth import LowPass, QuickLowPass

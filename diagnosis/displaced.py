@@ -10,7 +10,7 @@ from imubench.diagnosis.alike import alike
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted, rougher
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.term_scores import Guess, promising
 from imubench.diagnosis.worth import worth

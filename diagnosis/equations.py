@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.model import Hypothesis, Model, State, segment_of
+from imubench.diagnosis.hypothesis import Hypothesis, State, segment_of
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.priors import inside, middles
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Moment

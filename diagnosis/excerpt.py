@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.fit import Fit, all_rows
+from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.kinematics import ATTITUDE
-from imubench.diagnosis.model import State
 from imubench.diagnosis.priors import middles
 from imubench.diagnosis.splines import SUPPORT, Knots, Moment, Tracks
 from imubench.jets import Jet

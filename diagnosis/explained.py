@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import calm_for_laws
-from imubench.diagnosis.model import Hypothesis, Model
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import LAW_FLOOR, LOOSENED, fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, log_evidence

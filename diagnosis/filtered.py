@@ -14,7 +14,7 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.delays import late, quick
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.fitted_terms import rougher
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import led

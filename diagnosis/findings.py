@@ -7,7 +7,7 @@ from imubench.diagnosis.alike import alike
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import Gain
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Rejected, Where
 from imubench.diagnosis.select import Selection

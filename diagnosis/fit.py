@@ -8,10 +8,12 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError, Solution, solve_arrow
 from imubench.diagnosis.equations import equation_rows
+from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE
-from imubench.diagnosis.model import Model, State
+from imubench.diagnosis.model import Model
+from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.priors import prior_rows
-from imubench.diagnosis.rows import Linear, Normal, Parameters, Rows, linearise
+from imubench.diagnosis.rows import Linear, Parameters, Rows, linearise
 from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.threads import one_thread
 from imubench.jets import derivatives_by, skew

@@ -6,7 +6,7 @@ import numpy as np
 
 from imubench.diagnosis.fit import AGAIN, Fit, at_noise_of, solve
 from imubench.diagnosis.heldout import BLOCK, Gain, predicted
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import rougher_noise
 from imubench.diagnosis.prune import SEED

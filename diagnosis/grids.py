@@ -13,7 +13,8 @@ from scipy.ndimage import median_filter
 from imubench.arrays import Array
 from imubench.diagnosis.columns import Base, promise
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.model import Hypothesis, Model
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.rows import Parameters, Rows, linearise
 from imubench.diagnosis.score import Score, started
 from imubench.diagnosis.screen import driven

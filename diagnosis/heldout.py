@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Solution, solve_arrow
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.rows import Linear, Normal, linearise
+from imubench.diagnosis.normal import Normal
+from imubench.diagnosis.rows import Linear, linearise
 from imubench.diagnosis.swings import is_data
 from imubench.diagnosis.threads import one_thread
 

@@ -13,8 +13,9 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.gather import CHANNELS, Weighed
+from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.result import CHANNEL_UNIT, Change
-from imubench.diagnosis.rows import Linear, Normal, Parameters, Rows, linearise
+from imubench.diagnosis.rows import Linear, Parameters, Rows, linearise
 from imubench.diagnosis.threads import one_thread
 
 

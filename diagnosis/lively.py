@@ -9,8 +9,8 @@ import numpy as np
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import ROUNDS, against, begun_screened, grown, joined, resolved
-from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.screen import Screened, screen
 from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial

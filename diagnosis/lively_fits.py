@@ -8,7 +8,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, all_rows, settled, solve
-from imubench.diagnosis.model import Hypothesis, State
+from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.noise import declared, fit_with_noise
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import Screened, led

@@ -9,65 +9,18 @@ from numpy.typing import NDArray
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.kinematics import ATTITUDE, HINGE, HINGE_AXIS, SWING_AXIS, Rig, swing
+from imubench.diagnosis.hypothesis import Geometry, Hypothesis, Prior, State, segment_of
+from imubench.diagnosis.kinematics import HINGE, HINGE_AXIS, SWING_AXIS, Rig, swing
 from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.splines import Moment, Tracks
-from imubench.effects.effect import Effect, Reading, Scene, Values
+from imubench.effects.effect import Reading, Scene, Values
 from imubench.jets import CONSTANT, Jet, Turn, rotation, variable
-from imubench.links import ZERO, Link, Motion
+from imubench.links import Link, Motion
 from imubench.recording import Imu, Recording
 
 FURTHEST = 30.0  # of a logarithm: a step that leads beyond is taken back anyhow
 HELD = 1e-6  # of its prior: how far a parameter moves that is fixed
 UNKNOWN_POSITION, UNKNOWN_ROTATION = 0.3, 1.0  # m, rad: priors of a mount that nobody declared
-
-
-def segment_of(imu: str) -> str:
-    """Return the name of the segment that carries an IMU: all but the second are on the first."""
-    return "segment2" if imu == "imu2" else "segment1"
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """An effect at a place."""
-
-    effect: Effect
-    at: str  # imu1, imu2, joint, body, world
-    tag: str = ""  # tells grid points of one effect apart while they are scored side by side
-
-    @property
-    def name(self) -> str:
-        """As it is written: soft_mount@imu2, or low_pass[gyro]@imu1 where a setting is not the usual one."""
-        variant = f"[{self.effect.variant}]" if self.effect.variant else ""
-        return f"{self.effect.name}{variant}@{self.at}"
-
-    def key(self, part: str) -> str:
-        """Return the name of one of its parameters or states in the fit."""
-        return f"{self.name}{self.tag}.{part}"
-
-
-@dataclass(frozen=True)
-class Prior:
-    """Where a parameter starts and how far it may plausibly go."""
-
-    start: Array  # (k,)
-    std: Array  # (k,)
-
-
-@dataclass(frozen=True)
-class State:
-    """One trial solution."""
-
-    coefficients: Array  # (count, width)
-    values: dict[str, Array]  # parameter -> (k,)
-
-
-@dataclass(frozen=True)
-class Geometry:
-    """The mounts that the fit starts from: the declared ones, or estimated where none is declared."""
-
-    position: Array  # (3,) m
-    turn: Array  # (3, 3) sensor -> segment
 
 
 @dataclass(frozen=True)
@@ -278,4 +231,4 @@ def _pick(jet: Jet, mask: NDArray[np.bool_]) -> Jet:
     return Jet(jet.value[mask], blocks)
 
 
-__all__ = ["ATTITUDE", "HINGE", "ZERO", "Geometry", "Hypothesis", "Model", "Prior", "State", "segment_of"]
+__all__ = ["Model"]

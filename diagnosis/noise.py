@@ -13,8 +13,10 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Banded, Solution
 from imubench.diagnosis.fit import AGAIN, ENOUGH, Fit, factored, solve
-from imubench.diagnosis.model import Model, State
-from imubench.diagnosis.rows import CHUNK, KNOTS_PER_BLOCK, Linear
+from imubench.diagnosis.hypothesis import State
+from imubench.diagnosis.model import Model
+from imubench.diagnosis.normal import KNOTS_PER_BLOCK
+from imubench.diagnosis.rows import CHUNK, Linear
 from imubench.diagnosis.splines import SUPPORT
 from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.threads import one_thread

@@ -5,8 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, POSITION, VELOCITY
-from imubench.diagnosis.model import Hypothesis, Model, State
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Moment
 from imubench.jets import CONSTANT, Jet, cross, dot, variable

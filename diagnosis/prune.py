@@ -9,7 +9,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import predicted
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import evidence_over, information, refit
 from imubench.diagnosis.trial import NEEDED, SCREENED, Kept

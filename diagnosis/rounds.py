@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from imubench.diagnosis.coherence import RELATED, follows_motion
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.grids import placed
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.prune import natural
 from imubench.diagnosis.refit import evidence_over, log_evidence, refit

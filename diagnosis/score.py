@@ -13,7 +13,8 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.columns import promise
 from imubench.diagnosis.fit import Fit, all_rows, factored
-from imubench.diagnosis.model import Hypothesis, Model, State
+from imubench.diagnosis.hypothesis import Hypothesis, State
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.threads import one_thread
 
 

@@ -9,7 +9,8 @@ from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.filtered import filtered
 from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.heldout import Gain, predicted
-from imubench.diagnosis.model import Hypothesis, Model
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.prune import SEED, prune
 from imubench.diagnosis.rounds import Round, asked, attempted, with_noise

@@ -9,8 +9,9 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.clocks import LAG, coarse, late, on_segment
 from imubench.diagnosis.fit import assemble, moved, step
+from imubench.diagnosis.hypothesis import Geometry, Hypothesis, State
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, Rig
-from imubench.diagnosis.model import Geometry, Hypothesis, Model, State
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.priors import START_SMOOTH, prior_rows
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Knots, Moment, Tracks

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from imubench.arrays import Array
+from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.kinematics import HINGE_AXIS
-from imubench.diagnosis.model import Model, State
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Moment
 from imubench.jets import Jet, cross

@@ -6,14 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.candidate_terms import jumps, terms
 from imubench.diagnosis.coloured import Spectra, noise_spectra
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.marks import joint
-from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.swings import GROUP
-from imubench.diagnosis.terms import CHANNELS, Term, Unknown, UnknownTorque, interpolated, jumps, terms
+from imubench.diagnosis.terms import CHANNELS, Term, Unknown, UnknownTorque, interpolated
 from imubench.recording import Imu
 
 LIKELY = 2  # terms whose triples are searched for a jump, and those that drift

@@ -24,8 +24,9 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import Factor, Solution
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.model import Hypothesis, Prior, State
-from imubench.diagnosis.rows import KNOTS_PER_BLOCK, Linear, Normal, linearise
+from imubench.diagnosis.hypothesis import Hypothesis, Prior, State
+from imubench.diagnosis.normal import KNOTS_PER_BLOCK, Normal
+from imubench.diagnosis.rows import Linear, linearise
 
 DRAWS = 16
 SEED = 4401  # of the draws, so that a fit repeats itself

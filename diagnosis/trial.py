@@ -6,7 +6,7 @@ import numpy as np
 
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import Gain
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import declared
 from imubench.diagnosis.quiet import quiet_level
 

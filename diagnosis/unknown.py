@@ -18,8 +18,8 @@ from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.loud import loud
-from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.refit import information, log_evidence, refit
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import Finding, Parameter, Where

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.kinematics import Rig
-from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.result import Finding, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
 from imubench.effects import EFFECTS

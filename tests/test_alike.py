@@ -6,8 +6,8 @@ import pytest
 from imubench.diagnosis.alike import LIKE, alike, rivals
 from imubench.diagnosis.columns import promise
 from imubench.diagnosis.fit import solve
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.marks import MARK, joint, mark
-from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit

@@ -5,8 +5,8 @@ import pytest
 
 from imubench.diagnosis.bent import NEEDED, PROMISED, bending, promised, stiffened
 from imubench.diagnosis.equations import state_rows
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended

@@ -2,7 +2,7 @@
 
 import pytest
 
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval
 from imubench.diagnosis.verdict import DOUBTFUL, beside
 from imubench.effects import EFFECTS

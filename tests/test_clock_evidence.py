@@ -2,7 +2,7 @@
 
 import pytest
 
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.prune import about_zero
 from imubench.diagnosis.refit import evidence_over, information, refit

@@ -7,7 +7,7 @@ import pytest
 
 from imubench.diagnosis.coloured import influence, parameter_std
 from imubench.diagnosis.fit import factored, solve
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import Spread, fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import information, refit

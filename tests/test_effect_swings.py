@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from imubench import rotations
 from imubench.diagnosis.equations import equation_rows
+from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.kinematics import ATTITUDE, HINGE
-from imubench.diagnosis.model import Hypothesis, State
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.refit import extended, information
 from imubench.diagnosis.splines import Moment

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from imubench import rotations
 from imubench.diagnosis.equations import equation_rows
+from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.kinematics import ATTITUDE, swing
-from imubench.diagnosis.model import Hypothesis, State
 from imubench.diagnosis.priors import prior_rows
 from imubench.diagnosis.rows import linearise
 from imubench.diagnosis.splines import Moment

@@ -7,7 +7,7 @@ from imubench.diagnosis.alike import alike
 from imubench.diagnosis.delays import late
 from imubench.diagnosis.filtered import filtered
 from imubench.diagnosis.heldout import Gain
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit

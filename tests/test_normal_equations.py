@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from imubench.diagnosis.blocks import NotPositiveDefiniteError, solve_arrow
-from imubench.diagnosis.rows import Normal, Parameters, Rows, linearise
+from imubench.diagnosis.normal import Normal
+from imubench.diagnosis.rows import Parameters, Rows, linearise
 from imubench.diagnosis.splines import Knots, Tracks
 from imubench.jets import CONSTANT, Jet
 

@@ -11,9 +11,9 @@ from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.explained import explained_fit, told
 from imubench.diagnosis.gather import played
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.judge import errors, judged
 from imubench.diagnosis.left_out import left_out
-from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended

@@ -6,8 +6,8 @@ import pytest
 from imubench.diagnosis.excerpt import cut, excerpt, loudest
 from imubench.diagnosis.fit import all_rows, solve
 from imubench.diagnosis.grids import hum, slip
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import RIVALS, state_trials
-from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.rounds import asked
 from imubench.diagnosis.score import started

@@ -5,8 +5,8 @@ import pytest
 
 import imubench.proof.case as case
 from imubench.diagnosis.fit import solve
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.menu import MENU, Swing, swung
-from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit

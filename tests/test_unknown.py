@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.bases import curve, drifts, kinked, play
+from imubench.diagnosis.candidate_terms import jumps, terms
 from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.fit import all_rows, solve
 from imubench.diagnosis.fitted_terms import NEEDED
 from imubench.diagnosis.fitted_terms import fitted as in_the_fit
-from imubench.diagnosis.model import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import LAW_FLOOR, fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit
@@ -16,7 +17,7 @@ from imubench.diagnosis.result import UNKNOWN
 from imubench.diagnosis.select import select
 from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.term_scores import colour, promising
-from imubench.diagnosis.terms import Unknown, UnknownTorque, jumps, terms
+from imubench.diagnosis.terms import Unknown, UnknownTorque
 from imubench.diagnosis.unknown import unknowns
 from imubench.effects import EFFECTS
 from imubench.format1 import read

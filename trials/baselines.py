@@ -16,8 +16,8 @@ from imubench import format1
 from imubench.arrays import Array
 from imubench.diagnosis.findings import parameters
 from imubench.diagnosis.fit import Fit, all_rows, factored
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.model import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval

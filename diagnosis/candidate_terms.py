@@ -1,0 +1,142 @@
+"""The terms without a name that are tried on a fit: at each IMU, and in the torque of free swings."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.bases import KINKS, WIDTHS, curve, drifts, even, kinked, play, shaking
+from imubench.diagnosis.coherence import clear_of_noise, slower
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.kinematics import HINGE
+from imubench.diagnosis.priors import middles
+from imubench.diagnosis.quiet import quiet_level
+from imubench.diagnosis.splines import Moment
+from imubench.diagnosis.swings import GROUP, swing_rows
+from imubench.diagnosis.terms import RATE, Term
+from imubench.jets import Jet, skew
+from imubench.recording import Imu
+
+HARMONICS = 12  # of the joint's angle
+
+
+def terms(fit: Fit) -> list[Term]:
+    """Return every term that is tried on a fit."""
+    out = [term for imu in fit.model.recording.imus for term in sensor_terms(fit, imu)]
+    return [term for term in (*out, *torque_terms(fit)) if term.count]
+
+
+def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
+    """Yield the terms at one IMU."""
+    model, state = fit.model, fit.state
+    moment = model.moment(state, imu.time, imu.name)
+    segment = model.carrier(state, moment, imu.name)
+    reading = model.reading(imu, state, moment, segment)
+    turning = segment.child(model.mount(imu, state, moment, segment)).accel.value
+    time, n = moment.time.value[:, 0], len(imu.time)
+    sensed = {
+        "gyro": np.broadcast_to(reading.gyro.value, (n, 3)),
+        "accel": np.broadcast_to(reading.accel.value, (n, 3)),
+    }
+    fast = {"gyro": shaking(sensed["gyro"], imu.rate), "accel": shaking(sensed["accel"], imu.rate)}
+    cut = clear_of_noise(sensed["gyro"], min(fit.noise[f"{imu.name}.gyro"], quiet_level(imu.time, imu.gyro)), imu.rate)
+    sensed = {part: slower(x, cut, imu.rate) for part, x in sensed.items()}
+    turning = slower(np.broadcast_to(turning, (n, 3)), cut, imu.rate)
+    if model.rig.hinge:
+        angle, rate = (moment.track(HINGE, order).value[:, 0] for order in range(2))
+    for part, x in sensed.items():
+        unit = fit.noise[f"{imu.name}.{part}"]
+        make = _Maker(imu.name, part, time, unit)
+        slope = np.gradient(x, time, axis=0)
+        widths = np.std(x, axis=0) * np.array(WIDTHS)[:, None]
+        lags = [play(x, w) - x for w in widths]
+        yield make.each("its own reading", [kinked(x[:, i]) for i in range(3)])
+        yield make.each(
+            "its own reading and where it came from", [even(*(lag[:, i] for lag in lags)) for i in range(3)]
+        )
+        signs = [np.tanh(x / np.maximum(share * np.std(x, axis=0), 1e-12)) for share in KINKS]
+        yield make.alike("its own reading, by one law for all axes", [x, x * np.abs(x), x**3, *signs])
+        yield make.alike("its own reading and where it came from, by one law for all axes", lags)
+        yield make.every(
+            "how the sensor turns and is pushed, a little later",
+            even(*x.T, *slope.T, *np.gradient(slope, time, axis=0).T),
+        )
+        yield make.every("angular acceleration", even(*turning.T))
+        yield make.every("shaking", np.concatenate([even(*fast[part].T), even(*fast["accel"].T)], axis=1))
+        yield make.every("the accelerometer's shaking", even(*fast["accel"].T))
+        yield replace(make.every("time", drifts(time)), drift=True, timed=True)
+        if model.rig.hinge:
+            yield make.every("the hinge angle", curve(angle))
+            yield make.every("the hinge rate", kinked(rate))
+    late = drifts(time)
+    turned = [np.einsum("nk,nij->nijk", late, skew(x)).reshape(n, 3, -1) for x in sensed.values()]
+    unit = 0.01  # rad, of a mount that turns
+    signals = {part: unit * s for part, s in zip(sensed, turned, strict=True)}
+    several = (-1,) * signals["gyro"].shape[2]
+    yield Term(imu.name, "both", "time: the sensor turns slowly", time, signals, several, timed=True)
+
+
+@dataclass(frozen=True)
+class _Maker:
+    """Makes terms of one triple."""
+
+    at: str
+    part: str
+    time: Array
+    unit: float
+
+    def every(self, goes_with: str, basis: Array) -> Term:
+        """Return the term in which each channel is a function of the same signals (n, k)."""
+        return self.each(goes_with, [basis] * 3)
+
+    def alike(self, goes_with: str, signals: list[Array]) -> Term:
+        """Return the term in which one law adds its signals (n, 3) to all channels."""
+        each = [self.unit * x / max(float(np.sqrt(np.mean(x**2))), 1e-12) for x in signals]
+        return Term(self.at, self.part, goes_with, self.time, {self.part: np.stack(each, axis=2)}, (-1,) * len(each))
+
+    def each(self, goes_with: str, bases: list[Array]) -> Term:
+        """Return the term in which each channel is a function of its own signals (n, k)."""
+        total = sum(b.shape[1] for b in bases)
+        signals, channel, at = np.zeros((len(self.time), 3, total)), [], 0
+        for i, basis in enumerate(bases):
+            signals[:, i, at : at + basis.shape[1]] = self.unit * basis
+            channel += [i] * basis.shape[1]
+            at += basis.shape[1]
+        return Term(self.at, self.part, goes_with, self.time, {self.part: signals}, tuple(channel))
+
+
+def jumps(fit: Fit, imu: Imu, part: str, starts: Array) -> list[Term]:
+    """Return jumps of one triple's readings at times (m,) s on the splines."""
+    time = imu.time - fit.model.start
+    make = _Maker(imu.name, part, time, fit.noise[f"{imu.name}.{part}"])
+    words = [f"time: a jump at {start + fit.model.start:.2f} s" for start in starts]
+    steps = [1.0 * (time >= start)[:, None] for start in starts]
+    return [replace(make.every(w, x), drift=True, timed=True) for w, x in zip(words, steps, strict=True)]
+
+
+def torque_terms(fit: Fit) -> Iterator[Term]:
+    """Yield the terms of the torque in free swings."""
+    model, state = fit.model, fit.state
+    rows = list(swing_rows(model, state, middles(model)))
+    if not rows:
+        return
+    time = rows[0].time
+    moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
+    segment = model.segments(state, moment)["segment2" if model.rig.hinge else "segment1"]
+    angle, rate, _ = (x.value[:, 0] for x in model.scene(moment, segment).turned())
+    unit = fit.noise.get(GROUP, 1.0) * float(np.mean(rows[0].std))
+    waves = [f(k * angle) for k in range(1, HARMONICS + 1) for f in (np.sin, np.cos)]
+    bases: dict[str, Callable[[], Array]] = {
+        "the joint's angle, again and again": lambda: np.stack(waves, axis=1),
+        "the joint's angle": lambda: curve(angle - np.mean(angle)),
+        RATE: lambda: kinked(rate),
+        "time": lambda: drifts(time),
+    }
+    for words, basis in bases.items():
+        b = basis()
+        slow = words == "time"
+        yield Term("joint", "torque", words, time, {"torque": unit * b}, (0,) * b.shape[1], drift=slow, timed=slow)
+
+
+__all__ = ["jumps", "terms"]
