@@ -123,7 +123,7 @@ def torque_terms(fit: Fit) -> Iterator[Term]:
         return
     time = rows[0].time
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
-    segment = model.segments(state, moment)["segment2" if model.rig.hinge else "segment1"]
+    segment = model.last(state, moment)
     angle, rate, _ = (x.value[:, 0] for x in model.scene(moment, segment).turned())
     unit = fit.noise.get(GROUP, 1.0) * float(np.mean(rows[0].std))
     waves = [f(k * angle) for k in range(1, HARMONICS + 1) for f in (np.sin, np.cos)]

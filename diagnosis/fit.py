@@ -1,5 +1,6 @@
 """The motion fit: Levenberg-Marquardt on splines and parameters together, noise levels estimated on the way."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -54,10 +55,15 @@ class Fit:
 
 
 def all_rows(
-    model: Model, state: State, noise: dict[str, float], anchor: Array | None, loose: float = 1.0
+    model: Model,
+    state: State,
+    noise: dict[str, float],
+    anchor: Array | None,
+    loose: float = 1.0,
+    alone: Collection[str] = (),
 ) -> list[Rows]:
-    """Return every row of the problem; `loose` widens the measurements' noise."""
-    out = [replace(r, std=r.std * noise[r.name] * loose) for r in model.measured(state)]
+    """Return every row of the problem, or of all sensors some IMUs' alone; `loose` widens the measurements' noise."""
+    out = [replace(r, std=r.std * noise[r.name] * loose) for r in model.measured(state, alone)]
     out += [replace(r, std=r.std * noise.get(r.name, 1.0) * loose) for r in equation_rows(model, state)]
     return out + list(prior_rows(model, state, noise, anchor))
 
@@ -138,9 +144,11 @@ def settled(model: Model, state: State, noise: dict[str, float], anchor: Array |
         return state
     only = Tracks(model.tracks.knots, own)
     size = np.concatenate([np.full(s.width, s.std) for h in model.hypotheses for s in h.effect.states])
+    places = {h.at for h in model.hypotheses if h.effect.states}
+    alone = places if places <= {imu.name for imu in model.recording.imus} else ()  # a joint's states move all sensors
     for _ in range(SETTLING):
         with derivatives_by(own):
-            rows = [r for r in all_rows(model, state, noise, anchor, loose) if r.residual.blocks]
+            rows = [r for r in all_rows(model, state, noise, anchor, loose, alone) if r.residual.blocks]
         normal = Normal.empty(only, Parameters({}))
         normal.add([linearise(r, only, Parameters({})) for r in rows])
         normal.fill(only, DAMPED)

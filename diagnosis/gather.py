@@ -130,7 +130,7 @@ def played(fit: Fit) -> Played:
     knots = model.tracks.knots
     time = np.asarray(model.start + knots.start + 0.5 * knots.step * np.arange(2 * (knots.count - 5) + 1))
     moment = model.moment(fit.state, time, "")
-    first = model.segments(fit.state, moment)["segment1"]
+    first = model.segment(fit.state, moment, "segment1")
     assert first.turn is not None  # every rig of the fit has an attitude
     q = np.broadcast_to(rotations.from_matrix(first.turn.matrix), (time.size, 4))
     flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)

@@ -1,6 +1,6 @@
 """The model that a recording is held against: splines, geometry, hypothesised effects, and the rows they make."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -131,17 +131,28 @@ class Model:
 
     def carrier(self, state: State, moment: Moment, imu: str) -> Motion:
         """Return the motion of the segment that carries an IMU."""
-        return self.segments(state, moment)[segment_of(imu)]
+        return self.segment(state, moment, segment_of(imu))
+
+    def segment(self, state: State, moment: Moment, name: str) -> Motion:
+        """Return the motion of one segment."""
+        if self.rig.hinge and name == "segment1":
+            return self.rig.first(moment, self.gravity(state))
+        return self.last(state, moment)
 
     def segments(self, state: State, moment: Moment) -> dict[str, Motion]:
         """Return the motion of every segment."""
         first = self.rig.first(moment, self.gravity(state))
+        last = self.last(state, moment, first)
+        return {"segment1": first, "segment2": last} if self.rig.hinge else {"segment1": last}
+
+    def last(self, state: State, moment: Moment, first: Motion | None = None) -> Motion:
+        """Return the motion beyond the joint; `first` is what holds it, where that is known already."""
+        first = first or self.rig.first(moment, self.gravity(state))
         link = self.rig.joint(moment)
         scene = self.scene(moment, first)
         for h in self.at("joint"):
             link = h.effect.joint(link, self.own(scene, h, moment), self.values(h, state))
-        second = first.child(link)
-        return {"segment1": first, "segment2": second} if self.rig.hinge else {"segment1": second}
+        return first.child(link)
 
     def mount(self, imu: Imu, state: State, moment: Moment, segment: Motion) -> Link:
         """Return an IMU on its segment."""
@@ -178,10 +189,10 @@ class Model:
                 angle = h.effect.encoder(angle, self.own(scene, h, moment), self.values(h, state))
         return angle
 
-    def measured(self, state: State, imu_alone: str | None = None) -> Iterator[Rows]:
-        """Yield the rows of every sensor, or of one IMU alone, in their own unit (std 1)."""
+    def measured(self, state: State, alone: Collection[str] = ()) -> Iterator[Rows]:
+        """Yield the rows of every sensor, or of some IMUs alone, in their own unit (std 1)."""
         for imu in self.recording.imus:
-            if imu_alone not in (None, imu.name):
+            if alone and imu.name not in alone:
                 continue
             moment = self.moment(state, imu.time, imu.name)
             segment = self.carrier(state, moment, imu.name)
@@ -189,7 +200,7 @@ class Model:
             place = moment.time.value[:, 0]
             for part, model, got in (("gyro", reading.gyro, imu.gyro), ("accel", reading.accel, imu.accel)):
                 yield self._masked(f"{imu.name}.{part}", place, model - got)
-        if imu_alone is not None:
+        if alone:
             return
         for encoder in self.recording.encoders:
             moment = self.moment(state, encoder.time, "encoder")
@@ -197,7 +208,7 @@ class Model:
             yield self._masked("encoder.angle", moment.time.value[:, 0], residual)
         for i, pose in enumerate(self.recording.poses):
             moment = self.moment(state, pose.time, f"pose{i + 1}")
-            segment = self.segments(state, moment)[pose.segment]
+            segment = self.segment(state, moment, pose.segment)
             place = moment.time.value[:, 0]
             if pose.position is not None and segment.position is not None:
                 yield self._masked(

@@ -5,7 +5,7 @@ each row (the diagonal of the hat matrix), s^2 = sum r^2 / (n - sum h) is unbias
 roughness of the motion from the rows that hold it smooth.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from imubench.diagnosis.fit import AGAIN, ENOUGH, Fit, factored, solve
 from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK
-from imubench.diagnosis.rows import CHUNK, Linear
+from imubench.diagnosis.rows import Linear, Stack
 from imubench.diagnosis.splines import SUPPORT
 from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.threads import one_thread
@@ -72,28 +72,23 @@ class Spread:
             windows(solution.factor.inverse(), width), reach, np.asarray(np.linalg.inv(solution.schur), dtype=float)
         )
 
-    def leverage(self, part: Linear) -> Array:
-        """Return the leverage (n, m) of every row, at most 1.
+    def leverages(self, parts: Sequence[Linear]) -> list[Array]:
+        """Return the leverage (n, m) of every row of some parts, at most 1.
 
         Where next to nothing holds a spline, at its ends, rounding would make it anything.
         """
-        n, m = part.residual.shape
+        out = [np.zeros(part.residual.shape) for part in parts]
         width, p = self.reach.shape[1:]
-        h = np.zeros((n, m))
-        touched = np.flatnonzero(part.local.any(axis=(0, 1, 2)))
-        own = slice(int(touched[0]), int(touched[-1]) + 1) if len(touched) else slice(0, 0)
-        wide = SUPPORT * (own.stop - own.start)
-        windows = self.windows.reshape(-1, SUPPORT, width, SUPPORT, width)[:, :, own, :, own]
-        for begin in range(0, n, CHUNK):
-            some = slice(begin, begin + CHUNK)
-            first = part.first[some]
-            local = part.local[some, :, :, own].reshape(len(first), m, wide)
-            near = windows[np.minimum(first, len(windows) - 1)].reshape(len(first), wide, wide)
-            h[some] = np.sum(np.matmul(local, near) * local, axis=2)
-            reach = self.reach[first[:, None] + np.arange(SUPPORT), own].reshape(len(first), wide, p)
-            rest = part.border[some] - np.matmul(local, reach)
-            h[some] += np.sum((rest @ self.shared) * rest, axis=2)
-        return np.clip(h, 0.0, 1.0)
+        wide = SUPPORT * width
+        for begin, tall, places in Stack(parts).pieces():
+            local, knots = tall[:, :, :wide], np.arange(begin, begin + len(tall))
+            near = self.windows[np.minimum(knots, len(self.windows) - 1)]
+            reach = self.reach[knots[:, None] + np.arange(SUPPORT)].reshape(len(tall), wide, p)
+            rest = tall[:, :, wide : wide + p] - np.matmul(local, reach)
+            hat = np.sum(np.matmul(local, near) * local, axis=2) + np.sum((rest @ self.shared) * rest, axis=2)
+            for h, (some, place) in zip(out, places, strict=True):
+                h[some] = hat[place]
+        return [np.clip(h, 0.0, 1.0) for h in out]
 
 
 @one_thread
@@ -105,7 +100,7 @@ def levels(fit: Fit) -> tuple[dict[str, float], dict[str, Array]]:
 
 def _levels(fit: Fit, solution: Solution, parts: list[Linear]) -> tuple[dict[str, float], dict[str, Array]]:
     covariance = Spread.of(solution, fit.model.tracks.width)
-    hats = {rows.name: covariance.leverage(part) for rows, part in zip(fit.rows, parts, strict=True)}
+    hats = dict(zip((rows.name for rows in fit.rows), covariance.leverages(parts), strict=True))
     out = {}
     for rows in fit.rows:
         if rows.name in fit.noise:

@@ -1,6 +1,6 @@
 """Measurements as rows of a least-squares problem, and their normal equations."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from imubench.diagnosis.splines import SUPPORT, Tracks
 from imubench.jets import CONSTANT, Jet
 
 Whole = NDArray[np.int64]
+Place = tuple[Whole, Whole]
 
 CHUNK = 256  # knots whose products are formed at once: what stays in the cache
 
@@ -80,31 +81,81 @@ class Linear:
     def scatter(self, columns: Array, target: Array) -> None:
         """Add J' of further columns (n, m, r) to `target` (knots, width, r), J the splines' Jacobian."""
         m, r = columns.shape[1:]
-        wide = self.local.shape[2] * self.local.shape[3]
-        last = int(self.first.max()) if len(self.first) else -1
-        for begin in range(0, last + 1, CHUNK):
-            end = min(begin + CHUNK, last + 1)
-            some, knot, slot, count = slots(self.first, begin, end)
-            tall, beside = np.zeros((end - begin, count, m, wide)), np.zeros((end - begin, count, m, r))
-            tall[knot, slot] = self.local[some].reshape(len(some), m, wide)
+        wide, order = self.local.shape[2] * self.local.shape[3], Order.of(self.first)
+        for begin in range(0, order.knots, CHUNK):
+            n = min(CHUNK, order.knots - begin)
+            some, knot, slot, count = order.among(begin, begin + n)
+            tall, beside = np.zeros((n, count, m, wide)), np.zeros((n, count, m, r))
+            tall[knot, slot] = self.local[some].reshape(-1, m, wide)
             beside[knot, slot] = columns[some]
-            left, right = tall.reshape(end - begin, count * m, wide), beside.reshape(end - begin, count * m, r)
-            products = np.matmul(np.swapaxes(left, 1, 2), right).reshape(end - begin, SUPPORT, -1, r)
+            left, right = tall.reshape(n, count * m, wide), beside.reshape(n, count * m, r)
+            products = np.matmul(np.swapaxes(left, 1, 2), right).reshape(n, SUPPORT, -1, r)
             for s in range(SUPPORT):
-                target[begin + s : end + s] += products[:, s]
+                target[begin + s : begin + n + s] += products[:, s]
 
 
-def slots(first: Whole, begin: int, end: int) -> tuple[Whole, Whole, Whole, int]:
-    """Return the samples that start at these knots, their knot, their place among those of the knot, the most."""
-    inside = np.flatnonzero((first >= begin) & (first < end))
-    some: Whole = inside[np.argsort(first[inside], kind="stable")].astype(np.int64)
-    knot = first[some] - begin
-    if not len(some):
-        return some, knot, knot, 0
-    edges = np.flatnonzero(np.diff(knot, prepend=-1))
-    counts = np.diff(np.append(edges, len(knot)))
-    slot: Whole = np.arange(len(knot), dtype=np.int64) - np.repeat(edges, counts)
-    return some, knot, slot, int(counts.max())
+@dataclass(frozen=True)
+class Order:
+    """Samples by the knot they start at."""
+
+    samples: Whole | None  # (n,) sorted by their knot, None where they are so already
+    slot: Whole  # (n,) their places among those of their knot
+    starts: Whole  # (knots + 1,) the first sample of every knot
+    knot: Whole  # (n,) sorted
+
+    @classmethod
+    def of(cls, first: Whole) -> "Order":
+        """Return the order of samples that start at knots (n,)."""
+        sorted_already = bool(np.all(first[1:] >= first[:-1]))
+        samples = None if sorted_already else np.argsort(first, kind="stable").astype(np.int64)
+        knot = first if samples is None else first[samples]
+        starts: Whole = np.searchsorted(knot, np.arange(int(knot[-1]) + 2 if len(knot) else 1)).astype(np.int64)
+        return cls(samples, np.arange(len(knot), dtype=np.int64) - starts[knot], starts, knot)
+
+    @property
+    def knots(self) -> int:
+        """How many knots there are up to the last that a sample starts at."""
+        return len(self.starts) - 1
+
+    def among(self, begin: int, end: int) -> tuple[Whole | slice, Whole, Whole, int]:
+        """Return the samples that start at knots begin..end, their knot from there, their place at it, the most."""
+        low, high = (int(self.starts[min(k, self.knots)]) for k in (begin, end))
+        slot = self.slot[low:high]
+        some = slice(low, high) if self.samples is None else self.samples[low:high]
+        return some, self.knot[low:high] - begin, slot, int(slot.max()) + 1 if len(slot) else 0
+
+
+class Stack:
+    """Rows of several kinds, by knots: those that start at some knots are one tall matrix for each of these."""
+
+    def __init__(self, parts: Sequence[Linear]) -> None:
+        self.parts = [(part, Order.of(part.first)) for part in parts]
+        self.knots = max((order.knots for _, order in self.parts), default=0)
+
+    def pieces(self) -> Iterator[tuple[int, Array, list[tuple[Whole | slice, Place]]]]:
+        """Yield some knots' rows after another's: the first knot and (knots, rows, 6 width + p + 1), the residual last.
+
+        With them for each kind which of its samples these are, and where their rows lie: knot and row, (k, m).
+        """
+        for begin in range(0, self.knots, CHUNK):
+            yield begin, *self._piece(begin, min(begin + CHUNK, self.knots))
+
+    def _piece(self, begin: int, end: int) -> tuple[Array, list[tuple[Whole | slice, Place]]]:
+        chosen = [(part, *order.among(begin, end)) for part, order in self.parts]
+        height = sum(count * part.residual.shape[1] for part, *_, count in chosen)
+        local, border = self.parts[0][0].local, self.parts[0][0].border
+        wide, p = local.shape[2] * local.shape[3], border.shape[2]
+        tall = np.zeros((end - begin, height, wide + p + 1))
+        at, places = 0, []
+        for part, some, knot, slot, count in chosen:
+            n, m = part.residual.shape
+            place = (knot[:, None], at + slot[:, None] * m + np.arange(m))
+            tall[(*place, slice(0, wide))] = part.local.reshape(n, m, wide)[some]
+            tall[(*place, slice(wide, wide + p))] = part.border[some]
+            tall[(*place, wide + p)] = part.residual[some]
+            at += count * m
+            places.append((some, place))
+        return tall, places
 
 
 def linearise(rows: Rows, tracks: Tracks, parameters: Parameters) -> Linear:

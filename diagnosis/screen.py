@@ -147,7 +147,7 @@ def _scored(base: Base, model: Model, state: State, sensitivity: Array, h: Hypot
     shared = Parameters({h.key(p.name): p.width for p in h.effect.parameters})
     k = 1 + shared.count
     moves = sensitivity.reshape(-1, own.width, shared.count) if own.width else sensitivity
-    alone = h.at if h.effect.place == "imu" else None
+    alone = {h.at} if h.effect.place == "imu" else set()
     measured = model.measured(state, alone) if h.effect.states else swing_rows(model, state, middles(model))
     columns = []
     for rows in measured:

@@ -55,7 +55,7 @@ def swing_rows(model: Model, state: State, time: Array) -> Iterator[Rows]:
         return
     time = time[inside]
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
-    segment = model.segments(state, moment)["segment2" if model.rig.hinge else "segment1"]
+    segment = model.last(state, moment)
     inertia = inertia_about_joint(body)
     inert = segment.accel.at(inertia) + cross(segment.rate, segment.rate.at(inertia))
     torque = cross(segment.force, body.mass * body.com)

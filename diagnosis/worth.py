@@ -74,11 +74,11 @@ def foreseen(model: Model, rows: list[Rows]) -> Told:
     normal, solution, parts = factored(model, rows)
     x, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
     motion, spread = x.reshape(-1, model.tracks.width, 1), Spread.of(solution, model.tracks.width)
+    data = [(r, part) for r, part in zip(rows, parts, strict=True) if is_data(r)]
     out = {}
-    for r, part in zip(rows, parts, strict=True):
-        if is_data(r):
-            left = part.residual + part.along(motion)[:, :, 0] + part.border @ p[:, 0]
-            out[r.name] = (left.size, float(spread.leverage(part).sum()), 0.5 * float(np.sum(left**2)))
+    for (r, part), leverage in zip(data, spread.leverages([part for _, part in data]), strict=True):
+        left = part.residual + part.along(motion)[:, :, 0] + part.border @ p[:, 0]
+        out[r.name] = (left.size, float(leverage.sum()), 0.5 * float(np.sum(left**2)))
     return out
 
 

@@ -166,8 +166,7 @@ def test_zero_leaves_every_row_as_it_is(effect, rig):
 def along(rows, model, coefficients, values):
     """The rows' derivative in a direction, from their blocks."""
     linear = linearise(rows, model.tracks, model.parameters)
-    near = coefficients[linear.first[:, None] + np.arange(6)]
-    moved = np.einsum("nmkw,nkw->nm", linear.local, near)
+    moved = linear.along(coefficients[:, :, None])[:, :, 0]
     for name, value in values.items():
         moved += linear.border[:, :, model.parameters.columns(name)] @ value
     return moved
