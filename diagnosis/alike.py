@@ -59,7 +59,7 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     begun = extended(replace(fit, model=bare, state=still), model.hypotheses)
     slow = late(fit, h)
     stands = State(still.coefficients, fit.state.values)
-    smooth = filters(bare, stands, *slow, fit.noise[f"{slow[0].name}.gyro"]) if slow else {}
+    smooth = filters(bare, stands, *slow, fit.noise) if slow else {}
     both = joint(begun.model, begun.state, fit, others, {MARK: added} | smooth)
     wanted = both.along(MARK)[:, 0]
     total = 0.5 * float(wanted @ both.information @ wanted)

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.signal import welch
 
 from imubench.arrays import Array
 from imubench.diagnosis.coherence import clear_of_noise, slower
@@ -40,15 +41,15 @@ def late(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
     return next(((i, abs(offset)) for i in (own if offset > 0 else others)), None)
 
 
-def filters(bare: Model, still: State, imu: Imu, delay: float, noise: float) -> Columns:
-    """Return what a low-pass filter at an IMU would add, in the place of a delay in s; `noise` is the gyroscope's."""
+def filters(bare: Model, still: State, imu: Imu, delay: float, noise: Mapping[str, float]) -> Columns:
+    """Return what a low-pass filter at an IMU would add, in the place of a delay in s; `noise` as a fit has it."""
     if delay <= 0:
         return {}
     clock = Hypothesis(EFFECTS["time_offset"], imu.name)
     moved = bare.with_effects((*bare.hypotheses, clock))
-    at_once = {r.name: r.residual.value for r in bare.measured(still, imu.name)}
+    at_once = {r.name: r.residual.value for r in bare.measured(still, {imu.name})}
     delayed = list(
-        moved.measured(State(still.coefficients, still.values | {clock.key("offset"): np.array([delay])}), imu.name)
+        moved.measured(State(still.coefficients, still.values | {clock.key("offset"): np.array([delay])}), {imu.name})
     )
     time, x = straight_on(*met(bare, still, imu, noise), delay)
     c = beside(time, x, delay)
@@ -61,9 +62,8 @@ def filters(bare: Model, still: State, imu: Imu, delay: float, noise: float) -> 
 
 
 def quick(fit: Fit, imu: Imu, delay: float) -> QuickLowPass | None:
-    """Return a filter in the place of a delay in s at an IMU, None where it is not far quicker than the motion."""
-    _, x = met(fit.model, fit.state, imu, fit.noise[f"{imu.name}.gyro"])
-    time, x = straight_on(imu.time - fit.model.start - delay, x, delay)  # of the world, once this IMU is late
+    """Return a filter in the place of a late clock's delay in s, None where it is not far quicker than the motion."""
+    time, x = straight_on(*met(fit.model, fit.state, imu, fit.noise), delay)
     moved = {part: np.gradient(x[part], time, axis=0) * delay for part in x}
     c = beside(time, x, delay)
     if any(np.std(c[part]) > QUICK * np.std(moved[part]) for part in x):
@@ -72,14 +72,27 @@ def quick(fit: Fit, imu: Imu, delay: float) -> QuickLowPass | None:
     return QuickLowPass(time, c, {part: (high[part] - low[part]) / (2 * STEP * delay) for part in x}, delay)
 
 
-def met(model: Model, state: State, imu: Imu, noise: float) -> tuple[Array, Readings]:
-    """Return the times (n,) s and what an IMU would read there, (n, 3), without what is only the fit's noise."""
-    moment = model.moment(state, imu.time, imu.name)
+def met(model: Model, state: State, imu: Imu, noise: Mapping[str, float]) -> tuple[Array, Readings]:
+    """Return times (n,) s and what an IMU would read there, (n, 3), without what is only the fit's noise.
+
+    At even times of the world, through the gaps of its samples too.
+    """
+    first, last = imu.time[0], imu.time[-1]
+    moment = model.moment(state, np.linspace(first, last, round((last - first) * imu.rate) + 1), imu.name)
     segment = model.carrier(state, moment, imu.name)
     reading = model.reading(imu, state, moment, segment)
-    cut = clear_of_noise(reading.gyro.value, noise, imu.rate)
-    both = slower(np.concatenate([reading.gyro.value, reading.accel.value], axis=1), cut, imu.rate)
-    return moment.time.value[:, 0], {"gyro": both[:, :3], "accel": both[:, 3:]}
+    x = {"gyro": reading.gyro.value, "accel": reading.accel.value}
+    cut = {n: clear_of_noise(v, max(noise[f"{imu.name}.{n}"], plateau(v, imu.rate)), imu.rate) for n, v in x.items()}
+    return moment.time.value[:, 0], {part: slower(v, cut[part], imu.rate) for part, v in x.items()}
+
+
+def plateau(signal: Array, sampling: float) -> float:
+    """Return the std of white noise as loud as a signal (n, 3) is in the upper third of its frequencies.
+
+    A gyroscope that also follows from another's accelerometer is fitted with several times its own noise there.
+    """
+    f, power = welch(signal, sampling, nperseg=min(256, len(signal)), axis=0)
+    return float(np.sqrt(np.median(power.sum(axis=1)[f > sampling / 3]) / 3 * sampling / 2))
 
 
 def straight_on(time: Array, x: Readings, delay: float) -> tuple[Array, Readings]:

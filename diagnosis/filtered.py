@@ -21,6 +21,7 @@ from imubench.diagnosis.screen import led
 from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, Trial, misfit
 from imubench.diagnosis.worth import worth
 from imubench.effects import VARIANTS
+from imubench.recording import Imu
 
 ROUNDS = 2  # of noise levels
 FASTEST = 5.0  # times the rate: a filter beyond is a delay
@@ -35,8 +36,13 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
     slow = k and late(fit, k.hypothesis)
     if k is None or not slow or misfit(fit) > UNEXPLAINED:
         return fit, kept
-    cutoff = 1 / (2 * np.pi * max(slow[1], 1e-9))
     rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
+    settled = at_the_late(fit, k.hypothesis, *slow)
+    if settled is None:
+        return fit, kept
+    fit, moved = settled, replace(k, hypothesis=replace(k.hypothesis, at=slow[0].name))
+    k, kept = moved, [moved if other is k else other for other in kept]
+    cutoff = 1 / (2 * np.pi * max(slow[1], 1e-9))
     tries: list[Trial] = []
     plain = rougher(fit)
     known = quick(fit, *slow) if cutoff < FASTEST * slow[0].rate else None
@@ -53,6 +59,23 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
     rivals = (Trial(k.hypothesis, fit, k.evidence), *k.rivals)
     new = replace(k, hypothesis=best.hypothesis, evidence=k.evidence + best.evidence, rivals=rivals)
     return best.fit, [new if other is k else other for other in kept]
+
+
+def at_the_late(fit: Fit, h: Hypothesis, imu: Imu, delay: float) -> Fit | None:
+    """Return a fit in which a clock's offset is that of the IMU that is late; None where there is none.
+
+    With two clocks and nothing else either may be off. But where the samples of one lie between the other's is settled
+    by it, and with that how much of the noise the motion takes in: 44 nat against the filter of an unseen trial, 0 so.
+    """
+    if h.at == imu.name:
+        return fit
+    there = replace(h, at=imu.name)
+    others = tuple(there if other == h else other for other in fit.model.hypotheses)
+    with suppress(NotPositiveDefiniteError):
+        begun = extended(fit, others, {there.key("offset"): np.array([delay])})
+        tried = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=6)
+        return fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)
+    return None
 
 
 def gain(before: tuple[Fit, Fit], tried: Fit) -> float:

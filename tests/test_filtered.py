@@ -20,9 +20,9 @@ OFFSET = Hypothesis(EFFECTS["time_offset"], "imu2")
 BOTH = ["gyro", "accel"]
 
 
-def with_an_offset(folder, asked, seed):
+def with_an_offset(folder, asked, seed, **options):
     """The fit of a generated hinge with a clock's offset in the model, where it is not from the start."""
-    make_case(folder / "case", "hinge", effects=asked, seed=seed, seconds=12.0)
+    make_case(folder / "case", "hinge", effects=asked, seed=seed, seconds=12.0, **options)
     fit = nominal_fit(read(folder / "case")[0])
     if OFFSET not in fit.model.hypotheses:
         fit = refit(fit, (*fit.model.hypotheses, OFFSET))
@@ -48,6 +48,18 @@ def test_a_filter_takes_the_place_of_the_delay_that_it_was_taken_for(tmp_path, a
     assert h == k.hypothesis
     if found[0] == "low_pass":
         assert np.exp(after.state.values[h.key("cutoff")][0]) == pytest.approx(asked[2]["cutoff"], rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gaps", [0, 1])
+def test_a_filter_above_a_slow_motion_is_not_worse_than_its_delay(tmp_path, gaps):
+    asked = ("low_pass", "imu1", {"cutoff": 43.0, "channels": BOTH})
+    fit = with_an_offset(tmp_path, [asked], 63, gaps=gaps, vigour=0.5, band=7.0, gyro_noise=0.005, accel_noise=0.043)
+    kept = [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())]
+    after, (k,) = filtered(fit, kept, lambda _: None)
+    assert k.hypothesis.at == "imu1"
+    said = {(k.hypothesis.effect.name, "imu1"), *((r.effect, r.at) for r in alike(after, k.hypothesis))}
+    assert ("low_pass", "imu1") in said
 
 
 @pytest.mark.slow
