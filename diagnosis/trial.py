@@ -36,13 +36,16 @@ class Kept:
     rivals: tuple[Trial, ...]  # refitted in its round, in its place
 
 
-def misfit(fit: Fit) -> float:
+def misfit(fit: Fit, at_least: bool = False) -> float:
     """Return the mean over the sensors of noise power left over noise power expected.
 
     Expected is what is declared, or where nothing is what the IMU leaves in its quietest moments. One that hums has
-    louder moments (its gyroscope turns with the hum): undeclared, its level says nothing.
+    louder moments (its gyroscope turns with the hum): undeclared, its level says nothing. `at_least`: over the louder
+    of both, for what is declared may be too little.
     """
     imus = [i for i in fit.model.recording.imus if i.name not in fit.model.humming]
     quiet = {f"{i.name}.{part}": quiet_level(i.time, getattr(i, part)) for i in imus for part in ("gyro", "accel")}
     told = quiet | declared(fit.model)
+    if at_least:
+        told = {name: max(std, quiet.get(name, 0.0)) for name, std in told.items()}
     return float(np.mean([(fit.noise[n] / std) ** 2 for n, std in told.items() if n in fit.noise] or [1.0]))

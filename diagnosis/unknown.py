@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imubench.diagnosis.bent import bent, stiffened
+from imubench.diagnosis.bent import bent, left_by, stiffened, unheld
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.evidence import Trace
@@ -61,7 +61,9 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
     for f in found:
         if f.term.at not in {o.at for o in out}:
             out.append(finding(f))
-    doubted = (*held.doubted, *(b.hypothesis for b in springs))
+    loose = [h for h in unheld(fit) if h.at not in {o.at for o in out}]
+    out += [left_by(h, fit) for h in loose]
+    doubted = (*held.doubted, *(b.hypothesis for b in springs), *loose)
     return Unknowns((*out, *loud(fit, where, {f.at for f in out})), fit, doubted)
 
 
