@@ -21,18 +21,23 @@ TWO, MORE_OF_TWO = 30.0, 0.1  # nat, and of what the best alone is worth, that t
 RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
 
 
-def state_trials(fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None]) -> list[Trial]:
+def state_trials(
+    fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None], least: float = NEEDED
+) -> list[Trial]:
     """Return refits with effects that have a life of their own, best evidence first; none where none is needed.
 
-    They are screened and tried on the seconds that leave most unexplained; only the best is fitted to all, first in
-    the list. What the others gained there is scaled to the length of the whole.
+    They are screened and, where that promises more than `least` nat (of a motion that follows the law, not one that
+    goes against it, as in a free body with nothing wrong), tried on the seconds that leave most unexplained;
+    only the best is fitted to all, first in the list. What the others gained is scaled to the length of the whole.
     """
+    if not stateful:
+        return []
     window = loudest(fit, SCREENED)
     whole = window == fit.span
     short = fit if whole else excerpt(fit, *window)
     short = fit_with_noise(short.model, short.state, short.noise, short.anchor, rounds=2)  # as what it is held against
     say("screening effects with states")
-    screened = [s for s in screen(short, stateful) if s.evidence > NEEDED]
+    screened = [s for s in screen(short, stateful) if s.evidence > least and s.amount > 0]
     tried: list[tuple[Trial, list[Screened]]] = []
     likely = [s for s in screened if s.evidence > RIVALS * screened[0].evidence][:TRIED]
     for one in likely:

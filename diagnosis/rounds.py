@@ -22,6 +22,7 @@ BESIDE = 0.5  # s of recording on either side of a moment; without them it was s
 AHEAD = 3  # effects without states that are tried together before one with states is
 SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
 LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
+HINTED = 30.0  # nat that a screening must promise where nothing else says that a sensor moves on its own
 TWICE = 2.0  # times what effects without states explain: from there a spline without a law comes before them
 
 
@@ -33,6 +34,7 @@ class Round:
     tried: list[Trial]  # the one that explains most first
     first: Fit  # with that one, at the noise levels that it leaves
     together: list[Trial]  # what comes in with it, one after the other
+    lively: bool  # whether effects with states were looked at
 
 
 def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]) -> Round:
@@ -49,12 +51,12 @@ def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]
         tried = tried[:1]  # the others were fitted to samples that no longer count
     chain = ahead(fit, first, plain, say) if tried else []
     further = chain[-1].fit if chain else first
-    if not suspicious(further):
-        return Round(fit, tried, first, [])
-    lively = state_trials(fit, [h for h in left if h.effect.states and h.effect.variant != "isotropic"], say)
+    moving = suspicious(further)
+    alive = stateful(left, tried, moving)
+    lively = state_trials(fit, alive, say, NEEDED if moving else HINTED)
     if lively and before_plain(lively[0], fit, further):
-        return Round(fit, lively + tried, lively[0].fit, [])
-    return Round(fit, tried + lively, first, chain)
+        return Round(fit, lively + tried, lively[0].fit, [], True)
+    return Round(fit, tried + lively, first, chain if moving else [], bool(alive))
 
 
 def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most: int = TRIED) -> list[Trial]:
@@ -137,6 +139,18 @@ def blinded(fit: Fit, counted: dict[str, NDArray[np.bool_]]) -> Fit:
     known = fit.model.masks or {}
     masks = known | {name: mask & known.get(name, mask) for name, mask in counted.items()}
     return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=3)
+
+
+def stateful(left: list[Hypothesis], tried: list[Trial], moving: bool) -> list[Hypothesis]:
+    """Return the effects with states that a round tries: all where something seems to have a motion of its own.
+
+    Else those that obey a law, once no other effect explains anything: a mount on stiff springs leaves 1.05 of the
+    noise, and goes with the motion no more than what is misaligned does.
+    """
+    alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic"]
+    if moving:
+        return alive
+    return [] if any(t.evidence > HINTED for t in tried) else [h for h in alive if h.effect.lawful]
 
 
 def suspicious(fit: Fit) -> bool:

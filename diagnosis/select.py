@@ -43,13 +43,18 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
     kept = [Kept(h, np.inf, Gain(0.0, 0.0, 0.0, np.zeros(1)), ()) for h in nominal.model.hypotheses]
     rng = np.random.default_rng(SEED)
     everything = candidates(nominal.model)
+    asked_for = everything
     while len(kept) < MOST:
-        now, before = attempted(fit, everything, say), len(kept)
+        now, before = attempted(fit, asked_for, say), len(kept)
         fit, kept, refused = entered(now, kept, rng, say)
         rejected += refused
-        if len(kept) == before:
+        if len(kept) > before:
+            fit, kept = exchanged(fit, kept, say)
+            asked_for = everything
+        elif refused and not now.lively:
+            asked_for = [h for h in everything if h.effect.states]
+        else:
             break
-        fit, kept = exchanged(fit, kept, say)
     fit, kept, dropped = prune(fit, kept, say)
     flat, changed = filtered(fit, kept, say)
     if flat is not fit:
