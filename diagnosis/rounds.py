@@ -52,7 +52,7 @@ def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]
     chain = ahead(fit, first, plain, say) if tried else []
     further = chain[-1].fit if chain else first
     moving = suspicious(further)
-    alive = stateful(left, tried, moving)
+    alive = stateful(fit, left, tried, moving)
     lively = state_trials(fit, alive, say, NEEDED if moving else HINTED)
     if lively and before_plain(lively[0], fit, further):
         return Round(fit, lively + tried, lively[0].fit, [], True)
@@ -141,13 +141,16 @@ def blinded(fit: Fit, counted: dict[str, NDArray[np.bool_]]) -> Fit:
     return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=3)
 
 
-def stateful(left: list[Hypothesis], tried: list[Trial], moving: bool) -> list[Hypothesis]:
+def stateful(fit: Fit, left: list[Hypothesis], tried: list[Trial], moving: bool) -> list[Hypothesis]:
     """Return the effects with states that a round tries: all where something seems to have a motion of its own.
 
     Else those that obey a law, once no other effect explains anything: a mount on stiff springs leaves 1.05 of the
-    noise, and goes with the motion no more than what is misaligned does.
+    noise, and goes with the motion no more than what is misaligned does. No filter beside a clock's offset that leaves
+    little: it would take the delay too, and is held against it in the end (diagnosis/filtered.py).
     """
+    delayed = any(h.effect.name == "time_offset" for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
     alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic"]
+    alive = [h for h in alive if not (delayed and h.effect.name == "low_pass")]
     if moving:
         return alive
     return [] if any(t.evidence > HINTED for t in tried) else [h for h in alive if h.effect.lawful]
