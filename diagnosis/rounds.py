@@ -145,15 +145,17 @@ def stateful(fit: Fit, left: list[Hypothesis], tried: list[Trial], moving: bool)
     """Return the effects with states that a round tries: all where something seems to have a motion of its own.
 
     Else those that obey a law, once no other effect explains anything: a mount on stiff springs leaves 1.05 of the
-    noise, and goes with the motion no more than what is misaligned does. No filter beside a clock's offset that leaves
-    little: it would take the delay too, and is held against it in the end (diagnosis/filtered.py).
+    noise, and goes with the motion no more than what is misaligned does. Not beside another, which leaves more than
+    its law says: foam had a soft mount of 28 nat beside the rocking one of 47,000. No filter beside a clock's offset
+    that leaves little: it would take the delay too, and is held against it in the end (diagnosis/filtered.py).
     """
     delayed = any(h.effect.name == "time_offset" for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
     alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic"]
     alive = [h for h in alive if not (delayed and h.effect.name == "low_pass")]
     if moving:
         return alive
-    return [] if any(t.evidence > HINTED for t in tried) else [h for h in alive if h.effect.lawful]
+    settled = any(t.evidence > HINTED for t in tried) or any(h.effect.states for h in fit.model.hypotheses)
+    return [] if settled else [h for h in alive if h.effect.lawful]
 
 
 def suspicious(fit: Fit) -> bool:
