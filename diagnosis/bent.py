@@ -26,7 +26,7 @@ from imubench.diagnosis.refit import extended, information, refit
 from imubench.diagnosis.result import Finding, Parameter, Where
 from imubench.diagnosis.terms import CHANNELS
 from imubench.diagnosis.trial import UNEXPLAINED, misfit
-from imubench.diagnosis.where import SMALL
+from imubench.diagnosis.where import shares
 from imubench.diagnosis.worth import worth
 from imubench.effects.soft_mounts import Sprung
 
@@ -51,16 +51,20 @@ class Bent:
 def bent(fit: Fit, say: Callable[[str], None] = lambda _: None) -> list[Bent]:
     """Return the springs of a fit that bend, each in a fit with those before it."""
     out: list[Bent] = []
-    for h in fit.model.hypotheses:
-        if isinstance(h.effect, Sprung) and h.effect.size is None:
-            say(f"looking whether the springs of {h.name} bend")
-            with suppress(NotPositiveDefiniteError):
-                if promised(fit, h, h.effect) < PROMISED:
-                    continue
-                found = bending(fit, h, h.effect)
-                if found.evidence > NEEDED and found.heldout.value > 0:
-                    out, fit = [*out, found], found.fit
+    for h, springs in straight(fit):
+        say(f"looking whether the springs of {h.name} bend")
+        with suppress(NotPositiveDefiniteError):
+            if promised(fit, h, springs) < PROMISED:
+                continue
+            found = bending(fit, h, springs)
+            if found.evidence > NEEDED and found.heldout.value > 0:
+                out, fit = [*out, found], found.fit
     return out
+
+
+def straight(fit: Fit) -> list[tuple[Hypothesis, Sprung]]:
+    """Return the mounts of a fit that are on straight springs."""
+    return [(h, h.effect) for h in fit.model.hypotheses if isinstance(h.effect, Sprung) and h.effect.size is None]
 
 
 def promised(fit: Fit, h: Hypothesis, springs: Sprung) -> float:
@@ -108,7 +112,7 @@ def unheld(fit: Fit) -> list[Hypothesis]:
 
     Straight ones left 0.8 to 1.3 of the noise in eight unseen trials, others 1.4 to 12 in six, at either sensor.
     """
-    springs = [h for h in fit.model.hypotheses if isinstance(h.effect, Sprung) and h.effect.size is None]
+    springs = [h for h, _ in straight(fit)]
     return springs if springs and misfit(fit, at_least=True) > UNEXPLAINED else []
 
 
@@ -126,9 +130,7 @@ def _where(at: str, whitened: dict[str, Array]) -> Where:
         for i, channel in enumerate(CHANNELS.get(name.split(".")[1], ()))
         if name.split(".")[0] == at
     }
-    total = sum(power.values())
-    shares = {c: p / total for c, p in sorted(power.items(), key=lambda x: -x[1]) if p > SMALL * total}
-    return Where(at, shares, (), (), "how far its springs are pushed: they are not straight", 1.0)
+    return Where(at, shares(power), (), (), "how far its springs are pushed: they are not straight", 1.0)
 
 
 __all__ = ["Bent", "bending", "bent", "left_by", "stiffened", "unheld"]

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.delays import late, quick
 from imubench.diagnosis.fit import Fit, solve
@@ -51,7 +52,7 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
         h = Hypothesis(effect, slow[0].name)
         say(f"trying {h.name} in the place of {k.hypothesis.name}")
         with suppress(NotPositiveDefiniteError):
-            tried = _with(fit, rest, h, cutoff)
+            tried = _with(fit, rest, h, {h.key("cutoff"): np.array([np.log(cutoff)])})
             tries.append(Trial(h, tried, gain((fit, plain), tried)))
     best = max(tries, key=lambda t: t.evidence, default=None)
     if best is None or best.evidence <= NEEDED:
@@ -70,11 +71,9 @@ def at_the_late(fit: Fit, h: Hypothesis, imu: Imu, delay: float) -> Fit | None:
     if h.at == imu.name:
         return fit
     there = replace(h, at=imu.name)
-    others = tuple(there if other == h else other for other in fit.model.hypotheses)
+    rest = tuple(other for other in fit.model.hypotheses if other != h)
     with suppress(NotPositiveDefiniteError):
-        begun = extended(fit, others, {there.key("offset"): np.array([delay])})
-        tried = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=6)
-        return fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)
+        return _with(fit, rest, there, {there.key("offset"): np.array([delay])})
     return None
 
 
@@ -88,7 +87,7 @@ def gain(before: tuple[Fit, Fit], tried: Fit) -> float:
     return min(worth(before[0], tried), worth(before[1], rougher(tried)))
 
 
-def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, cutoff: float) -> Fit:
-    begun = extended(fit, (*rest, h), {h.key("cutoff"): np.array([np.log(cutoff)])})
+def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, start: dict[str, Array]) -> Fit:
+    begun = extended(fit, (*rest, h), start)
     tried = solve(begun.model, led(begun.model, begun.state, [h]), begun.noise, fit.anchor, steps=6)
     return fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)

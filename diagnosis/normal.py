@@ -47,37 +47,30 @@ class Normal:
             self.corner_gradient += wide.T @ part.residual.reshape(-1)
         if not self.diagonal.size:
             return
-        wide, p = parts[0].local.shape[2] * parts[0].local.shape[3], self.border.shape[2]
+        wide = parts[0].local.shape[2] * parts[0].local.shape[3]
         for begin, tall, _ in Stack(parts).pieces():
             products = np.matmul(np.swapaxes(tall[:, :, :wide], 1, 2), tall)
             block = begin // KNOTS_PER_BLOCK  # a chunk is whole blocks
-            self._spread(block, products[:, :, :wide])
-            self._spread_columns(self.border, block, products[:, :, wide : wide + p])
-            self._spread_columns(self.gradient[:, :, None], block, products[:, :, wide + p :])
+            self._spread(block, products)
 
     def _spread(self, block: int, products: Array) -> None:
+        """Add products (knots, 6 w, 6 w + p + 1) from a block on; what reaches beyond one is the next one's."""
         b = self.diagonal.shape[1]
         width = b // KNOTS_PER_BLOCK
+        wide = SUPPORT * width
         for offset in range(KNOTS_PER_BLOCK):
             some = products[offset::KNOTS_PER_BLOCK]
             here, after = slice(block, block + len(some)), slice(block + 1, block + 1 + len(some))
-            at, inside = offset * width, min(SUPPORT * width, b - offset * width)
+            at, inside = offset * width, min(wide, b - offset * width)
+            over = wide - inside
             self.diagonal[here, at : at + inside, at : at + inside] += some[:, :inside, :inside]
-            if inside < SUPPORT * width:
-                over = SUPPORT * width - inside
-                self.right[here, at:, :over] += some[:, :inside, inside:]
-                self.diagonal[after, :over, :over] += some[:, inside:, inside:]
-
-    def _spread_columns(self, target: Array, block: int, columns: Array) -> None:
-        b = self.diagonal.shape[1]
-        width = b // KNOTS_PER_BLOCK
-        for offset in range(KNOTS_PER_BLOCK):
-            some = columns[offset::KNOTS_PER_BLOCK]
-            here, after = slice(block, block + len(some)), slice(block + 1, block + 1 + len(some))
-            at, inside = offset * width, min(SUPPORT * width, b - offset * width)
-            target[here, at : at + inside] += some[:, :inside]
-            if inside < SUPPORT * width:
-                target[after, : SUPPORT * width - inside] += some[:, inside:]
+            self.border[here, at : at + inside] += some[:, :inside, wide:-1]
+            self.gradient[here, at : at + inside] += some[:, :inside, -1]
+            if over:
+                self.right[here, at:, :over] += some[:, :inside, inside:wide]
+                self.diagonal[after, :over, :over] += some[:, inside:, inside:wide]
+                self.border[after, :over] += some[:, inside:, wide:-1]
+                self.gradient[after, :over] += some[:, inside:, -1]
 
     def fill(self, tracks: Tracks, ridge: float = RIDGE) -> None:
         """Hold the coefficients beyond the last knot, which no row touches, at zero change; all others by a share."""

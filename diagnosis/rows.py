@@ -1,7 +1,7 @@
 """Measurements as rows of a least-squares problem, and their normal equations."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,18 +80,11 @@ class Linear:
 
     def scatter(self, columns: Array, target: Array) -> None:
         """Add J' of further columns (n, m, r) to `target` (knots, width, r), J the splines' Jacobian."""
-        m, r = columns.shape[1:]
-        wide, order = self.local.shape[2] * self.local.shape[3], Order.of(self.first)
-        for begin in range(0, order.knots, CHUNK):
-            n = min(CHUNK, order.knots - begin)
-            some, knot, slot, count = order.among(begin, begin + n)
-            tall, beside = np.zeros((n, count, m, wide)), np.zeros((n, count, m, r))
-            tall[knot, slot] = self.local[some].reshape(-1, m, wide)
-            beside[knot, slot] = columns[some]
-            left, right = tall.reshape(n, count * m, wide), beside.reshape(n, count * m, r)
-            products = np.matmul(np.swapaxes(left, 1, 2), right).reshape(n, SUPPORT, -1, r)
-            for s in range(SUPPORT):
-                target[begin + s : begin + n + s] += products[:, s]
+        wide, r = self.local.shape[2] * self.local.shape[3], columns.shape[2]
+        for begin, tall, _ in Stack([replace(self, border=columns)]).pieces():
+            products = np.matmul(np.swapaxes(tall[:, :, :wide], 1, 2), tall[:, :, wide : wide + r])
+            for s, some in enumerate(np.split(products, SUPPORT, axis=1)):
+                target[begin + s : begin + s + len(tall)] += some
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import Finding, Parameter, Where
 from imubench.diagnosis.term_scores import ENOUGH, Guess, promising, signals_of
 from imubench.diagnosis.terms import CHANNELS, RATE, Term, Unknown
-from imubench.diagnosis.where import SMALL, locate
+from imubench.diagnosis.where import locate, shares
 
 REFITTED = 2  # terms at least, where they promise enough, until one is good
 RIVAL = 0.5  # of the best one's promise, from which the best of another place is fitted too
@@ -148,9 +148,7 @@ def place(found: Fitted) -> Where:
         return replace(seen[0], depends_on=term.goes_with)
     names = [c for t in traces for c in t.channels]
     power = np.concatenate([np.sum(x**2, axis=0) for x in adds])
-    order = np.argsort(-power)
-    shares = {names[i]: float(power[i] / power.sum()) for i in order if power[i] > SMALL * power.sum()}
-    return Where(term.at, shares, (), (), term.goes_with, 1.0)
+    return Where(term.at, shares(dict(zip(names, power, strict=True))), (), (), term.goes_with, 1.0)
 
 
 __all__ = ["Fitted", "Guess", "Unknowns", "found_in", "promising", "unknowns"]

@@ -33,6 +33,12 @@ class Regressors:
     values: Mapping[str, Array]
 
 
+def shares(power: Mapping[str, float]) -> dict[str, float]:
+    """Return each channel's share of the power, the largest first and without the small ones."""
+    total = sum(power.values())
+    return {name: float(p / total) for name, p in sorted(power.items(), key=lambda x: -x[1]) if p > SMALL * total}
+
+
 def locate(traces: Sequence[Trace], motion: Mapping[str, Regressors]) -> tuple[Where, ...]:
     """Return where the nominal residuals exceed the noise, by sensor, the largest share first.
 
