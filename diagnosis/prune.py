@@ -36,11 +36,12 @@ def prune(
                 else (-np.inf, _without(fit, k.hypothesis))
             )
             losses.append((*lost, k))
-        loss, without, k = min(losses, key=lambda x: x[0] - needed(x[2].hypothesis))
-        kept = [_judged(replace(k, evidence=loss), without, fit) for loss, without, k in losses]
-        if loss > needed(k.hypothesis) or without is None:
+        judged = [(_judged(replace(k, evidence=loss), without, fit), without) for loss, without, k in losses]
+        kept = [k for k, _ in judged]
+        k, without = min(judged, key=lambda x: spare(*x))
+        if spare(k, without) > 0 or without is None:
             return fit, kept, dropped
-        dropped.append((k.hypothesis, loss))
+        dropped.append((k.hypothesis, k.evidence))
         kept = [other for other in kept if other.hypothesis != k.hypothesis]
         fit = fit_with_noise(without.model, without.state, without.noise, fit.anchor, rounds=2)
     return fit, kept, dropped
@@ -92,6 +93,13 @@ def about_zero(fit: Fit, h: Hypothesis, covariance: Array) -> float:
     std = np.concatenate([p.std for p in priors])
     own = covariance[np.ix_(at, at)] / np.outer(std, std)
     return 0.5 * float(away @ np.linalg.solve(own, away)) + 0.5 * float(np.linalg.slogdet(own)[1])
+
+
+def spare(kept: Kept, without: Fit | None) -> float:
+    """Return the nat by which an effect is worth more than it must be; below 0 where it predicts nothing for sure."""
+    spare = kept.evidence - needed(kept.hypothesis)
+    foretells = without is None or not kept.heldout.value or kept.heldout.low > 0
+    return spare if foretells else min(spare, kept.heldout.low)
 
 
 def _judged(kept: Kept, without: Fit | None, fit: Fit) -> Kept:
