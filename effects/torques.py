@@ -63,7 +63,7 @@ class JointSpring(_Torque):
     """
 
     name, place, law = "joint_spring", "joint", "torque -k (q - q0)"
-    parameters = (Parameter("k", (), "N m/rad", 1.0), Parameter("q0", (), "rad", 0.5))
+    parameters = (Parameter("k", (), "N m/rad", 1.0, sided=True), Parameter("q0", (), "rad", 0.5))
 
     def __init__(self, conservative: bool = False) -> None:
         self.variant = "conservative" if conservative else ""

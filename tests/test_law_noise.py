@@ -45,12 +45,13 @@ def test_what_drives_a_law_is_what_it_reads_with_the_sensor_at_rest(tmp_path):
     assert drive == pytest.approx(same, rel=0.05)  # 2.4 %: the knots go on beyond the samples
 
 
-def test_a_friction_that_drives_is_none(tmp_path):
-    make_case(tmp_path / "r", "pendulum", [("viscous_friction", "joint")], 3, seconds=10.0, swing=True)
-    h = Hypothesis(EFFECTS["viscous_friction"], "joint")
+@pytest.mark.parametrize(("name", "parameter"), [("viscous_friction", "c"), ("joint_spring", "k")])
+def test_a_friction_that_drives_is_none_nor_a_spring_that_pushes_away(tmp_path, name, parameter):
+    make_case(tmp_path / "r", "pendulum", [(name, "joint")], 3, seconds=10.0, swing=True)
+    h = Hypothesis(EFFECTS[name], "joint")
     fit = extended(nominal_fit(read(tmp_path / "r")[0]), (h,))
     for value, fine in ((0.01, True), (-0.01, False)):
-        told = replace(fit.state, values=fit.state.values | {h.key("c"): np.array([value])})
+        told = replace(fit.state, values=fit.state.values | {h.key(parameter): np.array([value])})
         assert natural(replace(fit, state=told), h) is fine
 
 
