@@ -13,19 +13,25 @@ from imubench.effects import EFFECTS
 from imubench.recording import Recording
 
 KNOCKING = ("end_stop", "joint_play")  # what knocks by itself
+HUM = "vibration"
 STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s
 MUCH = 0.1  # of what a name is worth on held-out data
 DOUBTFUL = 0.6  # the confidence at most of a name beside an unknown: of 7 in 178 blind trials 2 were right
 
 
-def with_samples(fitted: tuple[Finding, ...], samples: Sampled) -> tuple[Finding, ...]:
-    """Return what the fit found, and what the raw samples show that it did not find itself."""
+def with_samples(fitted: tuple[Finding, ...], samples: Sampled, rest: tuple[Finding, ...] = ()) -> tuple[Finding, ...]:
+    """Return what the fit found, and what the raw samples show that it did not find itself.
+
+    A hum is doubted beside a torque without a name, which may hum: cogs at the rate that they pass.
+    """
     same = {(f.effect, f.at) for f in fitted}
     knocking = any(f.effect in KNOCKING for f in fitted)
     raw = samples.findings if knocking else (*samples.findings, *samples.unless_stopped)
     if knocking:
         raw = tuple(f for f in raw if f.effect != "impacts")
+    if any(u.at == "joint" for u in rest):
+        raw = tuple(replace(f, confidence=min(f.confidence, DOUBTFUL)) if f.effect == HUM else f for f in raw)
     return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
 
 

@@ -4,7 +4,8 @@ import pytest
 
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval
-from imubench.diagnosis.verdict import DOUBTFUL, beside
+from imubench.diagnosis.samples import Sampled
+from imubench.diagnosis.verdict import DOUBTFUL, beside, with_samples
 from imubench.effects import EFFECTS
 
 
@@ -35,3 +36,10 @@ def test_a_state_without_a_law_is_doubted_wherever_something_without_a_name_is(g
 def test_a_name_that_a_term_equals_is_doubted():
     (f,) = beside((said("accel_bias", "imu1", 1000.0),), (), [Hypothesis(EFFECTS["accel_bias"], "imu1")])
     assert f.confidence == DOUBTFUL
+
+
+@pytest.mark.parametrize(("at", "sure"), [("joint", DOUBTFUL), ("imu1", 0.9)])
+def test_a_hum_is_doubted_beside_a_torque_without_a_name(at, sure):
+    heard = Sampled((said("vibration", "imu2", 0.0, 0.9), said("dropouts", "imu2", 0.0, 0.99)), {})
+    found = with_samples((), heard, (said(UNKNOWN, at, 500.0),))
+    assert [f.confidence for f in found] == [sure, 0.99]
