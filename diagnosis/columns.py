@@ -63,7 +63,9 @@ def promise(information: Array, gradient: Array, prior: Array) -> Promise:
     """Return what parameters (k,) promise, `prior` their standard deviations; worked in units of these."""
     matrix = information * np.outer(prior, prior) + np.eye(len(prior))
     pull = gradient * prior
-    step = -np.linalg.solve(matrix, pull)
-    price = 0.5 * float(np.linalg.slogdet(matrix)[1])
-    bound = prior * np.sqrt(np.diag(np.linalg.inv(matrix)))
+    values, vectors = np.linalg.eigh(matrix)
+    values = np.maximum(values, 1.0)  # information below 0 is rounding
+    step = -vectors @ ((vectors.T @ pull) / values)
+    price = 0.5 * float(np.sum(np.log(values)))
+    bound = prior * np.sqrt(np.sum(vectors**2 / values, axis=1))
     return Promise(step * prior, -0.5 * float(step @ pull), price, bound)

@@ -10,8 +10,8 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import rougher_noise
 from imubench.diagnosis.prune import SEED
-from imubench.diagnosis.refit import evidence_over, refit
-from imubench.diagnosis.term_scores import Guess, colour, hypothesis_of
+from imubench.diagnosis.refit import evidence_over, information, refit
+from imubench.diagnosis.term_scores import Guess, colour, hypothesis_of, weighed
 from imubench.diagnosis.terms import Term
 
 NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
@@ -45,15 +45,25 @@ def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
     heldout = predicted(ruler, better, np.random.default_rng(SEED), BRIEF if guess.term.timed else BLOCK)
     louder = colour(better, guess.term)
     freer = rougher(better)
-    evidence = min(gained(ruler, better, louder), gained(rougher(ruler), freer, louder)) - price
+    evidence = min(gained(ruler, better, h, louder), gained(rougher(ruler), freer, h, louder)) - price
     return Fitted(h, guess.term, better, freer, evidence, heldout, louder)
 
 
-def gained(before: Fit, after: Fit, louder: float) -> float:
-    """Return the nat that a term is worth at equal noise levels, where noise is so many times louder than white."""
+def gained(before: Fit, after: Fit, h: Hypothesis, louder: float) -> float:
+    """Return the nat that a term is worth at equal noise levels, where noise is so many times louder than white.
+
+    Beside louder noise its weights win less, and their freedom costs less.
+    """
     won = before.cost - after.cost
     freedom = won - evidence_over(before, after)
-    return (won - eased(before, after)) / louder - freedom
+    columns = after.model.parameters.columns(h.key("weight"))
+    values, vectors = np.linalg.eigh(np.linalg.inv(information(after)[0][columns, columns]))
+    pull = (values * (vectors.T @ after.state.values[h.key("weight")])) ** 2
+    (parameter,) = h.effect.parameters
+    own = values - 1 / parameter.std**2
+    (white, price), (left, lower) = (weighed(own, pull, parameter.std, times) for times in (1.0, louder))
+    share = left / white if white > 0 else 1 / louder
+    return (won - eased(before, after)) * share - freedom + price - lower
 
 
 def rougher(fit: Fit) -> Fit:

@@ -121,15 +121,26 @@ def _best(matrix: Array, gradient: Array, term: Term, louder: float = 1.0) -> Gu
     for channel in [None, *channels] if len(channels) > 1 else [None]:
         own = np.arange(term.count) if channel is None else np.flatnonzero(np.array(term.channel) == channel)
         values, vectors = np.linalg.eigh(matrix[np.ix_(own, own)])
-        values, pull = np.maximum(values, 0.0), (vectors.T @ gradient[own]) ** 2
+        pull = (vectors.T @ gradient[own]) ** 2
         chosen = term if channel is None else term.only(channel)
         for std in SIZES:
-            grown = 1 + std**2 * values
-            won, price = 0.5 * float(np.sum(std**2 * pull / grown)), 0.5 * float(np.sum(np.log(grown)))
+            won, price = weighed(values, pull, std)
             white = max(white, won - price)
-            if won / louder - price > out.evidence:
-                out = Guess(chosen, std, won / louder - price, 0.0)
+            won, price = weighed(values, pull, std, louder)
+            if won - price > out.evidence:
+                out = Guess(chosen, std, won - price, 0.0)
     return replace(out, white=white)
+
+
+def weighed(values: Array, pull: Array, std: float, louder: float = 1.0) -> tuple[float, float]:
+    """Return the nat that weights with a prior `std` win, and the price of their freedom.
+
+    `values`, `pull` (k,): eigenvalues of their information, squares of the gradient along its eigenvectors, with white
+    noise. Noise so many times louder divides both: v / l and p / l^2 for v and p.
+    """
+    grown = louder + std**2 * np.maximum(values, 0.0)
+    won = 0.5 * float(np.sum(std**2 * pull / grown)) / louder
+    return won, 0.5 * float(np.sum(np.log(grown / louder)))
 
 
 def colour(fit: Fit, term: Term) -> float:
@@ -162,4 +173,4 @@ def louder_where(signals: Sequence[tuple[str, Array, Array]], shown: Mapping[str
     return max(over / under, 1.0) if under > 0 else loudest
 
 
-__all__ = ["ENOUGH", "Guess", "colour", "hypothesis_of", "louder_where", "promising", "signals_of"]
+__all__ = ["ENOUGH", "Guess", "colour", "hypothesis_of", "louder_where", "promising", "signals_of", "weighed"]
