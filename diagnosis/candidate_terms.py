@@ -14,7 +14,7 @@ from imubench.diagnosis.priors import middles
 from imubench.diagnosis.quiet import quiet_level
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.swings import GROUP, swing_rows
-from imubench.diagnosis.terms import RATE, Term
+from imubench.diagnosis.terms import LATER, RATE, TURNING, Term
 from imubench.jets import Jet, skew
 from imubench.recording import Imu
 
@@ -59,10 +59,10 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         yield make.alike("its own reading, by one law for all axes", [x, x * np.abs(x), x**3, *signs])
         yield make.alike("its own reading and where it came from, by one law for all axes", lags)
         yield make.every(
-            "how the sensor turns and is pushed, a little later",
+            LATER,
             even(*x.T, *slope.T, *np.gradient(slope, time, axis=0).T),
         )
-        yield make.every("angular acceleration", even(*turning.T))
+        yield make.every(TURNING, even(*turning.T))
         yield make.every("shaking", np.concatenate([even(*fast[part].T), even(*fast["accel"].T)], axis=1))
         yield make.every("the accelerometer's shaking", even(*fast["accel"].T))
         yield replace(make.every("time", drifts(time)), drift=True, timed=True)

@@ -13,9 +13,12 @@ from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted, roughe
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.term_scores import Guess, promising
+from imubench.diagnosis.terms import SERIES
 from imubench.diagnosis.worth import worth
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
+FILTER = "low_pass"
+DRIFTS = ("gyro_drift", "accel_drift")
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
 
 
@@ -31,7 +34,8 @@ class Displaced:
 def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displaced:
     """Return terms that explain more than named effects, the fit with them instead, and the names that they equal.
 
-    What goes with shaking has a mean, and reads as a bias until it is held against one.
+    What goes with shaking has a mean, and reads as a bias until it is held against one. A series holds a filter: it
+    must explain much more. What else explains more than a filter is not its like.
     """
     terms: list[Fitted] = []
     doubted: list[Hypothesis] = []
@@ -46,15 +50,18 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             price, lost = float(np.log(max(tried / NAMES, 1))), over(without, fit)
             held: list[Fitted] = []
             freer = rougher(fit)
-            for guess in rivals([g for g in guesses if g.evidence > lost], fit, gone):
+            for guess in rivals([g for g in guesses if g.white > lost], fit, gone):
                 done = fitted(without, guess, price)
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
                 if done.heldout.low > 0 and more > 0:
                     held.append(replace(done, evidence=more))
             best = max(held, key=lambda f: f.evidence, default=None)
-            if best and best.evidence > max(NEEDED, MUCH * lost / best.louder):
+            filters = gone[0].effect.name == FILTER
+            series = best is not None and best.term.goes_with in SERIES
+            least = 0.0 if filters and not series else MUCH * lost
+            if best and best.evidence > max(NEEDED, least / best.louder):
                 terms, fit = [*terms, best], best.fit
-            elif best:
+            elif best and not (filters and series):
                 doubted += gone
     return Displaced(terms, fit, tuple(doubted))
 
@@ -62,9 +69,11 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
 def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> Iterator[Guess]:
     """Yield the best term where effects are, and the best one elsewhere if an effect could as well be there.
 
-    A drift has a name.
+    What is slow may be the noise's colour, or a drift, which has a name: such a term is held against that name alone.
     """
     own = {seen_at(h) for h in gone}
+    if len(gone) == 1 and gone[0].effect.name in DRIFTS:
+        yield from [g for g in guesses if g.term.drift and g.term.at in own][:1]
     steady = [g for g in guesses if not g.term.drift]
     if any(h.effect.states for h in gone):  # it takes what is at either IMU
         yield from (next(g for g in steady if g.term.at == at) for at in dict.fromkeys(g.term.at for g in steady))
@@ -79,9 +88,9 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> It
 
 
 def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
-    """Return what a term may displace: splines without a law, effects of one triple alone, and all of a triple."""
+    """Return what a term may displace: splines without a law, filters, effects of one triple alone, and all of it."""
     plain = [h for h in hypotheses if not h.effect.states]
-    free = [h for h in hypotheses if h.effect.free]
+    free = [h for h in hypotheses if h.effect.free or (h.effect.states and h.effect.name == FILTER)]
     triples: dict[tuple[str, str], list[Hypothesis]] = {}
     for h in plain:
         triples.setdefault((h.at, h.effect.name.split("_")[0]), []).append(h)

@@ -1,0 +1,91 @@
+"""Names that only stand in for something without one, on recordings of the independent generator."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from imubench.diagnosis.columns import promise
+from imubench.diagnosis.displaced import displaced
+from imubench.diagnosis.heldout import Gain
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.prune import spare
+from imubench.diagnosis.refit import refit
+from imubench.diagnosis.term_scores import weighed
+from imubench.diagnosis.trial import Kept
+from imubench.effects import EFFECTS, VARIANTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+
+@pytest.mark.parametrize("louder", [1.0, 13.0])
+def test_what_weights_win_is_the_ratio_of_marginal_densities(louder):
+    rng = np.random.default_rng(2)
+    signals, std = rng.normal(size=(30, 4)), 0.7
+    y = signals @ rng.normal(size=4) + louder**0.5 * rng.normal(size=30)
+    without = louder * np.eye(30)
+    expected = multivariate_normal.logpdf(y, cov=without + std**2 * signals @ signals.T)
+    expected -= multivariate_normal.logpdf(y, cov=without)
+    values, vectors = np.linalg.eigh(signals.T @ signals)
+    won, price = weighed(values, (vectors.T @ signals.T @ y) ** 2, std, louder)
+    assert won - price == pytest.approx(expected, rel=1e-9)
+
+
+def test_information_that_rounding_puts_below_nothing_still_has_a_bound():
+    matrix = np.diag([4.0, -1.5])
+    found = promise(matrix, np.array([2.0, 0.0]), np.array([1.0, 3.0]))
+    np.testing.assert_allclose(found.bound, [1 / 5**0.5, 3.0])
+    np.testing.assert_allclose(found.step, [-0.4, 0.0])
+    assert found.price == pytest.approx(0.5 * np.log(5))
+
+
+def test_an_effect_that_predicts_nothing_for_sure_is_spared():
+    h = Hypothesis(EFFECTS["gyro_bias"], "imu1")
+    sure, doubtful = (Gain(9.0, low, 20.0, np.array([9.0])) for low in (1.0, -4.0))
+    fit = object()
+    assert spare(Kept(h, 25.0, sure, ()), fit) > 0
+    assert spare(Kept(h, 25.0, doubtful, ()), fit) == -4.0
+
+
+def fitted_with(folder, effect, at, asked, seed, rig="hinge", rounds=1, **options):
+    make_case(folder / "case", rig, effects=asked, seed=seed, seconds=12.0, **options)
+    fit = nominal_fit(read(folder / "case")[0])
+    fit = refit(fit, (*fit.model.hypotheses, Hypothesis(effect, at)))
+    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=rounds)
+
+
+def filter_of(channel):
+    return next(e for e in VARIANTS if e.name == "low_pass" and e.channels == (channel,))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("asked", "stays"),
+    [
+        (("hysteresis", "imu2", {"channel": "accel", "share": 0.19, "width": 0.87}), False),
+        (("low_pass", "imu2", {"cutoff": 13.0, "channels": ["accel"]}), True),
+    ],
+)
+def test_a_filter_that_stood_in_for_hysteresis_gives_way(tmp_path, asked, stays):
+    fit = fitted_with(tmp_path, filter_of("accel"), "imu2", [asked], 51, band=1.5, encoder=True)
+    found = displaced(fit)
+    assert bool(found.terms) != stays
+    assert any(h.effect.name == "low_pass" for h in found.fit.model.hypotheses) == stays
+    assert not found.doubted
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "parameters", "colour", "stays"),
+    [
+        ("thermal_walk", {"channel": "gyro", "density": 0.002}, 0.07, False),
+        ("gyro_drift", {"rate": [0.0003, -0.0008, 0.0002]}, 0.2, True),
+    ],
+)
+def test_a_drift_that_stood_in_for_a_walk_is_doubted(tmp_path, name, parameters, colour, stays):
+    options = {"rate": 200.0, "band": 3.6, "gyro_noise": 0.0016, "colour": colour}
+    asked = [(name, "imu1", parameters)]
+    fit = fitted_with(tmp_path, EFFECTS["gyro_drift"], "imu1", asked, 52, "pendulum", 3, **options)
+    found = displaced(fit)
+    assert bool(found.doubted or found.terms) != stays
