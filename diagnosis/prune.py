@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import predicted
@@ -25,7 +26,7 @@ def prune(
 ) -> tuple[Fit, list[Kept], list[tuple[Hypothesis, float]]]:
     """Return the fit without the effects that it no longer needs, weakest first."""
     dropped: list[tuple[Hypothesis, float]] = []
-    while len(kept) > 1 or any(np.isinf(k.evidence) for k in kept):
+    while len(kept) > 1 or any(np.isinf(k.evidence) or k.evidence <= NEEDED for k in kept):
         losses = []
         covariance, _ = information(fit)
         for k in kept:
@@ -40,11 +41,39 @@ def prune(
         kept = [k for k, _ in judged]
         k, without = min(judged, key=lambda x: spare(*x))
         if spare(k, without) > 0 or without is None:
-            return fit, kept, dropped
+            break
         dropped.append((k.hypothesis, k.evidence))
         kept = [other for other in kept if other.hypothesis != k.hypothesis]
         fit = fit_with_noise(without.model, without.state, without.noise, fit.anchor, rounds=2)
-    return fit, kept, dropped
+    kept = in_colour(fit, kept)
+    weakest = min(kept, key=lambda k: k.evidence, default=None)
+    if weakest is None or weakest.evidence > NEEDED:
+        return fit, kept, dropped
+    say(f"doing without {weakest.hypothesis.name}, which the noise's colour may be")
+    rest = [k for k in kept if k is not weakest]
+    less = _without(fit, weakest.hypothesis)
+    fit = fit_with_noise(less.model, less.state, less.noise, fit.anchor, rounds=2)
+    fit, rest, more = prune(fit, rest, say)
+    return fit, rest, [*dropped, (weakest.hypothesis, weakest.evidence), *more]
+
+
+def in_colour(fit: Fit, kept: list[Kept]) -> list[Kept]:
+    """Return the effects with the evidence that they have where the noise is as coloured as the residuals show."""
+    linear = [k for k in kept if linear_in(k.hypothesis)]
+    if not linear:
+        return kept
+    covariance, std = information(fit)
+    wider = np.ones(len(covariance))
+    for name, coloured in parameter_std(fit).items():
+        wider[fit.model.parameters.columns(name)] = np.maximum(coloured / std[name], 1.0)
+    covariance = covariance * np.outer(wider, wider)
+    told = {k.hypothesis: min(k.evidence, about_zero(fit, k.hypothesis, covariance)) for k in linear}
+    return [replace(k, evidence=told.get(k.hypothesis, k.evidence)) for k in kept]
+
+
+def linear_in(h: Hypothesis) -> bool:
+    """Return whether an effect is next to linear in its parameters, and has no states."""
+    return not h.effect.states and bool(h.effect.parameters) and not any(p.log for p in h.effect.parameters)
 
 
 def natural(fit: Fit, h: Hypothesis) -> bool:
@@ -64,7 +93,7 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
     Plain: by the Gaussian about the fit (Savage and Dickey's ratio), or on a part of the recording already.
     """
     h = kept.hypothesis
-    linear = not h.effect.states and not any(p.log for p in h.effect.parameters)
+    linear = linear_in(h)
     if np.isfinite(kept.evidence):
         if linear:
             loss = about_zero(fit, h, covariance)

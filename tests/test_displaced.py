@@ -6,14 +6,11 @@ from scipy.stats import multivariate_normal
 
 from imubench.diagnosis.columns import promise
 from imubench.diagnosis.displaced import displaced
-from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.prune import spare
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.term_scores import weighed
-from imubench.diagnosis.trial import Kept
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -38,14 +35,6 @@ def test_information_that_rounding_puts_below_nothing_still_has_a_bound():
     np.testing.assert_allclose(found.bound, [1 / 5**0.5, 3.0])
     np.testing.assert_allclose(found.step, [-0.4, 0.0])
     assert found.price == pytest.approx(0.5 * np.log(5))
-
-
-def test_an_effect_that_predicts_nothing_for_sure_is_spared():
-    h = Hypothesis(EFFECTS["gyro_bias"], "imu1")
-    sure, doubtful = (Gain(9.0, low, 20.0, np.array([9.0])) for low in (1.0, -4.0))
-    fit = object()
-    assert spare(Kept(h, 25.0, sure, ()), fit) > 0
-    assert spare(Kept(h, 25.0, doubtful, ()), fit) == -4.0
 
 
 def fitted_with(folder, effect, at, asked, seed, rig="hinge", rounds=1, **options):

@@ -1,0 +1,52 @@
+"""What the fit can do without: effects that predict nothing, starting clocks, and what the noise's colour may be."""
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.heldout import Gain
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.prune import about_zero, in_colour, prune, spare
+from imubench.diagnosis.refit import information, refit
+from imubench.diagnosis.trial import NEEDED, Kept
+from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+NOTHING = Gain(0.0, 0.0, 0.0, np.zeros(1))
+
+
+def test_an_effect_that_predicts_nothing_for_sure_is_spared():
+    h = Hypothesis(EFFECTS["gyro_bias"], "imu1")
+    sure, doubtful = (Gain(9.0, low, 20.0, np.array([9.0])) for low in (1.0, -4.0))
+    fit = object()
+    assert spare(Kept(h, 25.0, sure, ()), fit) > 0
+    assert spare(Kept(h, 25.0, doubtful, ()), fit) == -4.0
+
+
+def fitted_with(folder, names, **options):
+    make_case(folder / "case", "hinge", options.pop("effects", ()), 61, seconds=10.0, **options)
+    fit = nominal_fit(read(folder / "case")[0])
+    fit = refit(fit, (*fit.model.hypotheses, *(Hypothesis(EFFECTS[name], at) for name, at in names)))
+    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1)
+
+
+def test_no_clock_stays_in_a_fit_that_began_with_two(tmp_path):
+    fit = fitted_with(tmp_path, [("time_offset", "imu1"), ("time_offset", "imu2")], encoder=True)
+    begun = [Kept(h, np.inf, NOTHING, ()) for h in fit.model.hypotheses]
+    left, kept, dropped = prune(fit, begun, lambda _: None)
+    assert len(begun) == len(dropped) == 2
+    assert not kept and not left.model.hypotheses
+
+
+@pytest.mark.parametrize(("colour", "stays"), [(0.0, True), (0.2, False)])
+def test_a_drift_that_the_noise_s_colour_may_be_is_none(tmp_path, colour, stays):
+    """A drift that stands out of white noise: a fifth of coloured noise may be that."""
+    drift = ("gyro_drift", "imu2", {"rate": [1.8e-4, 0.0, 0.0]})
+    fit = fitted_with(tmp_path, [drift[:2]], effects=[drift], colour=colour)
+    (h,) = fit.model.hypotheses
+    white = about_zero(fit, h, information(fit)[0])
+    (k,) = in_colour(fit, [Kept(h, white, NOTHING, ())])
+    assert white > 2 * NEEDED
+    assert (k.evidence > NEEDED) is stays
