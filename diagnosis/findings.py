@@ -80,11 +80,26 @@ def parameters(h: Hypothesis, fit: Fit, std: dict[str, Array]) -> dict[str, Para
         read = h.effect.read(values, states, fit.model.tracks.knots.step)
         units = {f.name: f.unit for f in h.effect.found}
         errors = h.effect.read_error(values, states, fit.model.tracks.knots.step)
+        if not h.effect.states:
+            errors = carried(h, values, std, fit.model.tracks.knots.step) | errors
         for name, value in read.items():
             out[name] = Parameter(value, errors.get(name, np.abs(value) * READ_STD), units[name])
     return out
 
 
+def carried(h: Hypothesis, values: dict[str, Array], std: dict[str, Array], step: float) -> dict[str, Array]:
+    """Return the standard deviations of what is read off fitted numbers, each of these moved by a part of its own."""
+    told = h.effect.read(values, {}, step)
+    variance = {name: np.zeros_like(value) for name, value in told.items()}
+    for key, value in values.items():
+        for i, own in enumerate(std[h.key(key)]):
+            moved = value + TINY * own * (np.arange(value.size) == i)
+            for name, x in h.effect.read(values | {key: moved}, {}, step).items():
+                variance[name] += ((x - told[name]) / TINY) ** 2
+    return {name: np.sqrt(v) for name, v in variance.items()}
+
+
+TINY = 1e-3  # of a standard deviation
 READ_STD = 0.05  # of a value that is read off the states: their range over the recording, no variance is carried yet
 
 

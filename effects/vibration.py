@@ -35,11 +35,9 @@ class Vibration(Effect):
         return {"frequency": frequency_error(imu.time, imu.accel @ along, float(values["frequency"][0]))}
 
     def read(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
-        """Each axis' amplitude, its sign that of the part in phase with the strongest common one."""
+        """Each axis' amplitude in the phase that the axes have in common: of that all but noise is."""
         both = np.stack([values["cosine"], values["sine"]], axis=1)
-        common = np.linalg.svd(both)[2][0]
-        sign = np.where(both @ common < 0, -1.0, 1.0)
-        return {"amplitude": sign * np.linalg.norm(both, axis=1)}
+        return {"amplitude": both @ np.linalg.svd(both)[2][0]}
 
 
 EFFECTS: tuple[Effect, ...] = (Vibration(),)
