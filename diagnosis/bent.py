@@ -19,7 +19,7 @@ from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit, all_rows, at_noise_of, factored
 from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import extended, information, refit
@@ -91,8 +91,8 @@ def bending(fit: Fit, h: Hypothesis, springs: Sprung) -> Bent:
     """Return a fit with springs that bend, and what it is worth over the one with straight ones."""
     curved, everything = in_place(fit, h, springs)
     tried = refit(fit, everything)
-    better = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)
-    before = fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=ROUNDS)
+    better = with_noise(tried, ROUNDS)
+    before = with_noise(fit, ROUNDS)
     heldout = predicted(at_noise_of(before, better), better, np.random.default_rng(SEED))
     bend = curved.key("bend")
     stiffer = Parameter(better.state.values[bend], information(better)[1][bend], "1")

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.trial import NEEDED, Kept, Trial
 
@@ -23,7 +23,7 @@ def exchanged(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[F
             names = tuple(t.hypothesis if h == k.hypothesis else h for h in fit.model.hypotheses)
             tried = refit(fit, names)
             if log_evidence(tried) > log_evidence(fit) + NEEDED:
-                fit = fit_with_noise(tried.model, tried.state, tried.noise, tried.anchor)
+                fit = with_noise(tried)
                 k = Kept(t.hypothesis, k.evidence, k.heldout, (Trial(k.hypothesis, fit, k.evidence - NEEDED),))
         out.append(k)
     return fit, out

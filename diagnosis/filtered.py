@@ -16,7 +16,7 @@ from imubench.diagnosis.delays import late, quick
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.fitted_terms import rougher
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import led
 from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, Trial, misfit
@@ -90,4 +90,4 @@ def gain(before: tuple[Fit, Fit], tried: Fit) -> float:
 def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, start: dict[str, Array]) -> Fit:
     begun = extended(fit, (*rest, h), start)
     tried = solve(begun.model, led(begun.model, begun.state, [h]), begun.noise, fit.anchor, steps=6)
-    return fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)
+    return with_noise(tried, ROUNDS)

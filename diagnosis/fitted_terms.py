@@ -7,7 +7,7 @@ import numpy as np
 from imubench.diagnosis.fit import AGAIN, Fit, at_noise_of, solve
 from imubench.diagnosis.heldout import BLOCK, Gain, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import rougher_noise
 from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import evidence_over, information, refit
@@ -40,7 +40,7 @@ def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
     """
     h = hypothesis_of(guess.term, guess.std)
     tried = refit(fit, (*fit.model.hypotheses, h), steps=4)
-    better = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=2)
+    better = with_noise(tried, 2)
     ruler = at_noise_of(fit, better)
     heldout = predicted(ruler, better, np.random.default_rng(SEED), BRIEF if guess.term.timed else BLOCK)
     louder = colour(better, guess.term)

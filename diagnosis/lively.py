@@ -11,7 +11,7 @@ from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import ROUNDS, against, begun_screened, grown, joined, resolved
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.screen import Screened, screen
 from imubench.diagnosis.trial import NEEDED, SCREENED, TRIED, Trial
 
@@ -35,7 +35,7 @@ def state_trials(
     window = loudest(fit, SCREENED)
     whole = window == fit.span
     short = fit if whole else excerpt(fit, *window)
-    short = fit_with_noise(short.model, short.state, short.noise, short.anchor, rounds=2)  # as what it is held against
+    short = with_noise(short, 2)  # as what it is held against
     say("screening effects with states")
     screened = [s for s in screen(short, stateful) if s.evidence > least and s.amount > 0]
     tried: list[tuple[Trial, list[Screened]]] = []

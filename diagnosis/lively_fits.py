@@ -9,7 +9,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, all_rows, settled, solve
 from imubench.diagnosis.hypothesis import Hypothesis, State
-from imubench.diagnosis.noise import declared, fit_with_noise
+from imubench.diagnosis.noise import declared, fit_with_noise, with_noise
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import Screened, led
 from imubench.diagnosis.term_scores import COLOUR, louder_where
@@ -35,7 +35,7 @@ def begun_screened(fit: Fit, some: list[Screened], rounds: int = ROUNDS) -> Tria
         noise |= s.noise
     start = calm_for_laws(replace(begun, noise=noise), hypotheses)
     tried = solve(begun.model, led(begun.model, begun.state, hypotheses), start, fit.anchor, steps=4)
-    tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=rounds)
+    tried = with_noise(tried, rounds)
     return against(fit, hypotheses, tried)
 
 
@@ -46,7 +46,7 @@ def joined(fit: Fit, alone: Trial, other: Screened) -> Trial:
     begun = extended(found, (*found.model.hypotheses, h), guess | dict(other.values))
     noise = begun.noise | found.noise | other.noise
     tried = solve(begun.model, led(begun.model, begun.state, [h]), noise, fit.anchor, steps=4)
-    tried = fit_with_noise(tried.model, tried.state, tried.noise, fit.anchor, rounds=ROUNDS)
+    tried = with_noise(tried, ROUNDS)
     return against(fit, [alone.hypothesis, h], tried)
 
 

@@ -126,6 +126,11 @@ def declared_by(recording: Recording) -> dict[str, float]:
     return {name: std for name, std in out.items() if std}
 
 
+def with_noise(fit: Fit, rounds: int = ROUNDS) -> Fit:
+    """Return a fit with the noise levels that it leaves."""
+    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds)
+
+
 @one_thread
 def fit_with_noise(
     model: Model,

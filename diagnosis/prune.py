@@ -11,7 +11,7 @@ from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import predicted
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.refit import evidence_over, information, refit
 from imubench.diagnosis.trial import NEEDED, SCREENED, Kept
 from imubench.diagnosis.worth import worth
@@ -26,43 +26,56 @@ def prune(
 ) -> tuple[Fit, list[Kept], list[tuple[Hypothesis, float]]]:
     """Return the fit without the effects that it no longer needs, weakest first."""
     dropped: list[tuple[Hypothesis, float]] = []
-    while len(kept) > 1 or any(np.isinf(k.evidence) or k.evidence <= NEEDED for k in kept):
-        losses = []
-        covariance, _ = information(fit)
-        for k in kept:
-            say(f"trying to do without {k.hypothesis.name}")
-            lost = (
-                lost_without(fit, k, covariance)
-                if natural(fit, k.hypothesis)
-                else (-np.inf, _without(fit, k.hypothesis))
-            )
-            losses.append((*lost, k))
-        judged = [(_judged(replace(k, evidence=loss), without, fit), without) for loss, without, k in losses]
-        kept = [k for k, _ in judged]
-        k, without = min(judged, key=lambda x: spare(*x))
-        if spare(k, without) > 0 or without is None:
-            break
+    while True:
+        covariance, std = information(fit)
+        kept, losable = weakest(fit, kept, covariance, say)
+        if not losable:
+            kept = in_colour(fit, kept, covariance, std)
+            losable = weakest_in_colour(fit, kept, say)
+        if not losable:
+            return fit, kept, dropped
+        k, without = losable
         dropped.append((k.hypothesis, k.evidence))
         kept = [other for other in kept if other.hypothesis != k.hypothesis]
-        fit = fit_with_noise(without.model, without.state, without.noise, fit.anchor, rounds=2)
-    kept = in_colour(fit, kept)
-    weakest = min(kept, key=lambda k: k.evidence, default=None)
-    if weakest is None or weakest.evidence > NEEDED:
-        return fit, kept, dropped
-    say(f"doing without {weakest.hypothesis.name}, which the noise's colour may be")
-    rest = [k for k in kept if k is not weakest]
-    less = _without(fit, weakest.hypothesis)
-    fit = fit_with_noise(less.model, less.state, less.noise, fit.anchor, rounds=2)
-    fit, rest, more = prune(fit, rest, say)
-    return fit, rest, [*dropped, (weakest.hypothesis, weakest.evidence), *more]
+        fit = with_noise(without, 2)
 
 
-def in_colour(fit: Fit, kept: list[Kept]) -> list[Kept]:
-    """Return the effects with the evidence that they have where the noise is as coloured as the residuals show."""
+def weakest(
+    fit: Fit, kept: list[Kept], covariance: Array, say: Callable[[str], None]
+) -> tuple[list[Kept], tuple[Kept, Fit] | None]:
+    """Return the effects with what they are worth now, and the weakest one to spare with the fit without it."""
+    if len(kept) <= 1 and not any(np.isinf(k.evidence) or k.evidence <= NEEDED for k in kept):
+        return kept, None
+    judged = []
+    for k in kept:
+        say(f"trying to do without {k.hypothesis.name}")
+        if natural(fit, k.hypothesis):
+            loss, without = lost_without(fit, k, covariance)
+        else:
+            loss, without = -np.inf, _without(fit, k.hypothesis)
+        judged.append((_judged(replace(k, evidence=loss), without, fit), without))
+    k, without = min(judged, key=lambda x: spare(*x))
+    losable = (k, without) if without is not None and spare(k, without) <= 0 else None
+    return [k for k, _ in judged], losable
+
+
+def weakest_in_colour(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Kept, Fit] | None:
+    """Return the weakest effect that the noise's colour may be, and the fit without it."""
+    k = min(kept, key=lambda k: k.evidence, default=None)
+    if k is None or k.evidence > NEEDED:
+        return None
+    say(f"doing without {k.hypothesis.name}, which the noise's colour may be")
+    return k, _without(fit, k.hypothesis)
+
+
+def in_colour(fit: Fit, kept: list[Kept], covariance: Array, std: dict[str, Array]) -> list[Kept]:
+    """Return the effects with the evidence that they have where the noise is as coloured as the residuals show.
+
+    covariance (p, p) and std are what `information` says of the fit.
+    """
     linear = [k for k in kept if linear_in(k.hypothesis)]
     if not linear:
         return kept
-    covariance, std = information(fit)
     wider = np.ones(len(covariance))
     for name, coloured in parameter_std(fit).items():
         wider[fit.model.parameters.columns(name)] = np.maximum(coloured / std[name], 1.0)
@@ -126,9 +139,9 @@ def about_zero(fit: Fit, h: Hypothesis, covariance: Array) -> float:
 
 def spare(kept: Kept, without: Fit | None) -> float:
     """Return the nat by which an effect is worth more than it must be; below 0 where it predicts nothing for sure."""
-    spare = kept.evidence - needed(kept.hypothesis)
+    more = kept.evidence - needed(kept.hypothesis)
     foretells = without is None or not kept.heldout.value or kept.heldout.low > 0
-    return spare if foretells else min(spare, kept.heldout.low)
+    return more if foretells else min(more, kept.heldout.low)
 
 
 def _judged(kept: Kept, without: Fit | None, fit: Fit) -> Kept:

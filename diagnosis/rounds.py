@@ -11,7 +11,7 @@ from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.grids import placed
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import natural
 from imubench.diagnosis.refit import evidence_over, log_evidence, refit
 from imubench.diagnosis.score import Score, score
@@ -169,9 +169,4 @@ def suspicious(fit: Fit) -> bool:
     return not alive and max(follows_motion(fit).values(), default=0.0) > RELATED
 
 
-def with_noise(fit: Fit) -> Fit:
-    """Return a fit with the noise levels that it leaves."""
-    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=3)
-
-
-__all__ = ["Round", "asked", "attempted", "plain_trials", "with_noise"]
+__all__ = ["Round", "asked", "attempted", "plain_trials"]

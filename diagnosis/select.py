@@ -11,9 +11,9 @@ from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.model import Model
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import SEED, prune
-from imubench.diagnosis.rounds import Round, asked, attempted, with_noise
+from imubench.diagnosis.rounds import Round, asked, attempted
 from imubench.diagnosis.trial import Kept
 from imubench.effects import possible
 
@@ -62,7 +62,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         dropped += more
     if fit.model.tilts:
         say("settling springs and dampers")
-        fit = fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=SETTLED)
+        fit = with_noise(fit, SETTLED)
     return Selection(fit, tuple(kept), (*rejected, *dropped))
 
 

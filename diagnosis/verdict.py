@@ -31,7 +31,7 @@ def with_samples(fitted: tuple[Finding, ...], samples: Sampled, rest: tuple[Find
     if knocking:
         raw = tuple(f for f in raw if f.effect != "impacts")
     if any(u.at == "joint" for u in rest):
-        raw = tuple(replace(f, confidence=min(f.confidence, DOUBTFUL)) if f.effect == HUM else f for f in raw)
+        raw = tuple(_doubted(f) if f.effect == HUM else f for f in raw)
     return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
 
 
@@ -52,7 +52,11 @@ def beside(
         beside_it = any(gain > share * f.heldout_gain.value for gain, share in worth)
         return beside_it or (f.effect, f.at) in equalled
 
-    return tuple(replace(f, confidence=min(f.confidence, DOUBTFUL)) if strange(f) else f for f in named)
+    return tuple(_doubted(f) if strange(f) else f for f in named)
+
+
+def _doubted(f: Finding) -> Finding:
+    return replace(f, confidence=min(f.confidence, DOUBTFUL))
 
 
 def verdict_of(named: tuple[Finding, ...], rest: tuple[Finding, ...]) -> Verdict:

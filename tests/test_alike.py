@@ -8,7 +8,7 @@ from imubench.diagnosis.columns import promise
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.marks import MARK, joint, mark
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.score import score
@@ -26,7 +26,7 @@ def explained(folder, asked, seed, rig="hinge", **options):
     wanted = tuple(Hypothesis(EFFECTS[name].suited(fit.model.recording), at) for name, at, *_ in asked)
     others = tuple(h for h in fit.model.hypotheses if h.name not in {w.name for w in wanted})
     fit = refit(fit, (*others, *wanted))
-    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1), wanted
+    return with_noise(fit, 1), wanted
 
 
 @pytest.mark.slow

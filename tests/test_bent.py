@@ -7,7 +7,7 @@ from imubench.diagnosis.bent import NEEDED, PROMISED, bending, promised, stiffen
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended
 from imubench.effects import EFFECTS
@@ -35,7 +35,7 @@ def sprung(folder, asked, name, seed):
 )
 def test_springs_that_stiffen_are_told_from_straight_ones(tmp_path, asked, name):
     fit, h = sprung(tmp_path, asked, name, 21)
-    fit = fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=4)
+    fit = with_noise(fit, 4)
     assert (promised(fit, h, h.effect) > PROMISED) == (asked[0] == "hardening_mount")
     found = bending(fit, h, h.effect)
     if asked[0] == "hardening_mount":

@@ -8,7 +8,7 @@ import pytest
 from imubench.diagnosis.coloured import influence, parameter_std
 from imubench.diagnosis.fit import factored, solve
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import Spread, fit_with_noise
+from imubench.diagnosis.noise import Spread, with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import information, refit
 from imubench.effects import EFFECTS
@@ -30,7 +30,7 @@ def fitted(folder, seed, seconds, **options):
         for p in h.effect.parameters
         if p.reported
     }
-    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor), true
+    return with_noise(fit), true
 
 
 @pytest.fixture(scope="module")

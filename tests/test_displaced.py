@@ -7,7 +7,7 @@ from scipy.stats import multivariate_normal
 from imubench.diagnosis.columns import promise
 from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.term_scores import weighed
@@ -41,7 +41,7 @@ def fitted_with(folder, effect, at, asked, seed, rig="hinge", rounds=1, **option
     make_case(folder / "case", rig, effects=asked, seed=seed, seconds=12.0, **options)
     fit = nominal_fit(read(folder / "case")[0])
     fit = refit(fit, (*fit.model.hypotheses, Hypothesis(effect, at)))
-    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=rounds)
+    return with_noise(fit, rounds)
 
 
 def filter_of(channel):

@@ -8,7 +8,7 @@ from imubench.diagnosis.delays import late
 from imubench.diagnosis.filtered import filtered
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.trial import Kept
@@ -26,7 +26,7 @@ def with_an_offset(folder, asked, seed, **options):
     fit = nominal_fit(read(folder / "case")[0])
     if OFFSET not in fit.model.hypotheses:
         fit = refit(fit, (*fit.model.hypotheses, OFFSET))
-    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1)
+    return with_noise(fit, 1)
 
 
 @pytest.mark.slow

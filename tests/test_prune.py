@@ -5,7 +5,7 @@ import pytest
 
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.prune import about_zero, in_colour, prune, spare
 from imubench.diagnosis.refit import information, refit
@@ -29,7 +29,7 @@ def fitted_with(folder, names, **options):
     make_case(folder / "case", "hinge", options.pop("effects", ()), 61, seconds=10.0, **options)
     fit = nominal_fit(read(folder / "case")[0])
     fit = refit(fit, (*fit.model.hypotheses, *(Hypothesis(EFFECTS[name], at) for name, at in names)))
-    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1)
+    return with_noise(fit, 1)
 
 
 def test_no_clock_stays_in_a_fit_that_began_with_two(tmp_path):
@@ -47,6 +47,6 @@ def test_a_drift_that_the_noise_s_colour_may_be_is_none(tmp_path, colour, stays)
     fit = fitted_with(tmp_path, [drift[:2]], effects=[drift], colour=colour)
     (h,) = fit.model.hypotheses
     white = about_zero(fit, h, information(fit)[0])
-    (k,) = in_colour(fit, [Kept(h, white, NOTHING, ())])
+    (k,) = in_colour(fit, [Kept(h, white, NOTHING, ())], *information(fit))
     assert white > 2 * NEEDED
     assert (k.evidence > NEEDED) is stays

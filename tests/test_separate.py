@@ -7,7 +7,7 @@ import imubench.proof.case as case
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.menu import MENU, Swing, swung
-from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.separate import expected, separate, separation
@@ -26,7 +26,7 @@ def explained(folder, asked, seed, rig="hinge", seconds=12.0, **options):
     fit = nominal_fit(read(folder / "case")[0])
     h = Hypothesis(EFFECTS[asked[0]].suited(fit.model.recording), asked[1])
     fit = refit(fit, (*(o for o in fit.model.hypotheses if o.name != h.name), h))
-    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1), h
+    return with_noise(fit, 1), h
 
 
 def lost(fit, h, rival):

@@ -10,7 +10,7 @@ from imubench.diagnosis.fit import all_rows, solve
 from imubench.diagnosis.fitted_terms import NEEDED
 from imubench.diagnosis.fitted_terms import fitted as in_the_fit
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import LAW_FLOOR, fit_with_noise
+from imubench.diagnosis.noise import LAW_FLOOR, fit_with_noise, with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.result import UNKNOWN
@@ -118,7 +118,7 @@ def test_a_scale_that_stood_in_for_a_cubic_sensor_gives_way(tmp_path):
     """A cubic accelerometer at imu2, which the selection takes for a scale of the other one."""
     fit = fitted(tmp_path, [("cubic", "imu2")], 16)
     fit = refit(fit, (*fit.model.hypotheses, Hypothesis(EFFECTS["accel_scale"], "imu1")))
-    strange = unknowns(fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds=1))
+    strange = unknowns(with_noise(fit, 1))
     found, after = strange.findings, strange.fit
     assert [f.at for f in found] == ["imu2"]
     assert {h.effect.name for h in after.model.hypotheses} == {UNKNOWN}

@@ -18,10 +18,11 @@ from imubench.diagnosis.findings import parameters
 from imubench.diagnosis.fit import Fit, all_rows, factored
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import state_trials
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval
-from imubench.diagnosis.rounds import plain_trials, with_noise
+from imubench.diagnosis.rounds import plain_trials
 from imubench.diagnosis.score import score, started
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.trial import NEEDED
