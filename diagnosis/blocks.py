@@ -15,6 +15,8 @@ from scipy.linalg.lapack import dpotrf, dpotri, dtrtrs
 
 from imubench.arrays import Array
 
+RIDGES = (0.0, 1e-13, 1e-12)  # of a block's diagonal: what rounding may take from it, where it did
+
 
 class NotPositiveDefiniteError(ArithmeticError):
     """A direction that neither a measurement nor a prior holds."""
@@ -34,8 +36,8 @@ class Banded:
         top, over = self.coupled
         rest = self.diagonal[0]
         for i in range(count):
-            chol, info = dpotrf(rest, lower=1, clean=1)
-            if info:
+            chol = _cholesky(rest)
+            if chol is None:
                 raise NotPositiveDefiniteError(f"block {i} of {count}")
             lower[i] = chol
             if i + 1 < count:
@@ -57,6 +59,15 @@ class Banded:
         out[:-1] += np.matmul(self.right[:-1], x[1:])
         out[1:] += np.matmul(np.swapaxes(self.right[:-1], 1, 2), x[:-1])
         return out
+
+
+def _cholesky(matrix: Array) -> Array | None:
+    """Return a matrix' lower factor, where it has none the one of a matrix that rounding cannot tell from it."""
+    for ridge in RIDGES:
+        chol, info = dpotrf(matrix + ridge * np.diag(np.diagonal(matrix)) if ridge else matrix, lower=1, clean=1)
+        if not info:
+            return np.asarray(chol)
+    return None
 
 
 @dataclass(frozen=True)

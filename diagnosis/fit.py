@@ -10,14 +10,15 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError, Solution, solve_arrow
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.hypothesis import State
-from imubench.diagnosis.kinematics import ATTITUDE, FORCE
+from imubench.diagnosis.kinematics import ATTITUDE, FORCE, VELOCITY
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.priors import prior_rows
 from imubench.diagnosis.rows import Linear, Parameters, Rows, linearise
+from imubench.diagnosis.sensor_axes import SENSOR, turns_back
 from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.threads import one_thread
-from imubench.jets import derivatives_by, skew
+from imubench.jets import derivatives_by
 
 ENOUGH = 1e-4  # of the cost per measured number: a smaller gain ends the search
 STEPS = 40
@@ -27,7 +28,6 @@ MOVED = 0.03  # the second where the first has moved them by more than so much o
 DAMPED = 1e-8  # of the diagonal, at first: what next to nothing holds, beyond a sensor's last sample, stays where it is
 LEAST, EASED = 1e-11, 3.0  # at least; by what a whole step lowers it and a shortened one raises it
 LENGTHS = (1.0, 0.5, 0.2, 0.05)  # of a Gauss-Newton step, tried before it is damped
-MOUNT = "imu1.rotation"  # the model's name for what turns segment 1 back
 
 
 @dataclass(frozen=True)
@@ -100,37 +100,24 @@ def step(model: Model, normal: Normal, damping: float) -> tuple[Array, Array]:
 def moved(model: Model, state: State, x: Array, values: Array) -> State:
     """Return a state moved by x (blocks, b) and `values` (p,); segment 1 turns back as its sensor's mount turns.
 
-    A mount is hardly held, its sensor's own attitude is. In splines of the segment's attitude and force a turn of the
-    mount by 0.03 rad would leave errors of second order that gyroscopes see, and steps would be cut to hundredths.
+    In splines of the segment's attitude and force a turn of the mount by 0.03 rad would leave errors of second order
+    that gyroscopes see, and steps would be cut to hundredths.
     """
     count, width = state.coefficients.shape
     change = x.reshape(-1, width)[:count]
     parameters, tracks = model.parameters, model.tracks
     new = {name: value + values[parameters.columns(name)] for name, value in state.values.items()}
     coefficients = state.coefficients + change
-    if MOUNT in new and ATTITUDE in tracks.widths:
-        mount = model.mounts["imu1"].turn
-        old, now = (rotations.exp(v[MOUNT]) for v in (state.values, new))
-        back = mount @ rotations.to_matrix(rotations.multiply(old, rotations.conjugate(now))) @ mount.T
-        slope = -mount @ left_jacobian(state.values[MOUNT]) @ (new[MOUNT] - state.values[MOUNT])
+    if SENSOR in model.mounts and ATTITUDE in tracks.widths:
+        back, slope = turns_back(model, state.values, new)
         own = tracks.columns(ATTITUDE)
         q = state.coefficients[:, own]
         straight = coefficients[:, own] - rotations.multiply(q, np.concatenate([[0.0], slope / 2]))
         coefficients[:, own] = rotations.multiply(straight, rotations.from_matrix(back))
-        if FORCE in tracks.widths:
-            own = tracks.columns(FORCE)
+        for name in tracks.widths.keys() & {FORCE, VELOCITY}:
+            own = tracks.columns(name)
             coefficients[:, own] = (coefficients[:, own] + np.cross(slope, state.coefficients[:, own])) @ back
     return State(coefficients, new)
-
-
-def left_jacobian(rotation: Array) -> Array:
-    """Return J (3, 3) of exp(r + d) = exp(J d) exp(r), to first order in d (3,) rad."""
-    angle, (across,) = float(np.linalg.norm(rotation)), skew(rotation[None])
-    if angle < 1e-6:
-        return np.asarray(np.eye(3) + across / 2)
-    share = np.sin(angle) / angle
-    along = np.outer(rotation, rotation) / angle**2
-    return np.asarray(share * np.eye(3) + (1 - share) * along + (1 - np.cos(angle)) / angle**2 * across)
 
 
 def settled(model: Model, state: State, noise: dict[str, float], anchor: Array | None, loose: float) -> State:

@@ -9,6 +9,7 @@ from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, POSITION, VELOCITY
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.rows import Rows
+from imubench.diagnosis.sensor_axes import sensor_turn, turned
 from imubench.diagnosis.splines import Moment
 from imubench.jets import CONSTANT, Jet, cross, dot, variable
 
@@ -18,7 +19,7 @@ SMOOTH_ELSE = 4  # accelerations fall with the square of the frequency
 UNIT = 0.1  # how closely an attitude's quaternion keeps its norm; only holds a direction without meaning
 PACE = 1.0  # m/s, how fast a joint centre that nobody measured moves, a second later being another draw
 DRIFT = 0.05  # m/s^2, how closely its velocity follows its specific force; over a second 0.005
-HEADING = 0.03  # of the first quaternion: holds the heading, which nothing may see
+HEADING = 0.03  # half the angle in rad about the vertical from the first attitude of the start: nothing may see it
 
 
 def middles(model: Model) -> Array:
@@ -59,24 +60,31 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
             yield Rows(f"{TILT}{name}", np.zeros(1), jet, tilt.std, counts=False)
     time, step = middles(model), model.tracks.knots.step
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
+    sensor = sensor_turn(model, state)
     for name, width in model.tracks.widths.items():
         if name != VELOCITY:
             density = np.full(width, noise[f"smooth.{name}"] / np.sqrt(step))
-            yield Rows(f"smooth.{name}", time, moment.track(name, SMOOTH.get(name, SMOOTH_ELSE)), density, False)
+            curved = moment.track(name, SMOOTH.get(name, SMOOTH_ELSE))
+            if name == FORCE:
+                curved = sensor.back(curved)
+            elif name == ATTITUDE:
+                curved = turned(curved, sensor)
+            yield Rows(f"smooth.{name}", time, curved, density, False)
     if ATTITUDE in model.tracks.widths:
         q = moment.track(ATTITUDE)
         yield Rows("norm", time, dot(q, q) - 1.0, np.full(1, UNIT), False)
         if anchor is not None:
             first = Moment(model.tracks, state.coefficients, Jet(time[:1, None])).track(ATTITUDE)
-            yield Rows("heading", time[:1], first - anchor, np.full(4, HEADING), False)
+            w, x, y, z = anchor
+            yield Rows("heading", time[:1], dot(first, np.array([-z, -y, x, w])), np.full(1, HEADING), False)
     if VELOCITY in model.tracks.widths:
         base = model.rig.first(moment, model.gravity(state))
         assert base.turn is not None
         velocity = moment.track(VELOCITY)
         gravity = base.turn.back(model.gravity(state))
         drift = moment.track(VELOCITY, 1) + cross(base.rate, velocity) - base.force - gravity
-        yield Rows("drift", time, drift, np.full(3, DRIFT), False)
-        yield Rows("pace", time, velocity, np.full(3, PACE / np.sqrt(step)), False)
+        yield Rows("drift", time, sensor.back(drift), np.full(3, DRIFT), False)
+        yield Rows("pace", time, sensor.back(velocity), np.full(3, PACE / np.sqrt(step)), False)
     for h in model.hypotheses:
         for s in h.effect.states:
             name = h.key(s.name)

@@ -24,7 +24,7 @@ class MountPose(Effect):
     """The sensor is not where the model has it."""
 
     name, place, law = "mount_pose", "imu", "q = q_model exp(rotation), p = p_model + translation"
-    parameters = (Parameter("rotation", (3,), "rad", 0.2), Parameter("translation", (3,), "m", 0.05))
+    parameters = (Parameter("rotation", (3,), "rad", 0.5), Parameter("translation", (3,), "m", 0.15))
 
     def mount(self, link: Link, scene: Scene, p: Values) -> Link:
         return shift(p["translation"]) @ link @ Link(rotation(p["rotation"]))

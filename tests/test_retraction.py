@@ -1,21 +1,29 @@
 """A step of the fit turns segment 1 back as its sensor's mount turns: the sensor's own motion stays what it was."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from imubench.diagnosis.fit import MOUNT, left_jacobian, moved
+from imubench.diagnosis.fit import all_rows, moved
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.priors import prior_rows
+from imubench.diagnosis.refit import extended, information
+from imubench.diagnosis.sensor_axes import MOUNTS, left_jacobian, turns_back
+from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
 
 @pytest.fixture(scope="module", params=["pendulum", "hinge", "free"])
 def fit(request, tmp_path_factory):
-    """A fit of a few seconds, its mount turned by something."""
+    """A fit of a few seconds, its mount turned by something, and by an effect."""
     folder = tmp_path_factory.mktemp("retraction") / "r"
     make_case(folder, request.param, [], 3, seconds=5.0, rotation_std=0.04)
-    return nominal_fit(read(folder)[0])
+    h = Hypothesis(EFFECTS["mount_pose"], "imu1")
+    return extended(nominal_fit(read(folder)[0]), (h,), {h.key("rotation"): np.array([0.5, 0.1, -0.4])})
 
 
 def sensed(fit, state):
@@ -28,30 +36,65 @@ def sensed(fit, state):
     return sensor.rate.value, pushed, sensor.turn.matrix
 
 
-def along_the_mount(fit, turn):
+def along_the_mount(fit, name, turn):
     """A step whose splines follow a turn of the mount (3,) rad to first order, and the state that it leads to."""
     model, state = fit.model, fit.state
     tracks, parameters = model.tracks, model.parameters
     values = np.zeros(sum(len(v) for v in state.values.values()))
-    values[parameters.columns(MOUNT)] = turn
-    slope = -model.mounts["imu1"].turn @ left_jacobian(state.values[MOUNT]) @ turn
+    values[parameters.columns(name)] = turn
+    small = 1e-6 * turn
+    _, slope = turns_back(model, state.values, state.values | {name: state.values[name] + small})
+    slope = slope / 1e-6
     change = np.zeros_like(state.coefficients)
     q = state.coefficients[:, tracks.columns("attitude")]
     w, v = q[:, :1], q[:, 1:]
     change[:, tracks.columns("attitude")] = 0.5 * np.hstack([-v @ slope[:, None], w * slope + np.cross(v, slope)])
-    if "force" in tracks.widths:
-        change[:, tracks.columns("force")] = -np.cross(slope, state.coefficients[:, tracks.columns("force")])
+    for vector in tracks.widths.keys() & {"force", "velocity"}:
+        change[:, tracks.columns(vector)] = -np.cross(slope, state.coefficients[:, tracks.columns(vector)])
     return moved(model, state, change, values)
 
 
-def test_a_mount_turned_far_leaves_what_its_sensor_does(fit):
+@pytest.mark.parametrize("name", MOUNTS)
+def test_a_mount_turned_far_leaves_what_its_sensor_does(fit, name):
     turn = np.array([0.2, -0.3, 0.25])
-    new = along_the_mount(fit, turn)
-    assert np.allclose(new.values[MOUNT], fit.state.values[MOUNT] + turn)
+    new = along_the_mount(fit, name, turn)
+    assert np.allclose(new.values[name], fit.state.values[name] + turn)
     (rate, force, points), (rate0, force0, points0) = sensed(fit, new), sensed(fit, fit.state)
     assert np.allclose(points, points0, atol=1e-9)
     assert np.allclose(rate, rate0, atol=1e-9 * np.abs(rate0).max())
     assert np.allclose(force, force0, atol=1e-9 * np.abs(force0).max())
+
+
+@pytest.mark.parametrize("name", MOUNTS)
+def test_priors_of_the_motion_know_nothing_of_the_mount(fit, name):
+    """They cost the same however far it turns, and their rows do not move: no false knowledge of it."""
+    turn = np.array([0.1, -0.2, 0.15])
+    told = ("smooth.", "pace", "drift")
+    new = along_the_mount(fit, name, turn)
+    before, after = (
+        {r.name: r.residual.value / r.std for r in prior_rows(fit.model, state, fit.noise, fit.anchor)}
+        for state in (fit.state, new)
+    )
+    some = [key for key in before if key.startswith(told) and not key.startswith("smooth.hinge")]
+    assert some
+    for key in some:
+        assert np.allclose(after[key], before[key], atol=1e-6 * np.abs(before[key]).max()), key
+
+
+def test_a_turn_of_the_mount_that_nothing_sees_stays_as_unknown_as_it_was(tmp_path):
+    """Where no encoder is, about the hinge: of its own prior 0.5 rad, and what its position, which turns too, adds."""
+    make_case(tmp_path / "r", "hinge", [], 4, seconds=5.0)
+    h = Hypothesis(EFFECTS["mount_pose"], "imu1")
+    fit = extended(nominal_fit(read(tmp_path / "r")[0]), (h,))
+    model = fit.model
+    covariance, _ = information(replace(fit, rows=all_rows(model, fit.state, fit.noise, fit.anchor)))
+    mount, axis = model.mounts["imu1"], np.array([0.0, 1.0, 0.0])
+    turn = np.concatenate([mount.turn.T @ axis, np.cross(axis, mount.position)])
+    at = model.parameters.places([h.key("rotation"), h.key("translation")])
+    prior = np.concatenate([model.priors[h.key(k)].std for k in ("rotation", "translation")])
+    expected = 1 / np.sum((turn / prior) ** 2)
+    along = turn / (turn @ turn)
+    assert along @ covariance[np.ix_(at, at)] @ along == pytest.approx(expected, rel=0.1)
 
 
 def test_small_steps_are_the_straight_ones(fit):
