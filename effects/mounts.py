@@ -2,9 +2,9 @@
 
 Translations in segment axes, rotations in nominal sensor axes, applied on the right.
 
-Priors: strapped on by hand a sensor is a few centimetres and some ten degrees off (0.05 m, 0.2 rad); one
-that slips goes half as far; skin slides a few centimetres and turns some degrees over a radian of the joint
-(0.02 m/rad, 0.1 rad/rad).
+Priors: a sensor that is not where it should be may sit anywhere on its segment, and be turned far (0.15 m, 0.5 rad);
+one that slips goes a few centimetres and some degrees (0.02 m, 0.1 rad); skin slides a few centimetres and turns some
+degrees over a radian of the joint (0.02 m/rad, 0.1 rad/rad).
 """
 
 from collections.abc import Mapping
