@@ -133,6 +133,28 @@ def test_one_finding_is_no_answer_to_two_effects():
     assert len(paired(both, [wide, found("low_pass", "imu2")])) == 2  # the wide one gives way to the narrow
 
 
+def test_a_name_that_no_method_tells_from_physics_outside_the_table_is_right():
+    outside = truth(effect("cross_talk", "imu1", inside=False), kind="outside")
+    near = {"nearest": "gyro_misalignment at imu1", "beyond": 1.1, "same": ["gyro_misalignment at imu1"]}
+    said_so = said(found("gyro_misalignment", "imu1"))
+    for neighbour, wrong in ((near, ()), (near | {"same": []}, ("gyro_misalignment at imu1",)), (None, None)):
+        s = scored(outside | {"neighbour": neighbour}, said_so)
+        assert s.wrong == (("gyro_misalignment at imu1",) if wrong is None else wrong)
+        assert s.flagged is False  # it counts as not flagged all the same
+        assert s.beyond == (neighbour and 1.1)
+    elsewhere = scored(outside | {"neighbour": near}, said(found("gyro_misalignment", "imu2")))
+    assert elsewhere.wrong == ("gyro_misalignment at imu2",)
+
+
+@pytest.mark.parametrize(("beyond", "n"), [(4.0, 0), (12.0, 1), (None, 0)])
+def test_only_what_is_far_from_every_name_must_be_flagged(beyond, n):
+    outside = truth(effect("hysteresis", "imu1", inside=False), kind="outside")
+    neighbour = None if beyond is None else {"nearest": "low_pass at imu1", "beyond": beyond, "same": []}
+    s = scored(outside | {"neighbour": neighbour}, said(found("unknown", "imu1")))
+    assert FIGURES["strange_flagged"]([s])[1:] == FIGURES["strange_located"]([s])[1:] == (n, n)
+    assert FIGURES["outside_flagged"]([s])[1:] == (1, 1)
+
+
 def test_physics_outside_the_table_is_right_as_unknown_at_its_place():
     outside = truth(effect("bias_jump", "imu2", inside=False), kind="outside")
     at_place, elsewhere = (scored(outside, said(found("unknown", at))) for at in ("imu2", "imu1"))

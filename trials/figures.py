@@ -16,6 +16,7 @@ LEVEL = 0.01  # false alarms of the test that the theoretical power belongs to
 STRENGTHS = ((0.0, 2.0), (2.0, 4.0), (4.0, 6.5), (6.5, 10.0), (10.0, 30.0), (30.0, float("inf")))
 BELIEFS = ((0.0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 0.97), (0.97, 1.0001))
 MOUNTS = ("soft_mount", "rocking_mount")
+STRANGE = 10.0  # standard deviations from every name, from which physics outside the table shows as such
 
 
 @dataclass(frozen=True)
@@ -195,6 +196,11 @@ def _of_effects(counts: Sequence[tuple[int, int]]) -> Counted:
     return (hits / n if n else None), n, hits
 
 
+def strange(score: CaseScore) -> bool:
+    """Return whether physics outside the table is so far from every name that a recording shows it."""
+    return score.beyond is not None and score.beyond >= STRANGE
+
+
 FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
     "answered": lambda scores: share(not s.failed for s in scores),
     "false_alarms_white": _silent("white"),
@@ -216,6 +222,8 @@ FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
     "confidently_wrong": lambda scores: share(bool(s.wrong) for s in scores),
     "outside_flagged": lambda scores: share(s.flagged for s in scores),
     "outside_located": lambda scores: share(s.located for s in scores),
+    "strange_flagged": lambda scores: share(s.flagged for s in scores if strange(s)),
+    "strange_located": lambda scores: share(s.located for s in scores if strange(s)),
     "error_over_bound": _over_bound(mounts=False),
     "error_over_bound_mounts": _over_bound(mounts=True),
     "covered": _covered,

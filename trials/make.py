@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from imubench.errors import InputError
+from imubench.proof.beyond import beyond
 from imubench.proof.bounds import NOT_ESTIMATED, bounds
 from imubench.proof.case import build, plain, told
 from imubench.proof.mixture import Question, make
@@ -44,6 +45,7 @@ def made(question: Question, folder: Path) -> Truth:
         None if e.effect in NO_BOUND or not e.inside else bounds(case, i) for i, e in enumerate(case.effects)
     ]
     truth["bounds"] = [_finite(b, e) for b, e in zip(truth["bounds"], case.effects, strict=True)]
+    truth["neighbour"] = beyond(case) if truth["kind"] == "outside" else None
     return truth
 
 

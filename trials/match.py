@@ -75,11 +75,13 @@ def inside(truth: Truth) -> list[int]:
 def true(truth: Truth, findings: Sequence[Finding], finding: Finding) -> bool:
     """Return whether what a finding says is there is there.
 
-    A named one: an effect with its name and place, or with one of its equivalents'. An unknown: something that no
-    other sure finding names.
+    A named one: an effect with its name and place, or with one of its equivalents', or a name that no method tells from
+    the physics outside the table. An unknown: something that no other sure finding names.
     """
     if finding.named:
-        return any(holds(truth["answers"][i], finding) for i in inside(truth))
+        neighbour = truth.get("neighbour") or {"same": ()}
+        alike = f"{finding.effect} at {finding.at}" in neighbour["same"]
+        return alike or any(holds(truth["answers"][i], finding) for i in inside(truth))
     return len(paired(truth, sure(findings))) < len(truth["effects"])
 
 

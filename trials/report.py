@@ -27,13 +27,14 @@ FAILURES: dict[str, Callable[[CaseScore], bool]] = {
     "Two or three effects, not exactly those": lambda s: s.exact is False and not s.failed,
     "Outside the table, not flagged at its place": lambda s: s.located is False and not s.failed,
 }
+OUTSIDE = ("outside_flagged", "outside_located", "strange_flagged", "strange_located")
 ALL = ("diagnosis", "residual size", "L1", "oracle")
 COMPARED = {  # which ways are asked: the oracle is told the name, the residual's size has none
     **dict.fromkeys(("false_alarms_white", "false_alarms_coloured", "false_alarms_misdeclared"), ALL[:3]),
     **dict.fromkeys(("behind_theory", "detected_strong"), ALL),
     **dict.fromkeys(("first_right", "in_set", "confidently_wrong"), ("diagnosis", "L1")),
     "exact_sets": ("diagnosis", "L1", "oracle"),
-    **dict.fromkeys(("outside_flagged", "outside_located"), ("diagnosis", "residual size")),
+    **dict.fromkeys(OUTSIDE, ("diagnosis", "residual size")),
     **dict.fromkeys(("error_over_bound", "error_over_bound_mounts", "covered"), ("diagnosis", "oracle")),
 }
 WAYS = (
@@ -120,7 +121,7 @@ def _beside(proof: "Proof") -> str:
 def _left_out(proof: "Proof") -> str:
     if not proof.left_out:
         return ""
-    kept = [f for f in figures(proof.left_out) if f.name in ("confidently_wrong", "outside_flagged", "outside_located")]
+    kept = [f for f in figures(proof.left_out) if f.name in ("confidently_wrong", *OUTSIDE[:2])]
     return "<h2>The effect taken out of the library</h2>" + _figures(kept) + _cases(proof.left_out)
 
 
@@ -166,6 +167,7 @@ def _cases(scores: Iterable[CaseScore]) -> str:
 
 def _case(s: CaseScore) -> str:
     strength = ", ".join("-" if v is None else f"{v:.3g}" for v in s.strength)
+    strength += f"; {s.beyond:.3g} beyond every name" if s.beyond is not None else ""
     cells = (
         s.name,
         s.rig,

@@ -27,6 +27,7 @@ class CaseScore:
     strength: list[float | None]  # over the Cramer-Rao bound
     freedom: list[int]  # numbers that an effect has
     seconds: float
+    beyond: float | None = None  # standard deviations of physics outside the table from the nearest name
     failed: str = ""  # why there is no diagnosis
     verdict: str = ""
     found: tuple[str, ...] = ()  # sure ones, "effect at place (confidence)"
@@ -61,6 +62,7 @@ def asked(name: str, truth: Truth, seconds: float) -> dict[str, Any]:
         "strength": truth["visibility"],
         "freedom": truth["freedom"],
         "seconds": seconds,
+        "beyond": neighbour["beyond"] if (neighbour := truth.get("neighbour")) else None,
     }
 
 

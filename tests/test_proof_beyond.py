@@ -1,0 +1,69 @@
+"""How far physics outside the table is from the nearest name, held against recordings that have both."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imubench.proof.beyond import beyond, columns
+from imubench.proof.bounds import sight, visibility
+from imubench.proof.case import build
+from imubench.proof.options import Effect
+
+SHORT = {"seconds": 10.0, "band": 2.0}
+CROSSED = {"from": 0, "to": 1, "share": 0.06}  # gyro y reads 6 % of gyro x: the first number of a misalignment
+
+
+def crossed(delay):
+    return build("hinge", [("cross_talk", "imu1", CROSSED | {"delay": delay})], 5, **SHORT)
+
+
+def test_physics_that_a_name_is_has_nothing_beyond_it():
+    case = crossed(0.001)
+    found = beyond(case)
+    assert visibility(case) > 10
+    assert found["nearest"] == "gyro_misalignment at imu1"
+    assert found["beyond"] < 0.02 * visibility(case)
+    assert "gyro_misalignment at imu1" in found["same"]
+
+
+def test_a_delay_takes_cross_talk_away_from_a_misalignment():
+    left = [beyond(crossed(delay))["beyond"] for delay in (0.01, 0.03, 0.1)]
+    assert left == sorted(left)
+    assert left[2] > 5 * left[0] > 0
+
+
+def test_what_is_left_is_what_a_recording_with_the_name_taken_off_shows():
+    """The best misalignment by search, put in with the other sign: the visibility of both together."""
+    case = crossed(0.05)
+    found, seen = beyond(case), sight(case)
+    assert found["nearest"] == "gyro_misalignment at imu1"
+    name = Effect("gyro_misalignment", "imu1", {"matrix": np.zeros(6)})
+    plain = seen.readings([])
+    C, d = columns(seen, plain, name), seen.readings(case.effects) - plain
+    F = seen.information(np.column_stack([d, C]))
+    off = replace(name, parameters={"matrix": -np.linalg.solve(F[1:, 1:], F[1:, 0])})
+    both = replace(case, effects=[*case.effects, off])
+    assert visibility(both, seen) == pytest.approx(found["beyond"], rel=0.02)
+
+
+def test_hysteresis_is_no_name():
+    play = {"channel": "gyro", "share": 0.2, "width": 0.5}
+    strange = build("hinge", [("hysteresis", "imu2", play)], 6, **SHORT)
+    assert beyond(strange)["beyond"] > 0.5 * visibility(strange)
+    assert beyond(strange)["same"] == []
+
+
+@pytest.mark.slow
+def test_a_mount_on_hardly_hardening_springs_is_one_on_straight_ones():
+    springs = {"frequency": 12.0, "damping_ratio": 0.15}
+    nearly, bent = (
+        build("hinge", [("hardening_mount", "imu2", springs | {"span": span})], 7, **SHORT) for span in (0.03, 1e-3)
+    )
+    assert beyond(nearly)["nearest"] == "soft_mount at imu2"
+    assert beyond(nearly)["beyond"] < 0.05 * visibility(nearly)
+    assert beyond(bent)["beyond"] > 5 * beyond(nearly)["beyond"]
+
+
+def test_there_is_no_answer_where_the_motion_is_not_free():
+    assert beyond(build("pendulum", [("wind", "joint")], 8, seconds=8.0, swing=True)) is None
