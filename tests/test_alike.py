@@ -55,6 +55,7 @@ def test_one_scale_of_all_accelerometers_is_another_gravity(tmp_path):
         assert ("gravity", "world") in {(r.effect, r.at) for r in alike(fit, h)}
 
 
+@pytest.mark.slow
 def test_the_expected_loss_is_that_of_a_refit(tmp_path):
     fit, (h,) = explained(tmp_path, [("accel_scale", "imu1")], 6)
     rival = next(r for r in rivals(fit, h, sure=False) if (r.effect, r.at) == ("accel_scale", "imu2"))
@@ -78,6 +79,7 @@ def test_joint_information_is_that_of_the_scores(tmp_path):
         np.testing.assert_allclose(found.step, s.estimate, rtol=1e-6, atol=1e-6 * np.abs(s.estimate).max())
 
 
+@pytest.mark.slow
 def test_an_effect_explains_its_own_mark(tmp_path):
     fit, (h,) = explained(tmp_path, [("gyro_bias", "imu2", {"bias": [0.01, -0.02, 0.005]})], 6)
     bare, still, added = mark(fit, fit.state, [h])
