@@ -23,11 +23,16 @@ def equation_rows(model: Model, state: State) -> Iterator[Rows]:
 
 def state_rows(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[Rows]:
     """Yield what the states of every effect, or of one, obey; one row an interval that has samples."""
-    time = inside(model)
     for h, scene in scenes(model, state, only):
-        for law in h.effect.equations(scene, model.values(h, state)):
-            residual = law.residual
-            yield Rows(h.key(law.name), time, residual, np.full(residual.value.shape[1], law.std), counts=False)
+        yield from law_rows(model, state, h, scene)
+
+
+def law_rows(model: Model, state: State, h: Hypothesis, scene: Scene) -> Iterator[Rows]:
+    """Yield what the states of an effect obey, with a scene that is known already."""
+    for law in h.effect.equations(scene, model.values(h, state)):
+        residual = law.residual
+        std = np.full(residual.value.shape[1], law.std)
+        yield Rows(h.key(law.name), inside(model), residual, std, counts=False)
 
 
 def scenes(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[tuple[Hypothesis, Scene]]:

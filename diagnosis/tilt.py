@@ -15,22 +15,24 @@ part N = E[(dL/dt dz)' (dL/dt dz)] says nothing about t. The slope less its expe
 while its own variance is I: a step is (I - N)^-1 times the slope, and t's covariance (I - N)^-1 I (I - N)^-1.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Factor, Solution
-from imubench.diagnosis.equations import state_rows
+from imubench.diagnosis.equations import law_rows, scenes
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, Prior, State
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK, Normal
 from imubench.diagnosis.rows import Linear, linearise
+from imubench.effects.effect import Scene
 
 DRAWS = 16
 SEED = 4401  # of the draws, so that a fit repeats itself
-DELTA = 1e-3  # of a parameter's prior standard deviation: the step of the difference
+DELTA = 1e-4  # of a parameter's prior standard deviation: the step of the difference
 FURTHEST = 0.5  # of a logarithm: how far one pull may lead
 MOST = 0.9  # of the information, that is taken for noise's at most
 LEAST = 1e-9  # of the largest information: less is rounding
@@ -103,27 +105,16 @@ def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Se
     groups = {r.name: part for r, part in zip(fit.rows, parts, strict=True)}
     blocks, width = len(solution.factor.lower), fit.model.tracks.width
     pull, columns, corner, across = [], [], [], []
-    for h, name, _ in lawful(fit):
-        if name not in names:
-            continue
-        left = _residual(fit, fit.state, h, moved)
-        for i in range(len(fit.state.values[name])):
-            slope = _slope(fit, h, name, i, moved)
-            pull.append(float(sum(np.sum(a * b) for a, b in zip(left.values(), slope.values(), strict=True))) / DRAWS)
-            cross = np.zeros((blocks * KNOTS_PER_BLOCK, width, DRAWS))
-            for group, column in slope.items():
-                groups[group].scatter(column, cross)
-            columns.append(cross.reshape(blocks, -1, DRAWS))
-            corner.append(slope)
-            across.append(sum(np.einsum("nmp,nmd->pd", groups[g].border, c) for g, c in slope.items()))
-    k = len(pull)
-    noise = np.zeros((k, k))
-    for d in range(DRAWS):
-        own = np.array(
-            [[sum(np.sum(a[g][:, :, d] * b[g][:, :, d]) for g in a.keys() & b.keys()) for b in corner] for a in corner]
-        )
-        g = np.stack([c[:, :, d] for c in columns], axis=2)
-        noise += solution.complement(g, np.stack([a[:, d] for a in across], axis=1), own) / DRAWS
+    for left, slope in _slopes(fit, names, moved):
+        pull.append(float(sum(np.sum(a * b) for a, b in zip(left.values(), slope.values(), strict=True))) / DRAWS)
+        cross = np.zeros((blocks * KNOTS_PER_BLOCK, width, DRAWS))
+        for group, column in slope.items():
+            groups[group].scatter(column, cross)
+        columns.append(cross.reshape(blocks, -1, DRAWS))
+        corner.append(slope)
+        across.append(sum(np.einsum("nmp,nmd->pd", groups[g].border, c) for g, c in slope.items()))
+    own = np.array([[sum(np.sum(a[g] * b[g]) for g in a.keys() & b.keys()) for b in corner] for a in corner])
+    noise = solution.complements(np.stack(columns, axis=2), np.stack(across, axis=1), own) / DRAWS
     places = fit.model.parameters.places(list(names))
     whole = np.linalg.inv(np.linalg.inv(solution.schur)[np.ix_(places, places)])
     return Driven(np.array(pull), noise, (whole + whole.T) / 2)
@@ -141,21 +132,29 @@ def noisy(fit: Fit, factor: Factor, parts: list[Linear]) -> Array:
     return np.asarray(moved.reshape(-1, width, DRAWS))
 
 
-def _slope(fit: Fit, h: Hypothesis, name: str, i: int, moved: Array) -> dict[str, Array]:
-    """Return how the law's residuals under noise change with one number of a parameter."""
-    step = DELTA * float(fit.model.priors[name].std[i])
-    ends = []
-    for way in (1, -1):
-        value = fit.state.values[name].copy()
-        value[i] += way * step
-        ends.append(_residual(fit, State(fit.state.coefficients, fit.state.values | {name: value}), h, moved))
-    return {group: (ends[0][group] - ends[1][group]) / (2 * step) for group in ends[0]}
+def _slopes(fit: Fit, names: Sequence[str], moved: Array) -> Iterator[tuple[dict[str, Array], dict[str, Array]]]:
+    """Yield a law's residuals under noise, and how they change with a number, for all numbers of the parameters.
+
+    A logarithm (of a stiffness, a damping, a cutoff) is in the law alone: what the law asks of the rig stays.
+    """
+    model, state = fit.model, fit.state
+    for h, own in groupby(lawful(fit), key=lambda one: one[0]):
+        ((_, scene),) = scenes(model, state, h)
+        left = _residual(fit, state, h, scene, moved)
+        for name, log in [(name, log) for _, name, log in own if name in names]:
+            for i, std in enumerate(model.priors[name].std):
+                value = state.values[name].copy()
+                value[i] += DELTA * std
+                there = State(state.coefficients, state.values | {name: value})
+                ((_, seen),) = [(h, scene)] if log else scenes(model, there, h)
+                change = _residual(fit, there, h, seen, moved)
+                yield left, {group: (x - left[group]) / (DELTA * std) for group, x in change.items()}
 
 
-def _residual(fit: Fit, state: State, h: Hypothesis, moved: Array) -> dict[str, Array]:
+def _residual(fit: Fit, state: State, h: Hypothesis, scene: Scene, moved: Array) -> dict[str, Array]:
     """Return the whitened residuals (n, m, DRAWS) of h's law, by group, where noise has moved the splines."""
     out = {}
-    for rows in state_rows(fit.model, state, h):
+    for rows in law_rows(fit.model, state, h, scene):
         whitened = replace(rows, std=rows.std * fit.noise.get(rows.name, 1.0) * fit.loose)
         out[rows.name] = linearise(whitened, fit.model.tracks, fit.model.parameters).along(moved)
     return out

@@ -90,6 +90,18 @@ def test_further_columns_are_projected(system):
     assert_allclose(solution.complement(g, h, c), exact, rtol=1e-8)
 
 
+def test_further_columns_of_several_draws_are_projected_one_by_one(system):
+    normal, matrix, _, size = system
+    rng = np.random.default_rng(6)
+    g = rng.normal(size=(*normal.gradient.shape, 2, 4))
+    g.reshape(-1, 2, 4)[size:] = 0.0
+    h, c = rng.normal(size=(3, 2, 4)), np.eye(2) * 1e3
+    columns = np.concatenate([g.reshape(-1, 2, 4)[:size], h]).transpose(2, 0, 1)
+    exact = c - sum(column.T @ np.linalg.solve(matrix, column) for column in columns)
+    solution = solve_arrow(normal.band, normal.border, normal.corner)
+    assert_allclose(solution.complements(g, h, c), exact, rtol=1e-8)
+
+
 def test_a_direction_that_nothing_holds_is_named():
     normal = Normal.empty(TRACKS, PARAMETERS)
     with pytest.raises(NotPositiveDefiniteError, match="block 0"):
