@@ -1,19 +1,16 @@
 """From a recording to a diagnosis: fit the motion, weigh what is left, locate it, say what it is."""
 
-from dataclasses import replace
 from time import perf_counter
 
 from imubench.diagnosis import gather
+from imubench.diagnosis.begin import begun
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.findings import findings, rejected
 from imubench.diagnosis.left_out import left_out_change
 from imubench.diagnosis.noise import declared, declared_by
-from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, FitQuality, Verdict
-from imubench.diagnosis.samples import heard, sampled
 from imubench.diagnosis.select import select
-from imubench.diagnosis.stops import settled_between, stop_of
 from imubench.diagnosis.struck import struck_again
 from imubench.diagnosis.unknown import Unknowns, unknowns
 from imubench.diagnosis.verdict import beside, missing, verdict_of, with_samples
@@ -24,16 +21,9 @@ from imubench.recording import Recording
 
 def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evidence]:
     """Return what a recording says about the model it was declared with, and what shows it."""
-    begin = perf_counter()
-    with step("check the samples"):
-        samples = sampled(recording)
-    with step("fit the motion"):
-        known = heard(recording, samples.findings)
-        fit = first = nominal_fit(known, samples.masks, samples.humming)
-        if stop := stop_of(first, samples):
-            known = replace(known, free_swings=stop.swings(known.free_swings))
-            fit = nominal_fit(known, stop.masks(first, samples.masks), samples.humming)
-            samples = settled_between(stop, fit).told(samples)
+    clock = perf_counter()
+    start = begun(recording, step)
+    samples, first, fit = start.samples, start.first, start.fit
     unseen = missing(recording)
     with step("find what was left out"):
         chosen = select(fit) if not unseen else None
@@ -79,7 +69,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         rejected(chosen) if chosen else (),
         FitQuality(held, left_out_change(before, after)) if named or rest else FitQuality(held),
         "",
-        perf_counter() - begin,
+        perf_counter() - clock,
         unseen,
     )
     return diagnosis, evidence

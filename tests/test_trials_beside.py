@@ -1,19 +1,21 @@
 """Baselines on the cases of a proof, and the library without an effect."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from imubench import format1
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.result import Diagnosis, FitQuality, Where
+from imubench.diagnosis.begin import begun
+from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Where
 from imubench.proof.case import build, make_case
 from imubench.trials import blind
-from imubench.trials.baselines import l1, lasso, oracle, residual_size
+from imubench.trials.baselines import NO_GAIN, l1, lasso, residual_size
 from imubench.trials.beside import to_leave_out, without
 from imubench.trials.make import answers
+from imubench.trials.oracle import oracle
 from imubench.trials.scoring import score
 
 ASKS = """
@@ -39,10 +41,10 @@ def biased(folder: Path, seed: int = 3):
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory):
-    """The nominal fit of a biased recording, and its truth."""
+    """A biased recording as a diagnosis begins with it, and its truth."""
     folder = tmp_path_factory.mktemp("biased") / "recording"
     truth = biased(folder)
-    return nominal_fit(format1.read(folder)[0]), truth
+    return begun(format1.read(folder)[0]), truth
 
 
 def test_lasso_meets_its_conditions_of_optimality():
@@ -59,13 +61,22 @@ def test_lasso_meets_its_conditions_of_optimality():
 
 
 def test_l1_and_the_oracle_find_a_large_bias(told):
-    fit, truth = told
-    assert ("accel_bias", "imu2") in [(f.effect, f.at) for f in l1(fit).findings]
-    said = oracle(fit, truth)
+    start, truth = told
+    assert ("accel_bias", "imu2") in [(f.effect, f.at) for f in l1(start.first).findings]
+    said = oracle(start, truth)
     assert [(f.effect, f.at) for f in said.findings] == [("accel_bias", "imu2")]
     s = score("000", truth, said, 0.0, np.inf)
     assert s.first_right and len(s.errors) == 1 and len(s.errors[0].over_std) == 3
-    assert oracle(fit, truth | {"effects": []}).findings == ()
+    assert oracle(start, truth | {"effects": []}).findings == ()
+
+
+def test_the_oracle_reads_off_the_samples_what_they_show_and_nothing_that_it_was_not_told(told):
+    start, truth = told
+    step = Finding("quantisation", "imu1", 0.99, {}, NO_GAIN)
+    lost = Finding("dropouts", "imu2", 0.99, {}, NO_GAIN)
+    start = replace(start, samples=replace(start.samples, findings=(step, lost)))
+    both = truth | {"effects": [*truth["effects"], {"effect": "dropouts", "at": "imu2", "inside": True}]}
+    assert {(f.effect, f.at) for f in oracle(start, both).findings} == {("accel_bias", "imu2"), ("dropouts", "imu2")}
 
 
 @pytest.mark.parametrize(("misfit", "expected"), [(1.2, ()), (4.0, (("unknown", "imu2"),))])
@@ -89,8 +100,8 @@ def test_an_effect_left_out_is_not_in_the_library_of_the_diagnosis(tmp_path):
 
 
 def test_only_what_was_found_and_has_no_twin_is_left_out(told):
-    fit, truth = told
-    said = oracle(fit, truth)
+    start, truth = told
+    said = oracle(start, truth)
     found = score("000", truth, said, 0.0, np.inf)
     assert to_leave_out({"000": truth}, [found]) == {"000": "accel_bias"}
     twin = truth | {"answers": [[*truth["answers"][0], {"effect": "gravity", "at": "world", "parameters": {}}]]}

@@ -2,32 +2,20 @@
 
 residual size   the misfit of the declared model alone: an `unknown` where it is largest, or nothing
 L1              all effects without states at once, from the nominal fit's linear step, sparse by an L1 penalty
-oracle          told the effects of the case: fitted exactly, and found where its evidence asks for it
 
-What the oracle misses the data do not show; what it finds and the diagnosis misses is the diagnosis' own.
+The third one, the oracle, has a file of its own.
 """
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
-from imubench import format1
 from imubench.arrays import Array
-from imubench.diagnosis.findings import parameters
 from imubench.diagnosis.fit import Fit, all_rows, factored
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import information
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval
-from imubench.diagnosis.rounds import plain_trials
-from imubench.diagnosis.score import score, started
+from imubench.diagnosis.score import started
 from imubench.diagnosis.select import candidates
-from imubench.diagnosis.trial import NEEDED
-from imubench.trials.match import inside
-from imubench.trials.seal import Truth
 
 SURE = 0.95  # what a baseline says of everything that it finds: it has no probabilities
 NO_GAIN = Interval(0.0, (0.0, 0.0))
@@ -57,13 +45,6 @@ def answer(rig: str, found: Sequence[Finding]) -> Diagnosis:
         "",
         0.0,
     )
-
-
-def both(folder: Path, truth: Truth) -> dict[str, Diagnosis]:
-    """Return what L1 and the oracle say of a recording; the oracle alone reads the truth."""
-    recording, _ = format1.read(folder)
-    fit = nominal_fit(recording)
-    return {"L1": l1(fit), "oracle": oracle(fit, truth)}
 
 
 def l1(fit: Fit) -> Diagnosis:
@@ -111,26 +92,3 @@ def lasso(matrix: Array, force: Array, penalty: float) -> Array:
         if most < CLOSE:
             break
     return z
-
-
-def oracle(fit: Fit, truth: Truth) -> Diagnosis:
-    """Return what an exact fit of the case's own effects finds, one by one, each where evidence asks for it."""
-    for i in inside(truth):
-        effect = truth["effects"][i]
-        named = [h for h in candidates(fit.model) if (h.effect.name, h.at) == (effect["effect"], effect["at"])]
-        plain, lively = ([h for h in named if bool(h.effect.states) == states] for states in (False, True))
-        trials = plain_trials(fit, score(fit, plain), _quiet) + state_trials(fit, lively, _quiet)
-        best = max(trials, key=lambda t: t.evidence, default=None)
-        if best is not None and best.evidence > NEEDED:
-            fit = with_noise(best.fit)
-    _, std = information(fit)
-    found = [
-        Finding(h.effect.name, h.at, SURE, parameters(h, fit, std), NO_GAIN)
-        for h in fit.model.hypotheses
-        if any((h.effect.name, h.at) == (e["effect"], e["at"]) for e in truth["effects"])
-    ]
-    return answer(fit.model.recording.rig, found)
-
-
-def _quiet(text: str) -> None:
-    """Say nothing."""

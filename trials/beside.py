@@ -6,14 +6,17 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
+from imubench import format1
 from imubench.answers import write_json
 from imubench.atomic import atomic_file
+from imubench.diagnosis.begin import begun
 from imubench.diagnosis.result import Diagnosis
 from imubench.diagnosis.result_file import as_dict, read_diagnosis
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.reproduce.parts import ignore_interrupts, one_thread_each
 from imubench.trials import baselines
+from imubench.trials.oracle import oracle
 from imubench.trials.scoring import CaseScore, failed, score
 from imubench.trials.seal import Truth
 
@@ -24,7 +27,8 @@ Report = Callable[[str, int, int], None]
 def fitted(recording: Path, truth: Truth, kept: Path) -> None:
     """Put what L1 and the oracle say of a case into `kept`, or why they say nothing."""
     try:
-        said: Mapping[str, Diagnosis] = baselines.both(recording, truth)
+        start = begun(format1.read(recording)[0])
+        said: Mapping[str, Diagnosis] = {"L1": baselines.l1(start.first), "oracle": oracle(start, truth)}
     except Exception as error:  # a baseline that breaks is counted, it does not stop the trials
         with atomic_file(kept / "error.json") as partial:
             write_json(partial, f"{type(error).__name__}: {error}")

@@ -1,0 +1,77 @@
+"""A diagnosis that is told the effects of its case, and only has to see them.
+
+Each is fitted exactly, the best first, beside those that are in already; it is found where its evidence asks for it by
+the diagnosis' own threshold. A fault of the samples is found where the raw checks see it, a louder noise where the fit
+leaves more than a declared level may be off. What the oracle misses the data do not show, or no fit of ours; what it
+finds and the diagnosis misses is the search's.
+"""
+
+from collections.abc import Iterator
+
+from imubench.diagnosis.begin import Begun
+from imubench.diagnosis.findings import parameters
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.grids import placed
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.lively import state_trials
+from imubench.diagnosis.loud import ALLOWED, louder
+from imubench.diagnosis.noise import declared, with_noise
+from imubench.diagnosis.refit import information
+from imubench.diagnosis.result import Diagnosis, Finding
+from imubench.diagnosis.rounds import plain_trials
+from imubench.diagnosis.score import score
+from imubench.diagnosis.select import candidates
+from imubench.diagnosis.trial import NEEDED, Trial
+from imubench.trials.baselines import NO_GAIN, SURE, answer
+from imubench.trials.match import inside
+from imubench.trials.seal import Truth
+
+Places = set[tuple[str, str]]
+"""Effects, each with its place."""
+
+
+def oracle(start: Begun, truth: Truth) -> Diagnosis:
+    """Return which of a case's own effects are found."""
+    told = {(e["effect"], e["at"]) for e in (truth["effects"][i] for i in inside(truth))}
+    samples = (*start.samples.findings, *start.samples.unless_stopped)
+    read_off = [f for f in samples if (f.effect, f.at) in told]
+    told -= {(f.effect, f.at) for f in read_off}
+    fit = fitted(start.fit, told)
+    _, std = information(fit)
+    held = [h for h in fit.model.hypotheses if (h.effect.name, h.at) in told]
+    found = [Finding(h.effect.name, h.at, SURE, parameters(h, fit, std), NO_GAIN) for h in held]
+    return answer(fit.model.recording.rig, [*found, *read_off, *noises(fit, told)])
+
+
+def fitted(fit: Fit, told: Places) -> Fit:
+    """Return the fit with those of the effects that evidence asks for, the best first."""
+    left = [h for h in candidates(fit.model) if (h.effect.name, h.at) in told]
+    while left:
+        tried = [t for t in trials(fit, left) if t.evidence > NEEDED]
+        if not tried:
+            break
+        best = max(tried, key=lambda t: t.evidence)
+        fit = with_noise(best.fit)
+        left = [h for h in left if (h.effect.name, h.at) != (best.hypothesis.effect.name, best.hypothesis.at)]
+    return fit
+
+
+def trials(fit: Fit, told: list[Hypothesis]) -> list[Trial]:
+    """Return exact refits with one more of some effects."""
+    plain, lively = ([h for h in told if bool(h.effect.states) == states] for states in (False, True))
+    at_start, judged = placed(fit, plain)
+    return [*plain_trials(fit, [*score(fit, at_start), *judged], _quiet), *state_trials(fit, lively, _quiet)]
+
+
+def noises(fit: Fit, told: Places) -> Iterator[Finding]:
+    """Yield the louder noises among the effects that the fit leaves."""
+    usual = declared(fit.model)
+    for rows in fit.measured:
+        at, part = rows.name.split(".")
+        name = f"{part}_noise"
+        if (name, at) in told and rows.name in usual and (fit.noise[rows.name] / usual[rows.name]) ** 2 > ALLOWED:
+            yield louder(fit, rows)
+
+
+def _quiet(text: str) -> None:
+    """Say nothing."""
