@@ -19,6 +19,7 @@ from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.marks import MARK, joint, mark
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.refit import extended, guess_of, log_evidence, refit
+from imubench.diagnosis.trial import FILTER
 from imubench.effects import EFFECTS, possible
 
 LIKE = 5.0  # nat, up to which a rival counts as equal: odds of 150
@@ -74,7 +75,7 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
         found += [(Rival("accel_scale", n.split("@")[1], loss), None, size) for n in scales]
     if slow and smooth:
         loss = min(left_by(both, wanted, both.along(n)[:, 0]) for n in smooth)
-        found.append((Rival("low_pass", slow[0].name, loss), None, np.zeros(0)))
+        found.append((Rival(FILTER, slow[0].name, loss), None, np.zeros(0)))
     found.sort(key=lambda f: f[0].loss)
     if sure:
         close = [f for f in found if f[1] is not None and LIKE < f[0].loss < DOUBT * total][:REFITTED]
@@ -118,10 +119,32 @@ def _all_scaled(fit: Fit, scales: Sequence[Hypothesis]) -> float:
     weight = Hypothesis(EFFECTS["gravity"].suited(recording), "world")
     if weight.name in {h.name for h in fit.model.hypotheses}:
         return np.inf
-    bare, still, added = mark(fit, fit.state, scales)
-    begun = extended(replace(fit, model=bare, state=still), (*bare.hypotheses, weight))
-    both = joint(begun.model, begun.state, fit, [weight], {MARK: added})
-    return both.explained(both.along(MARK)[:, 0], both.along(weight.name))[0]
+    return instead(fit, scales, [weight])[0].loss
 
 
-__all__ = ["LIKE", "Rival", "alike", "rivals"]
+@dataclass(frozen=True)
+class Instead:
+    """One effect in the place of some that a fit has."""
+
+    hypothesis: Hypothesis
+    loss: float  # nat
+    share: float  # of what they explain
+    guess: dict[str, Array]  # its parameters
+
+
+def instead(fit: Fit, gone: Sequence[Hypothesis], others: Sequence[Hypothesis]) -> list[Instead]:
+    """Return what each of some effects is expected to lose in the place of kept ones, the closest first."""
+    bare, still, added = mark(fit, fit.state, gone)
+    begun = extended(replace(fit, model=bare, state=still), (*bare.hypotheses, *others))
+    both = joint(begun.model, begun.state, fit, others, {MARK: added})
+    wanted = both.along(MARK)[:, 0]
+    total = 0.5 * float(wanted @ both.information @ wanted)
+    out = []
+    for r in others:
+        loss, size = both.explained(wanted, both.along(r.name))
+        start = np.concatenate([p.centre for p in r.effect.parameters])
+        out.append(Instead(r, loss, loss / max(total, 1e-9), guess_of(r, start + size)))
+    return sorted(out, key=lambda found: found.loss)
+
+
+__all__ = ["LIKE", "Instead", "Rival", "alike", "alternatives", "instead", "rivals"]

@@ -14,10 +14,10 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.term_scores import Guess, promising
 from imubench.diagnosis.terms import SERIES
+from imubench.diagnosis.trial import FILTER
 from imubench.diagnosis.worth import worth
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
-FILTER = "low_pass"
 DRIFTS = ("gyro_drift", "accel_drift")
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
 
@@ -53,7 +53,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             for guess in rivals([g for g in guesses if g.white > lost], fit, gone):
                 done = fitted(without, guess, price)
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
-                if done.heldout.low > 0 and more > 0:
+                if done.heldout.foretells() and more > 0:
                     held.append(replace(done, evidence=more))
             best = max(held, key=lambda f: f.evidence, default=None)
             filters = gone[0].effect.name == FILTER

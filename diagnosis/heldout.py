@@ -28,6 +28,7 @@ from imubench.diagnosis.threads import one_thread
 BLOCK = 5.0  # s
 BLOCKS = 8  # at least, when the recording is short
 DRAWS = 2000
+LITTLE = 0.01  # of what is gained
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,14 @@ class Gain:
     low: float  # 95 % of block bootstraps lie between
     high: float
     blocks: Array  # (k,) nat, of each block
+
+    def foretells(self, least: float = 0.0) -> bool:
+        """Return whether at least so many nat are gained for sure, up to a hundredth of what is gained.
+
+        What acts in one block only, as friction until a swing has ended, is missed by a third of the bootstraps, and
+        blocks that say nothing are worth -0.15 nat beside its 3,200.
+        """
+        return self.low > least - LITTLE * max(self.value, 0.0)
 
 
 def block_of(time: Array, start: float, end: float, most: float = BLOCK) -> NDArray[np.int64]:

@@ -140,7 +140,7 @@ def about_zero(fit: Fit, h: Hypothesis, covariance: Array) -> float:
 def spare(kept: Kept, without: Fit | None) -> float:
     """Return the nat by which an effect is worth more than it must be; below 0 where it predicts nothing for sure."""
     more = kept.evidence - needed(kept.hypothesis)
-    foretells = without is None or not kept.heldout.value or kept.heldout.low > 0
+    foretells = without is None or not kept.heldout.value or kept.heldout.foretells()
     return more if foretells else min(more, kept.heldout.low)
 
 

@@ -10,6 +10,7 @@ from imubench.diagnosis.filtered import filtered
 from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.merged import merged
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import SEED, prune
@@ -56,10 +57,11 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         else:
             break
     fit, kept, dropped = prune(fit, kept, say)
-    flat, changed = filtered(fit, kept, say)
-    if flat is not fit:
-        fit, kept, more = prune(flat, changed, say)
-        dropped += more
+    for change in (merged, filtered):
+        other, changed = change(fit, kept, say)
+        if other is not fit:
+            fit, kept, more = prune(other, changed, say)
+            dropped += more
     if fit.model.tilts:
         say("settling springs and dampers")
         fit = with_noise(fit, SETTLED)
@@ -75,7 +77,7 @@ def entered(
         say(f"predicting held-out data with {best.hypothesis.name}")
         better = now.first if best is now.tried[0] else with_noise(best.fit)
         won = foretold(now.fit, better, rng)
-        if won.low > least:
+        if won.foretells(least):
             break
         refused.append((best.hypothesis, won.value))
     else:
@@ -84,7 +86,7 @@ def entered(
     kept = [*kept, *(Kept(h, best.evidence, won, others) for h in (best.hypothesis, *best.also))]
     for trial in now.together if best is now.tried[0] else []:
         won = foretold(better, trial.fit, rng)
-        if won.low <= 0 or len(kept) == MOST - 1:
+        if not won.foretells() or len(kept) == MOST - 1:
             break
         kept, better = [*kept, Kept(trial.hypothesis, trial.evidence, won, ())], trial.fit
     return better, kept, refused
@@ -107,7 +109,7 @@ def all_together(
     some = [best.hypothesis, *(t.hypothesis for t in now.together)]
     say(f"predicting held-out data with {' and '.join(h.name for h in some)}")
     won = foretold(now.fit, last.fit, rng)
-    if won.low <= 0:
+    if not won.foretells():
         return now.fit, kept, refused
     evidence = [best.evidence, *(t.evidence for t in now.together)]
     new = [Kept(h, e, won, ()) for h, e in zip(some, evidence, strict=True)]

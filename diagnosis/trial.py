@@ -13,6 +13,7 @@ from imubench.diagnosis.quiet import quiet_level
 NEEDED = 5.0  # nat of evidence before an effect is looked at on held-out data: odds of 150 for some 60 candidates
 TRIED = 3  # of the best scores, refitted exactly in each round
 UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a declared noise explains up to 1.6
+FILTER = "low_pass"  # the effect that others are held against: a delay, a series, a reading that follows too slowly
 SCREENED = 15.0  # s of a recording on which effects with states are tried first
 
 

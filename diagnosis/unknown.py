@@ -85,7 +85,7 @@ def found_in(fit: Fit) -> Fitted | None:
             break
         with suppress(NotPositiveDefiniteError):
             done = fitted(fit, guess, price)
-            if done.evidence > NEEDED and done.heldout.low > 0:
+            if done.evidence > NEEDED and done.heldout.foretells():
                 good.append(done)
     return max(good, key=lambda f: f.heldout.value, default=None)
 

@@ -1,0 +1,52 @@
+"""Two effects that are parts of one, and two that are not, on recordings of the independent generator."""
+
+import pytest
+
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.merged import merged
+from imubench.diagnosis.noise import with_noise
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.refit import refit
+from imubench.diagnosis.trial import Kept
+from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+SLIDING = ("skin_sliding", "imu2", {"slide": [0.0, 0.004, 0.002], "twist": [-0.001, 0.018, -0.007]})
+
+
+def fitted_with(folder, asked, names):
+    """The fit of a recording with effects `asked`, and effects `names` in its model, as the search would keep them."""
+    make_case(folder / "case", "hinge", effects=asked, seed=11, seconds=12.0)
+    fit = nominal_fit(read(folder / "case")[0])
+    held = tuple(Hypothesis(EFFECTS[name].suited(fit.model.recording), at) for name, at in names)
+    fit = with_noise(refit(fit, held), 1)
+    return fit, [Kept(h, 100.0, None, ()) for h in held]
+
+
+def names_of(fit, kept):
+    """What a fit and its list of effects hold: the same."""
+    held = {(h.effect.name, h.at) for h in fit.model.hypotheses}
+    assert {(k.hypothesis.effect.name, k.hypothesis.at) for k in kept} == held
+    return held
+
+
+def test_an_axis_that_turns_and_a_centre_that_moves_are_one_imu_that_slides(tmp_path):
+    parts = [("axis_coupling", "joint"), ("moving_centre", "joint")]
+    fit, kept = fitted_with(tmp_path, [SLIDING], parts)
+    said = []
+    assert names_of(*merged(fit, kept, said.append)) == {("skin_sliding", "imu2")}
+    assert said == ["trying skin_sliding@imu2 in the place of axis_coupling@joint and moving_centre@joint"]
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        [("accel_bias", "imu1"), ("gyro_scale", "imu2")],
+        pytest.param([("axis_coupling", "joint"), ("accel_bias", "imu2")], marks=pytest.mark.slow),
+        pytest.param([("mount_pose", "imu1"), ("gyro_bias", "imu1")], marks=pytest.mark.slow),
+    ],
+)
+def test_two_that_are_there_stay_two(tmp_path, asked):
+    fit, kept = fitted_with(tmp_path, asked, asked)
+    assert names_of(*merged(fit, kept, lambda _: None)) == set(asked)
