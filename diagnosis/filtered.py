@@ -19,7 +19,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import led
-from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, Trial, misfit
+from imubench.diagnosis.trial import FILTER, NEEDED, UNEXPLAINED, Kept, Trial, misfit
 from imubench.diagnosis.worth import worth
 from imubench.effects import VARIANTS
 from imubench.recording import Imu
@@ -31,12 +31,13 @@ FASTEST = 5.0  # times the rate: a filter beyond is a delay
 def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, a clock's offset among them changed for a filter if that is better.
 
-    Not where much is left unexplained: a filter's splines would take of that.
+    Where much is left unexplained a filter's splines would take of that: there it must explain what is left as well.
     """
     k = next((k for k in kept if k.hypothesis.effect.name == "time_offset"), None)
     slow = k and late(fit, k.hypothesis)
-    if k is None or not slow or misfit(fit) > UNEXPLAINED:
+    if k is None or not slow:
         return fit, kept
+    puzzling = misfit(fit) > UNEXPLAINED
     rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
     settled = at_the_late(fit, k.hypothesis, *slow)
     if settled is None:
@@ -47,7 +48,7 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
     tries: list[Trial] = []
     plain = rougher(fit)
     known = quick(fit, *slow) if cutoff < FASTEST * slow[0].rate else None
-    stateful = [e for e in VARIANTS if e.name == "low_pass" and cutoff < slow[0].rate and (e.variant or not known)]
+    stateful = [e for e in VARIANTS if e.name == FILTER and cutoff < slow[0].rate and (e.variant or not known)]
     for effect in ([known] if known else []) + stateful:
         h = Hypothesis(effect, slow[0].name)
         say(f"trying {h.name} in the place of {k.hypothesis.name}")
@@ -55,7 +56,7 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
             tried = _with(fit, rest, h, {h.key("cutoff"): np.array([np.log(cutoff)])})
             tries.append(Trial(h, tried, gain((fit, plain), tried)))
     best = max(tries, key=lambda t: t.evidence, default=None)
-    if best is None or best.evidence <= NEEDED:
+    if best is None or best.evidence <= NEEDED or (puzzling and misfit(best.fit) > UNEXPLAINED):
         return fit, kept
     rivals = (Trial(k.hypothesis, fit, k.evidence), *k.rivals)
     new = replace(k, hypothesis=best.hypothesis, evidence=k.evidence + best.evidence, rivals=rivals)

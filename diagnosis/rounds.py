@@ -15,7 +15,7 @@ from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import natural
 from imubench.diagnosis.refit import evidence_over, log_evidence, refit
 from imubench.diagnosis.score import Score, score
-from imubench.diagnosis.trial import NEEDED, TRIED, UNEXPLAINED, Trial, misfit
+from imubench.diagnosis.trial import FILTER, NEEDED, TRIED, UNEXPLAINED, Trial, misfit
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
 BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
@@ -48,7 +48,7 @@ def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]
     first = with_noise(tried[0].fit) if tried else fit
     if tried and (windows := blind(first, tried[0].hypothesis)):
         first, fit = with_noise(blinded(first, windows)), blinded(fit, windows)
-        tried = tried[:1]  # the others were fitted to samples that no longer count
+        tried = [tried[0], *(replace(t, fit=blinded(t.fit, windows)) for t in tried[1:])]  # all on the same samples
     chain = ahead(fit, first, plain, say) if tried else []
     further = chain[-1].fit if chain else first
     moving = suspicious(further)
@@ -151,7 +151,7 @@ def stateful(fit: Fit, left: list[Hypothesis], tried: list[Trial], moving: bool)
     """
     delayed = any(h.effect.name == "time_offset" for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
     alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic"]
-    alive = [h for h in alive if not (delayed and h.effect.name == "low_pass")]
+    alive = [h for h in alive if not (delayed and h.effect.name == FILTER)]
     if moving:
         return alive
     settled = any(t.evidence > HINTED for t in tried) or any(h.effect.states for h in fit.model.hypotheses)

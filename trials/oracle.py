@@ -13,7 +13,7 @@ from imubench.diagnosis.findings import parameters
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.grids import placed
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import state_trials
+from imubench.diagnosis.lively import ANYWAY, state_trials
 from imubench.diagnosis.loud import ALLOWED, louder
 from imubench.diagnosis.noise import declared, with_noise
 from imubench.diagnosis.refit import information
@@ -60,7 +60,7 @@ def trials(fit: Fit, told: list[Hypothesis]) -> list[Trial]:
     """Return exact refits with one more of some effects."""
     plain, lively = ([h for h in told if bool(h.effect.states) == states] for states in (False, True))
     at_start, judged = placed(fit, plain)
-    return [*plain_trials(fit, [*score(fit, at_start), *judged], _quiet), *state_trials(fit, lively, _quiet)]
+    return [*plain_trials(fit, [*score(fit, at_start), *judged], _quiet), *state_trials(fit, lively, _quiet, ANYWAY)]
 
 
 def noises(fit: Fit, told: Places) -> Iterator[Finding]:
