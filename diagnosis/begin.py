@@ -24,7 +24,7 @@ def begun(recording: Recording, step: Step = silent) -> Begun:
     with step("check the samples"):
         samples = sampled(recording)
     with step("fit the motion"):
-        known = heard(recording, samples.findings)
+        known = heard(recording, samples.findings, samples.white)
         fit = first = nominal_fit(known, samples.masks, samples.humming)
         if stop := stop_of(first, samples):
             known = replace(known, free_swings=stop.swings(known.free_swings))

@@ -29,7 +29,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         chosen = select(fit) if not unseen else None
     told, now = declared_by(recording), declared(fit.model)
     with step("weigh and locate what is left"):
-        before = gather.weighed(first, told)
+        before = gather.weighed(first, told, samples.white)
         where = locate(gather.traces(before), regressors(first))
         strange = unknowns(chosen.fit, where) if chosen else Unknowns((), fit, ())
         rest, best = strange.findings, strange.fit

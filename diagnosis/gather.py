@@ -49,15 +49,15 @@ class Weighed:
         return power / sum(r.residual.value.size for r in self.fit.measured)
 
 
-def weighed(fit: Fit, known: Mapping[str, float]) -> Weighed:
-    """Return a fit beside the noise by group: the known level, or where there is none the quietest moments' one."""
+def weighed(fit: Fit, known: Mapping[str, float], seen: Mapping[str, float] | None = None) -> Weighed:
+    """Return a fit beside the noise by group: the known level, else what the samples have `seen`, or the quietest's."""
     left, leverage = levels(fit)
     quiet = {f"{i.name}.gyro": quiet_level(i.time, i.gyro) for i in fit.model.recording.imus}
     quiet |= {f"{i.name}.accel": quiet_level(i.time, i.accel) for i in fit.model.recording.imus}
     table = []
     for rows in fit.measured:
         least = min(quiet.get(rows.name, np.inf), float(left[rows.name]))
-        used = known.get(rows.name, least)
+        used = known.get(rows.name, (seen or {}).get(rows.name, least))
         unit = CHANNELS[rows.name.split(".")[1]][1]
         table.append(Level(rows.name, unit, known.get(rows.name), used, float(left[rows.name])))
     return Weighed(fit, leverage, tuple(table))

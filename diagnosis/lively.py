@@ -156,4 +156,4 @@ def pairs(screened: list[Screened]) -> list[list[Screened]]:
     return [[of_sensors[0], same[0]]] if same else []
 
 
-__all__ = ["ANYWAY", "RIVALS", "pairs", "state_trials"]
+__all__ = ["ANYWAY", "LONE", "RIVALS", "pairs", "promising", "state_trials"]

@@ -13,7 +13,7 @@ Not told apart here: a stop or play in the joint knocks as well, and so does a l
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -43,6 +43,7 @@ class RawChecks:
     still: Windows  # s, at rest
     noise: Mapping[str, float]  # "imu1.gyro" -> std per sample: at rest, else of white noise above 12 Hz
     colour: Mapping[str, float]  # the same keys, correlation of neighbouring samples at rest; empty without a rest
+    white: Mapping[str, float] = field(default_factory=dict)  # the same keys, where what is above 12 Hz is noise alone
 
 
 def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
@@ -99,6 +100,7 @@ def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
         rest.windows,
         {f"{imu.name}.{part}": std for part, std in noise.items() if std is not None},
         {f"{imu.name}.{part}": r for part, r in rest.colour.items()},
+        {f"{imu.name}.{part}": level.std for part, level in levels.items() if level is not None and level.white},
     )
 
 

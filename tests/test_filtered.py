@@ -11,7 +11,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit
-from imubench.diagnosis.trial import Kept
+from imubench.diagnosis.trial import UNEXPLAINED, Kept, misfit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -48,6 +48,20 @@ def test_a_filter_takes_the_place_of_the_delay_that_it_was_taken_for(tmp_path, a
     assert h == k.hypothesis
     if found[0] == "low_pass":
         assert np.exp(after.state.values[h.key("cutoff")][0]) == pytest.approx(asked[2]["cutoff"], rel=0.05)
+
+
+def test_a_filter_takes_the_place_of_a_delay_that_leaves_much_if_it_leaves_little(tmp_path):
+    """On a free body the pose's clock takes the delay, and 2.5 times the noise is left."""
+    asked = [("low_pass", "imu1", {"cutoff": 6.0, "channels": BOTH})]
+    make_case(tmp_path / "case", "free", effects=asked, seed=5, seconds=15.0)
+    fit = nominal_fit(read(tmp_path / "case")[0])
+    (clock,) = fit.model.hypotheses
+    assert misfit(fit) > UNEXPLAINED
+    kept = [Kept(clock, np.inf, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())]
+    after, (k,) = filtered(fit, kept, lambda _: None)
+    assert (k.hypothesis.effect.name, k.hypothesis.at) == ("low_pass", "imu1")
+    assert np.exp(after.state.values[k.hypothesis.key("cutoff")][0]) == pytest.approx(6.0, rel=0.02)
+    assert misfit(after) < 1.1
 
 
 @pytest.mark.slow

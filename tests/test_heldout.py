@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.fit import solve
-from imubench.diagnosis.heldout import block_of, gain, held_out
+from imubench.diagnosis.heldout import Gain, block_of, gain, held_out
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.score import score
@@ -47,3 +47,22 @@ def test_one_linear_step_predicts_as_fitting_each_half_does(tmp_path):
     assert best.at == "imu1"
     assert won.low > 0
     assert won.value == pytest.approx(full, rel=0.1)  # linear but for the product of scale and attitude
+
+
+@pytest.mark.parametrize(
+    ("blocks", "surely"),
+    [
+        ([3226.0, -0.15, -0.1, -0.05, 0.0, -0.1, -0.15, -0.1], True),  # friction, until the swing has ended
+        ([8.0, -2.0, -1.0, 0.5, -2.0, -1.0, 0.0, -1.5], False),
+        ([300.0, -80.0, -90.0, 20.0, -100.0, -70.0, -20.0, -60.0], False),
+        ([3.0, 2.0, 4.0, 3.0, 2.0, 3.0, 4.0, 2.0], True),
+    ],
+)
+def test_what_acts_in_one_block_foretells_and_what_harms_the_others_does_not(blocks, surely):
+    won = gain(np.array(blocks), np.zeros(len(blocks)), np.random.default_rng(1))
+    assert won.foretells() == surely
+
+
+def test_a_gain_that_is_asked_for_is_asked_of_its_lower_end():
+    won = Gain(100.0, 40.0, 160.0, np.zeros(8))
+    assert won.foretells(30.0) and not won.foretells(50.0)

@@ -7,15 +7,15 @@ from imubench.diagnosis.excerpt import cut, excerpt, loudest
 from imubench.diagnosis.fit import all_rows, solve
 from imubench.diagnosis.grids import hum, slip
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import RIVALS, state_trials
+from imubench.diagnosis.lively import LONE, RIVALS, promising, state_trials
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.rounds import asked
 from imubench.diagnosis.score import started
-from imubench.diagnosis.screen import Base, screen
+from imubench.diagnosis.screen import Base, Screened, screen
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.trial import TRIED, Trial
 from imubench.diagnosis.worth import foreseen, tallied, won
-from imubench.effects import EFFECTS
+from imubench.effects import EFFECTS, VARIANTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -70,6 +70,34 @@ def test_a_spring_is_fitted_from_its_screening(fitted, effect, at, seed):
     for key, tolerance in (("frequency", 0.08), ("damping_ratio", 1.2)):  # of the logarithm
         seen = np.exp(best.fit.state.values[best.hypothesis.key(key)])
         assert np.all(np.abs(np.log(seen / np.asarray(true[key]))) < tolerance), key
+
+
+@pytest.mark.parametrize("rig", ["free", pytest.param("pendulum", marks=pytest.mark.slow)])
+def test_a_filter_on_the_only_sensor_is_found_whatever_its_screening_promises(tmp_path, rig):
+    """The motion is known from what came out of it: of 2.4 Hz the screening says that it goes the wrong way."""
+    slow = ("low_pass", "imu1", {"cutoff": 2.4, "channels": ["gyro", "accel"]})
+    make_case(tmp_path / "r", rig, [slow], 3, seconds=12.0)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    assert next(s for s in screen(fit, lively(fit)) if s.hypothesis.name == "low_pass@imu1").amount < 0
+    best = state_trials(fit, lively(fit), lambda _: None)[0]
+    assert best.hypothesis.name == "low_pass@imu1"
+    assert np.exp(best.fit.state.values["low_pass@imu1.cutoff"]) == pytest.approx(2.4, rel=0.03)
+
+
+def promise_of(name, at, evidence, amount=1.0):
+    effect = next(e for e in VARIANTS if (e.name, e.variant) == name)
+    return Screened(Hypothesis(effect, at), evidence, {}, {}, amount)
+
+
+def test_the_next_promises_are_tried_where_the_first_are_no_good():
+    rocking, soft = promise_of(("rocking_mount", ""), "imu2", 960.0), promise_of(("soft_mount", ""), "imu2", 140.0)
+    wrong_way, little = promise_of(("soft_mount", ""), "imu1", 500.0, -0.4), promise_of(("low_pass", ""), "imu2", 4.0)
+    screened = [rocking, wrong_way, soft, little]
+    assert promising(screened, 5.0, lone=False) == [[rocking], [soft]]
+    single = [promise_of(("low_pass", part), "imu1", -10.0) for part in ("gyro", "accel", "")]
+    first, then = promising([rocking, soft, *single], 5.0, lone=True)
+    assert [s.hypothesis.effect.variant for s in first] == ["", "", "gyro"]
+    assert (len(first), then) == (1 + LONE, [soft])
 
 
 def test_an_excerpt_is_the_fit_of_its_samples(fitted):
