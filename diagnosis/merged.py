@@ -8,12 +8,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from itertools import combinations
 
-import numpy as np
-
 from imubench.diagnosis.alike import LIKE, Instead, alternatives, instead
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.trial import NEEDED, Kept
@@ -35,8 +32,8 @@ def merged(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit,
                 say(f"trying {one.hypothesis.name} in the place of {' and '.join(h.name for h in two)}")
                 better = _instead(fit, pair, one)
                 if better is not None:
-                    new = Kept(one.hypothesis, np.inf, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())
-                    return merged(better, [*(k for k in kept if k not in pair), new], say)
+                    rest = [k for k in kept if k not in pair]
+                    return merged(better, [*rest, Kept.unjudged(one.hypothesis)], say)
     return fit, kept
 
 

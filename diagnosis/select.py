@@ -41,7 +41,7 @@ def candidates(model: Model) -> list[Hypothesis]:
 def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selection:
     """Return the effects that the recording needs."""
     fit, rejected = nominal, []
-    kept = [Kept(h, np.inf, Gain(0.0, 0.0, 0.0, np.zeros(1)), ()) for h in nominal.model.hypotheses]
+    kept = [Kept.unjudged(h) for h in nominal.model.hypotheses]
     rng = np.random.default_rng(SEED)
     everything = candidates(nominal.model)
     asked_for = everything

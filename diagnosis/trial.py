@@ -36,6 +36,11 @@ class Kept:
     heldout: Gain
     rivals: tuple[Trial, ...]  # refitted in its round, in its place
 
+    @classmethod
+    def unjudged(cls, h: Hypothesis) -> "Kept":
+        """Return an effect that is in a fit without having been chosen: deletion will say what it is worth."""
+        return cls(h, np.inf, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())
+
 
 def misfit(fit: Fit, at_least: bool = False) -> float:
     """Return the mean over the sensors of noise power left over noise power expected.

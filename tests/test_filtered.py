@@ -57,7 +57,7 @@ def test_a_filter_takes_the_place_of_a_delay_that_leaves_much_if_it_leaves_littl
     fit = nominal_fit(read(tmp_path / "case")[0])
     (clock,) = fit.model.hypotheses
     assert misfit(fit) > UNEXPLAINED
-    kept = [Kept(clock, np.inf, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())]
+    kept = [Kept.unjudged(clock)]
     after, (k,) = filtered(fit, kept, lambda _: None)
     assert (k.hypothesis.effect.name, k.hypothesis.at) == ("low_pass", "imu1")
     assert np.exp(after.state.values[k.hypothesis.key("cutoff")][0]) == pytest.approx(6.0, rel=0.02)
