@@ -89,11 +89,15 @@ class Sight:
 
 
 def sight(case: Case, knots_per_s: float | None = None) -> Sight | None:
-    """Return how a case's rig and motion see; None for free swings. The motion is free to 6 times its band or more."""
+    """Return how a case's rig and motion see; None for free swings. The motion is free to 6 times its band or more.
+
+    Sensors sit where they are, a `mount_pose` counted: seen from where they should be, 0.35 rad off, a turn about the
+    hinge, which a free hinge's angle takes up, was known to 0.6 mrad.
+    """
     options = replace(case.options, noise=0.0, colour=0.0, gaps=0, repeats=0)
     if options.swing:
         return None
-    plain = played(options, [], case.seed)
+    plain = replace(played(options, [], case.seed), mounts=_as_they_are(case))
     parts = [*blocks(plain, {name: noise_of(case, name) for name in channels(plain)}), *_instruments(plain)]
     knots = knots_per_s or float(np.clip(12 * options.band, 25.0, options.rate))
     motion = motion_columns(plain, parts, knots)
@@ -104,6 +108,17 @@ def sight(case: Case, knots_per_s: float | None = None) -> Sight | None:
     G, prior = _geometry(seen)
     seen.G, seen.prior = seen.left(G), prior
     return seen
+
+
+def _as_they_are(case: Case) -> list[Mount]:
+    """Return the mounts of a case with what `mount_pose` moves them by."""
+    out = []
+    for i, mount in enumerate(case.mounts):
+        p = find(case.effects, "mount_pose", f"imu{i + 1}") or {}
+        place = mount.position + np.asarray(p.get("translation", np.zeros(3)), dtype=float)
+        turn = mount.rotation @ exp(np.asarray(p.get("rotation", np.zeros(3)), dtype=float))
+        out.append(replace(mount, position=place, rotation=turn))
+    return out
 
 
 def channels(case: Case) -> list[str]:

@@ -126,6 +126,15 @@ def test_an_effect_is_drawn_to_the_visibility_that_is_wanted(name):
 
 
 @pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("encoder", [False, True])
+def test_a_mount_turned_about_a_free_hinge_is_not_seen_without_an_encoder(encoder):
+    """The hinge's angle takes the turn up, however far the mount is off."""
+    far = ("mount_pose", "imu2", {"rotation": [0.19, 0.28, -0.09], "translation": [-0.1, 0.07, -0.05]})
+    case = build("hinge", [far], 7, seconds=10.0, encoder=encoder)
+    turned = np.linalg.norm(bounds(case)["rotation"])
+    assert turned < 0.02 if encoder else turned > 1.0
+
+
 def test_a_mount_too_hard_to_have_a_motion_is_not_drawn():
     case = build("hinge", [("hardening_mount", "imu2")], seed=6, **SHORT)
     seen = sight(case)
