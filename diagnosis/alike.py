@@ -16,7 +16,7 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.delays import filters, late, left_by
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, State
-from imubench.diagnosis.marks import MARK, joint, mark
+from imubench.diagnosis.marks import MARK, Columns, Joint, joint, mark
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.refit import extended, guess_of, log_evidence, refit
 from imubench.diagnosis.trial import FILTER
@@ -38,6 +38,16 @@ class Rival:
     exact: bool = False  # refitted, not only expected
 
 
+@dataclass(frozen=True)
+class Instead:
+    """One effect in the place of some that a fit has."""
+
+    hypothesis: Hypothesis
+    loss: float  # nat
+    share: float  # of what they explain
+    guess: dict[str, Array]  # its parameters
+
+
 def alternatives(model: Model, h: Hypothesis) -> list[Hypothesis]:
     """Return what could stand in an effect's place: every law that is near linear, and the other clock."""
     recording = model.recording
@@ -55,49 +65,39 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     `sure`: the closest few are refitted exactly, for a law far from linear seems to lose more than it does.
     """
     bare, still, added = mark(fit, fit.state, [h])
-    others = alternatives(fit.model, h)
-    model = bare.with_effects((*bare.hypotheses, *others))
-    begun = extended(replace(fit, model=bare, state=still), model.hypotheses)
     slow = late(fit, h)
     stands = State(still.coefficients, fit.state.values)
     smooth = filters(bare, stands, *slow, fit.noise) if slow else {}
-    both = joint(begun.model, begun.state, fit, others, {MARK: added} | smooth)
-    wanted = both.along(MARK)[:, 0]
-    total = 0.5 * float(wanted @ both.information @ wanted)
-    found: list[tuple[Rival, Hypothesis | None, Array]] = []
-    for r in others:
-        loss, size = both.explained(wanted, both.along(r.name))
-        start = np.concatenate([p.centre for p in r.effect.parameters])
-        found.append((Rival(r.effect.name, r.at, loss), r, start + size))
-    scales = [r.name for r in others if r.effect.name == "accel_scale"]
+    both, wanted, single = _against(fit, (bare, still, added), alternatives(fit.model, h), smooth)
+    found = [Rival(one.hypothesis.effect.name, one.hypothesis.at, one.loss) for one in single]
+    scales = [one.hypothesis for one in single if one.hypothesis.effect.name == "accel_scale"]
     if h.effect.name == "gravity" and scales:
-        loss, size = both.explained(wanted, both.along(*scales).sum(axis=1, keepdims=True))
-        found += [(Rival("accel_scale", n.split("@")[1], loss), None, size) for n in scales]
+        loss, _ = both.explained(wanted, both.along(*(r.name for r in scales)).sum(axis=1, keepdims=True))
+        found += [Rival(r.effect.name, r.at, loss) for r in scales]
     if slow and smooth:
         loss = min(left_by(both, wanted, both.along(n)[:, 0]) for n in smooth)
-        found.append((Rival(FILTER, slow[0].name, loss), None, np.zeros(0)))
-    found.sort(key=lambda f: f[0].loss)
+        found.append(Rival(FILTER, slow[0].name, loss))
     if sure:
-        close = [f for f in found if f[1] is not None and LIKE < f[0].loss < DOUBT * total][:REFITTED]
-        tried = [(_refitted(fit, h, r, guess), r, guess) for _, r, guess in close if r is not None]
-        found += [(t, r, guess) for t, r, guess in tried if t is not None]
+        close = [one for one in single if one.loss > LIKE and one.share < DOUBT][:REFITTED]
+        tried = [_refitted(fit, h, one) for one in close]
+        found += [t for t in tried if t is not None]
     best: dict[tuple[str, str], Rival] = {}
-    for rival, _, _ in sorted(found, key=lambda f: f[0].loss):
+    for rival in sorted(found, key=lambda r: r.loss):
         best.setdefault((rival.effect, rival.at), rival)
     best.pop((h.effect.name, h.at), None)
     return sorted(best.values(), key=lambda r: r.loss)
 
 
-def _refitted(fit: Fit, h: Hypothesis, rival: Hypothesis, guess: Array) -> Rival | None:
+def _refitted(fit: Fit, h: Hypothesis, one: Instead) -> Rival | None:
     """Return what the fit, or its evidence, really loses with another effect in the place of `h`."""
     rest = tuple(other for other in fit.model.hypotheses if other != h)
     try:
-        tried = refit(fit, (*rest, rival), guess_of(rival, guess))
+        tried = refit(fit, (*rest, one.hypothesis), one.guess)
     except NotPositiveDefiniteError:
         return None
     # the evidence, because parameters of `h` that only fitted noise are no loss
     lost = min(tried.cost - fit.cost, log_evidence(fit) - log_evidence(tried))
-    return Rival(rival.effect.name, rival.at, max(lost, 0.0), exact=True)
+    return Rival(one.hypothesis.effect.name, one.hypothesis.at, max(lost, 0.0), exact=True)
 
 
 def alike(fit: Fit, h: Hypothesis) -> list[Rival]:
@@ -122,29 +122,29 @@ def _all_scaled(fit: Fit, scales: Sequence[Hypothesis]) -> float:
     return instead(fit, scales, [weight])[0].loss
 
 
-@dataclass(frozen=True)
-class Instead:
-    """One effect in the place of some that a fit has."""
-
-    hypothesis: Hypothesis
-    loss: float  # nat
-    share: float  # of what they explain
-    guess: dict[str, Array]  # its parameters
-
-
 def instead(fit: Fit, gone: Sequence[Hypothesis], others: Sequence[Hypothesis]) -> list[Instead]:
     """Return what each of some effects is expected to lose in the place of kept ones, the closest first."""
-    bare, still, added = mark(fit, fit.state, gone)
+    return _against(fit, mark(fit, fit.state, gone), others)[2]
+
+
+def _against(
+    fit: Fit,
+    marked: tuple[Model, State, dict[str, Array]],
+    others: Sequence[Hypothesis],
+    columns: Columns | None = None,
+) -> tuple[Joint, Array, list[Instead]]:
+    """Return the information of all and of what was taken out, its direction, effects by their loss in its place."""
+    bare, still, added = marked
     begun = extended(replace(fit, model=bare, state=still), (*bare.hypotheses, *others))
-    both = joint(begun.model, begun.state, fit, others, {MARK: added})
+    both = joint(begun.model, begun.state, fit, others, {MARK: added} | (columns or {}))
     wanted = both.along(MARK)[:, 0]
-    total = 0.5 * float(wanted @ both.information @ wanted)
+    total = max(0.5 * float(wanted @ both.information @ wanted), 1e-9)
     out = []
     for r in others:
         loss, size = both.explained(wanted, both.along(r.name))
         start = np.concatenate([p.centre for p in r.effect.parameters])
-        out.append(Instead(r, loss, loss / max(total, 1e-9), guess_of(r, start + size)))
-    return sorted(out, key=lambda found: found.loss)
+        out.append(Instead(r, loss, loss / total, guess_of(r, start + size)))
+    return both, wanted, sorted(out, key=lambda one: one.loss)
 
 
 __all__ = ["LIKE", "Instead", "Rival", "alike", "alternatives", "instead", "rivals"]

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.samples import Sampled, heard, sampled
+from imubench.diagnosis.samples import Sampled, sampled
 from imubench.diagnosis.stops import settled_between, stop_of
 from imubench.progress import Step, silent
 from imubench.recording import Recording
@@ -24,7 +24,7 @@ def begun(recording: Recording, step: Step = silent) -> Begun:
     with step("check the samples"):
         samples = sampled(recording)
     with step("fit the motion"):
-        known = heard(recording, samples.findings, samples.white)
+        known = samples.heard(recording)
         fit = first = nominal_fit(known, samples.masks, samples.humming)
         if stop := stop_of(first, samples):
             known = replace(known, free_swings=stop.swings(known.free_swings))

@@ -16,7 +16,7 @@ from imubench.diagnosis.noise import LAW_FLOOR, LOOSENED, fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, log_evidence
 from imubench.diagnosis.result import Finding
-from imubench.diagnosis.samples import heard, sampled
+from imubench.diagnosis.samples import sampled
 from imubench.diagnosis.screen import led
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.worth import tallied, won
@@ -94,7 +94,7 @@ def explained_fit(recording: Recording, findings: Sequence[Sequence[Told]]) -> F
     repeated, knocked, those of a slip) do not count.
     """
     samples = sampled(recording)
-    nominal = nominal_fit(heard(recording, samples.findings, samples.white), samples.masks, samples.humming)
+    nominal = nominal_fit(samples.heard(recording), samples.masks, samples.humming)
     best = refitted(nominal, [settings[0] for settings in findings])
     for i, settings in enumerate(findings):
         for other in settings[1:]:

@@ -38,7 +38,7 @@ def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
     for rows in fit.measured:
         at = rows.name.split(".")[0]
         if rows.name in over and at in imus and flat(spectra[rows.name]) and steady(fit, rows, leverage[rows.name]):
-            out.append(louder(fit, rows))
+            out.append(louder(fit, rows, leverage[rows.name]))
             over.remove(rows.name)
     sensors = {n.split(".")[0] for n in over}
     chosen = next((w for w in where if w.at in sensors), None)
@@ -70,12 +70,11 @@ def steady(fit: Fit, rows: Rows, leverage: Array) -> bool:
     return 1 / STEADY < ratio < STEADY
 
 
-def louder(fit: Fit, rows: Rows) -> Finding:
-    """Return a louder white noise of an IMU's triple as a finding."""
+def louder(fit: Fit, rows: Rows, leverage: Array) -> Finding:
+    """Return a louder white noise of an IMU's triple as a finding; `leverage` (n, 3) as `levels` has it."""
     at, part = rows.name.split(".")
     std = fit.noise[rows.name]
-    _, leverage = levels(fit)
-    error = std / np.sqrt(2 * max(float(np.sum(1 - leverage[rows.name])), 1.0))
+    error = std / np.sqrt(2 * max(float(np.sum(1 - leverage)), 1.0))
     size = Parameter(np.array(std), np.array(error), UNITS[part])
     return Finding(f"{part}_noise", at, SURELY, {"std": size}, Interval(0.0, (0.0, 0.0)))
 

@@ -29,6 +29,10 @@ class Sampled:
         """The IMUs that hum, and at how many Hz."""
         return {f.at: float(f.parameters["frequency"].value) for f in self.findings if f.effect == "vibration"}
 
+    def heard(self, recording: Recording) -> Recording:
+        """Return the recording with its noise declared as these samples have it."""
+        return heard(recording, self.findings, self.white)
+
 
 def sampled(recording: Recording) -> Sampled:
     """Return what the raw samples of a recording say."""

@@ -125,7 +125,6 @@ def test_an_effect_is_drawn_to_the_visibility_that_is_wanted(name):
         assert reached == pytest.approx(wanted, rel=0.06)
 
 
-@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("encoder", [False, True])
 def test_a_mount_turned_about_a_free_hinge_is_not_seen_without_an_encoder(encoder):
     """The hinge's angle takes the turn up, however far the mount is off."""
@@ -135,6 +134,7 @@ def test_a_mount_turned_about_a_free_hinge_is_not_seen_without_an_encoder(encode
     assert turned < 0.02 if encoder else turned > 1.0
 
 
+@pytest.mark.filterwarnings("error")
 def test_a_mount_too_hard_to_have_a_motion_is_not_drawn():
     case = build("hinge", [("hardening_mount", "imu2")], seed=6, **SHORT)
     seen = sight(case)

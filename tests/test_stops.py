@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.samples import heard, sampled
+from imubench.diagnosis.samples import sampled
 from imubench.diagnosis.stops import Stop, settled_between, stop_of
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -16,7 +16,7 @@ def looked_at(tmp_path, effect, seed):
     truth = make_case(tmp_path / "r", "hinge", [effect], seed, seconds=20.0, base="fixed", swing=True)
     recording = read(tmp_path / "r")[0]
     samples = sampled(recording)
-    known = heard(recording, samples.findings)
+    known = samples.heard(recording)
     return truth["effects"][0]["parameters"], known, samples, nominal_fit(known, samples.masks)
 
 

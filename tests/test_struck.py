@@ -5,7 +5,7 @@ import pytest
 
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.raw_findings import joined
-from imubench.diagnosis.samples import heard, sampled
+from imubench.diagnosis.samples import sampled
 from imubench.diagnosis.struck import FEWEST, TOGETHER, elsewhere, struck_again
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -19,7 +19,7 @@ def quick_limb(folder, effects, seed=1198967575):
     make_case(folder / "r", "pendulum", effects, seed, seconds=15.0, colour=0.174, rotation_std=0.019, **QUICK)
     recording = read(folder / "r")[0]
     samples = sampled(recording)
-    return nominal_fit(heard(recording, samples.findings), samples.masks), samples
+    return nominal_fit(samples.heard(recording), samples.masks), samples
 
 
 def test_knocks_that_the_raw_samples_doubt_are_found_beside_the_fit(tmp_path):

@@ -6,7 +6,7 @@ leaves more than a declared level may be off. What the oracle misses the data do
 finds and the diagnosis misses is the search's.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from imubench.diagnosis.begin import Begun
 from imubench.diagnosis.findings import parameters
@@ -15,7 +15,7 @@ from imubench.diagnosis.grids import placed
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import ANYWAY, state_trials
 from imubench.diagnosis.loud import ALLOWED, louder
-from imubench.diagnosis.noise import declared, with_noise
+from imubench.diagnosis.noise import declared, levels, with_noise
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.diagnosis.rounds import plain_trials
@@ -56,22 +56,19 @@ def fitted(fit: Fit, told: Places) -> Fit:
     return fit
 
 
-def trials(fit: Fit, told: list[Hypothesis]) -> list[Trial]:
+def trials(fit: Fit, told: list[Hypothesis], say: Callable[[str], None] = lambda _: None) -> list[Trial]:
     """Return exact refits with one more of some effects."""
     plain, lively = ([h for h in told if bool(h.effect.states) == states] for states in (False, True))
     at_start, judged = placed(fit, plain)
-    return [*plain_trials(fit, [*score(fit, at_start), *judged], _quiet), *state_trials(fit, lively, _quiet, ANYWAY)]
+    return [*plain_trials(fit, [*score(fit, at_start), *judged], say), *state_trials(fit, lively, say, ANYWAY)]
 
 
 def noises(fit: Fit, told: Places) -> Iterator[Finding]:
     """Yield the louder noises among the effects that the fit leaves."""
     usual = declared(fit.model)
+    _, leverage = levels(fit)
     for rows in fit.measured:
         at, part = rows.name.split(".")
         name = f"{part}_noise"
         if (name, at) in told and rows.name in usual and (fit.noise[rows.name] / usual[rows.name]) ** 2 > ALLOWED:
-            yield louder(fit, rows)
-
-
-def _quiet(text: str) -> None:
-    """Say nothing."""
+            yield louder(fit, rows, leverage[rows.name])
