@@ -8,13 +8,14 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, all_rows, settled, solve
+from imubench.diagnosis.fitted_terms import rougher
 from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.noise import declared, fit_with_noise, with_noise
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import Screened, led
 from imubench.diagnosis.term_scores import COLOUR, louder_where
-from imubench.diagnosis.trial import Trial
-from imubench.diagnosis.worth import weighed
+from imubench.diagnosis.trial import FILTER, NEEDED, Trial
+from imubench.diagnosis.worth import weighed, worth
 
 ROUNDS = 3  # of their noise estimation
 DOUBTED, LEFT = 4.0, 0.05  # times a law's std, and of what drives it, that may be left; beyond, its state is a spline
@@ -68,8 +69,15 @@ def grown(fit: Fit, trial: Trial) -> Trial:
 
 
 def against(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
-    """Return a refit beside the fit without its effects, less what a spline without a law may have of slow noise."""
+    """Return a refit beside the fit without its effects, less what a spline without a law may have of slow noise.
+
+    A filter must explain something beside a rougher motion too: knowing which frequencies do not pass, it takes from
+    the fit the freedom to follow noise there (233 freedoms and 14 nat of a clean pendulum, -216 beside the rougher).
+    """
     won, freedoms = weighed(fit, tried)
+    if won > NEEDED and any(h.effect.name == FILTER for h in hypotheses):
+        beside = worth(rougher(fit), rougher(tried))
+        won = won if beside > NEEDED else min(won, beside)
     if not any(h.effect.lawful for h in hypotheses):
         won -= of_colour(tried, hypotheses, freedoms)
     return Trial(hypotheses[0], tried, won, tuple(hypotheses[1:]))

@@ -100,7 +100,11 @@ def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
         rest.windows,
         {f"{imu.name}.{part}": std for part, std in noise.items() if std is not None},
         {f"{imu.name}.{part}": r for part, r in rest.colour.items()},
-        {f"{imu.name}.{part}": level.std for part, level in levels.items() if level is not None and level.white},
+        {
+            f"{imu.name}.{part}": level.std
+            for part, level in levels.items()
+            if level is not None and level.white and level.std > 0
+        },
     )
 
 

@@ -194,6 +194,14 @@ def test_quiet_moments_give_the_noise_and_motion_does_not(clean):
     assert quiet_level(time, values) == pytest.approx(0.02, rel=0.15)
 
 
+def test_a_rounded_sensor_that_rests_is_as_noisy_as_its_rounding():
+    """It said 0, and a noise of 0 ended the diagnosis of a coarse gyroscope whose noise nobody declares."""
+    time = np.arange(3000) / 100
+    turning = 0.5 * np.sin(2 * np.pi * 0.3 * time[:, None] + np.arange(3)) * (time[:, None] > 5)
+    assert quiet_level(time, 0.058 * np.round(turning / 0.058)) == pytest.approx(0.058 / np.sqrt(12), rel=1e-6)
+    assert quiet_level(time, np.zeros((3000, 3))) > 0
+
+
 def test_errors_against_a_reference_leave_one_heading_out():
     time = np.arange(500) / 50
     turn = exp(np.stack([0.3 * np.sin(time), 0.4 * np.sin(1.3 * time), 0.5 * time], axis=1))

@@ -1,5 +1,7 @@
 """A noise that nobody declares, on recordings of the independent generator: seen above the motion, kept in the fit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -39,3 +41,13 @@ def test_a_declared_noise_stays_and_one_that_is_not_white_is_not_taken(tmp_path)
     for name, std in sampled(quick).white.items():
         assert std < 1.3 * TRUE[name.split(".")[1]]
     assert np.all([i.gyro_noise_std is None for i in quick.imus])
+
+
+def test_a_dead_channel_has_no_noise_to_tell(tmp_path):
+    recording = undeclared(tmp_path)
+    dead = replace(recording.imus[1], gyro=np.zeros_like(recording.imus[1].gyro))
+    assert set(sampled(replace(recording, imus=(recording.imus[0], dead))).white) == {
+        "imu1.gyro",
+        "imu1.accel",
+        "imu2.accel",
+    }

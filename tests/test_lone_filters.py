@@ -1,0 +1,39 @@
+"""Filters on a lone IMU, on recordings of the independent generator: nothing else says what came into them."""
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.begin import begun
+from imubench.diagnosis.lively import state_trials
+from imubench.diagnosis.lively_fits import begun_screened
+from imubench.diagnosis.screen import screen
+from imubench.diagnosis.select import candidates
+from imubench.diagnosis.trial import FILTER, NEEDED
+from imubench.diagnosis.worth import worth
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+LIMB = {"rate": 200.0, "gyro_noise": 0.00138, "accel_noise": 0.0387, "declare_noise": False, "rotation_std": 0.0294}
+
+
+def limb(folder, effects=(), seed=525300682, **options):
+    """The first fit of a limb with one IMU, and the filters that it might have."""
+    make_case(folder / "case", "pendulum", list(effects), seed, **(LIMB | {"seconds": 15.0, "rest": 0.065} | options))
+    fit = begun(read(folder / "case")[0]).fit
+    return fit, [h for h in candidates(fit.model) if h.effect.name == FILTER]
+
+
+def test_a_filter_that_only_smooths_the_motion_is_none(tmp_path):
+    """It was called a filter of 42 Hz with a confidence of 0.97: with it the fit follows less of the noise."""
+    fit, filters = limb(tmp_path, band=4.989, vigour=0.776, gaps=2, misdeclared=0.1118, position_std=0.00494)
+    (both,) = [s for s in screen(fit, filters) if len(s.hypothesis.effect.states) == 2]
+    trial = begun_screened(fit, [both])
+    assert worth(fit, trial.fit) > NEEDED > trial.evidence
+    assert not state_trials(fit, filters, lambda _: None)
+
+
+def test_a_filter_that_is_there_explains_something_beside_a_rougher_motion_too(tmp_path):
+    fit, filters = limb(tmp_path, [("low_pass", "imu1", {"cutoff": 4.0, "channels": ["gyro", "accel"]})], seed=4)
+    best, *_ = state_trials(fit, filters, lambda _: None)
+    assert best.hypothesis.effect.states[-1] is not None
+    assert np.exp(best.fit.state.values[best.hypothesis.key("cutoff")][0]) == pytest.approx(4.0, rel=0.1)
