@@ -84,7 +84,10 @@ def explained(trial: Trial) -> float:
 def _one_by_one(
     short: Fit, promised: list[list[Screened]], say: Callable[[str], None]
 ) -> tuple[list[Screened], list[tuple[Trial, list[Screened]]]]:
-    """Return the screenings that were refitted last, and all refits; the next are tried where none was any good."""
+    """Return the screenings that were refitted last, and all refits.
+
+    The next are tried where none was any good, and where the best has no law: it explains what any other would.
+    """
     likely: list[Screened] = []
     tried: list[tuple[Trial, list[Screened]]] = []
     for likely in promised:
@@ -92,7 +95,8 @@ def _one_by_one(
             say(f"refitting with {one.hypothesis.name}")
             with suppress(NotPositiveDefiniteError):
                 tried.append((begun_screened(short, [one]), [one]))
-        if any(t.evidence > NEEDED for t, _ in tried):
+        best = max((t for t, _ in tried), key=explained, default=None)
+        if best is not None and best.evidence > NEEDED and best.hypothesis.effect.lawful:
             break
     return likely, tried
 

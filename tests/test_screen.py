@@ -100,6 +100,18 @@ def test_the_next_promises_are_tried_where_the_first_are_no_good():
     assert (len(first), then) == (1 + LONE, [soft])
 
 
+def test_springs_are_tried_though_a_state_without_a_law_was_good_for_something(tmp_path):
+    """102 nat were promised beside a moving pivot's 2,095; it comes to three times what the pivot does."""
+    spring = {"frequency": [6.639, 7.903, 6.56], "damping_ratio": 0.2116}
+    options = {"seconds": 12.0, "rate": 128.0, "band": 2.36, "vigour": 1.468, "misdeclared": -0.132}
+    make_case(tmp_path / "r", "pendulum", [("soft_mount", "imu1", spring)], 397079575, **options)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    trials = state_trials(fit, lively(fit), lambda _: None)
+    assert trials[0].hypothesis.name == "soft_mount@imu1"
+    pivot = next(t for t in trials if t.hypothesis.name == "moving_pivot@joint")
+    assert trials[0].evidence > 2 * pivot.evidence
+
+
 def test_an_excerpt_is_the_fit_of_its_samples(fitted):
     recording, fit, _ = fitted(("soft_mount", "imu2"))
     short = excerpt(fit, 3.0, 8.0)
