@@ -95,7 +95,7 @@ def _one_by_one(
             say(f"refitting with {one.hypothesis.name}")
             with suppress(NotPositiveDefiniteError):
                 tried.append((begun_screened(short, [one]), [one]))
-        best = max((t for t, _ in tried), key=explained, default=None)
+        best = max((t for t, _ in tried if resolved(t)), key=explained, default=None)
         if best is not None and best.evidence > NEEDED and best.hypothesis.effect.lawful:
             break
     return likely, tried

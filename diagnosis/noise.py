@@ -24,7 +24,7 @@ from imubench.diagnosis.tilt import tilts
 from imubench.recording import Recording
 
 FLOOR = 0.85  # of the declared level: a declared noise is right within 15 %
-LAW_FLOOR = 0.05  # of its std: a law that held without any noise would hold the fit still, and never settle
+LAW_FLOOR = 0.05  # of its std: a law that held without any noise would hold the fit still; what is below stays there
 LAW_RISE = 4.0  # times its level of the round before, at most
 SMALLEST = 1e-7  # of a unit: no group is taken for exact
 ROUNDS = 3
@@ -149,7 +149,7 @@ def fit_with_noise(
     """
     floor = {name: FLOOR * std for name, std in declared(model).items()}
     laws = {n for n in noise if "@" in n and not n.startswith("smooth.")}
-    floor |= dict.fromkeys(laws, LAW_FLOOR)
+    floor |= {name: min(LAW_FLOOR, noise[name]) for name in laws}
     slow = set(floor)
     floor[GROUP] = LAW_FLOOR
     lawful = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}

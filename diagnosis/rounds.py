@@ -52,8 +52,9 @@ def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]
     chain = ahead(fit, first, plain, say) if tried else []
     further = chain[-1].fit if chain else first
     moving = suspicious(further)
-    alive = stateful(fit, left, tried, moving)
-    lively = state_trials(fit, alive, say, NEEDED if moving else HINTED)
+    least = NEEDED if moving else max([HINTED, *(t.evidence for t in tried)])
+    alive = stateful(fit, left, moving, least > HINTED)
+    lively = state_trials(fit, alive, say, least)
     if lively and before_plain(lively[0], fit, further):
         return Round(fit, lively + tried, lively[0].fit, [], True)
     return Round(fit, tried + lively, first, chain if moving else [], bool(alive))
@@ -141,21 +142,22 @@ def blinded(fit: Fit, counted: dict[str, NDArray[np.bool_]]) -> Fit:
     return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=3)
 
 
-def stateful(fit: Fit, left: list[Hypothesis], tried: list[Trial], moving: bool) -> list[Hypothesis]:
+def stateful(fit: Fit, left: list[Hypothesis], moving: bool, rivalled: bool) -> list[Hypothesis]:
     """Return the effects with states that a round tries: all where something seems to have a motion of its own.
 
-    Else those that obey a law, once no other effect explains anything: a mount on stiff springs leaves 1.05 of the
-    noise, and goes with the motion no more than what is misaligned does. Not beside another, which leaves more than
-    its law says: foam had a soft mount of 28 nat beside the rocking one of 47,000. No filter beside a clock's offset
-    that leaves little: it would take the delay too, and is held against it in the end (diagnosis/filtered.py).
+    Else those that obey a law: a mount on stiff springs leaves 1.05 of the noise, and goes with the motion no more than
+    what is misaligned does. Springs alone where they have a rival without states: they seem to be one, gyroscope scales
+    of 40 nat for a rocking mount of 79. None beside another at an IMU, which leaves more than its law says: foam had a
+    soft mount of 28 nat beside the rocking one of 47,000. No filter beside a clock's offset that leaves little: it
+    would take the delay too, and is held against it in the end (diagnosis/filtered.py).
     """
     delayed = any(h.effect.name == "time_offset" for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
     alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic"]
-    alive = [h for h in alive if not (delayed and h.effect.name == FILTER)]
+    alive = [h for h in alive if not ((delayed or (rivalled and not moving)) and h.effect.name == FILTER)]
     if moving:
         return alive
-    settled = any(t.evidence > HINTED for t in tried) or any(h.effect.states for h in fit.model.hypotheses)
-    return [] if settled else [h for h in alive if h.effect.lawful]
+    taken = any(h.effect.states and (h.effect.free or h.effect.place == "imu") for h in fit.model.hypotheses)
+    return [] if taken else [h for h in alive if h.effect.lawful]
 
 
 def suspicious(fit: Fit) -> bool:

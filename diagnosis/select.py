@@ -10,6 +10,7 @@ from imubench.diagnosis.filtered import filtered
 from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.lively_fits import as_tight
 from imubench.diagnosis.merged import merged
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise
@@ -64,7 +65,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             dropped += more
     if fit.model.tilts:
         say("settling springs and dampers")
-        fit = with_noise(fit, SETTLED)
+        fit = as_tight(with_noise(fit, SETTLED))
     return Selection(fit, tuple(kept), (*rejected, *dropped))
 
 
