@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.diagnosis.alike import alike
+from imubench.diagnosis.bases import drifts
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted, rougher
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.term_scores import Guess, promising
 from imubench.diagnosis.terms import SERIES
@@ -18,6 +20,9 @@ from imubench.diagnosis.trial import FILTER
 from imubench.diagnosis.worth import worth
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
+TURNS = 0.2  # of what play explains that never comes back: a mount that turns slowly may explain so much less
+QUICK = 0.1  # of its power: what a slow turn leaves of such play (of two creeping mounts 0.002 and 0.005, of play 0.6)
+MOVED = ("mount_shift", "mount_pose")
 DRIFTS = ("gyro_drift", "accel_drift")
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
 
@@ -35,32 +40,39 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
     """Return terms that explain more than named effects, the fit with them instead, and the names that they equal.
 
     What goes with shaking has a mean, and reads as a bias until it is held against one. A series holds a filter: it
-    must explain much more. What else explains more than a filter is not its like.
+    must explain much more. What else explains more than a filter is not its like. A few weights that explain as much as
+    a spline without a law are the simpler answer: of them a tie is enough, and of a mount that turns slowly less than
+    that, where a joint is said to have play that never comes back.
     """
     terms: list[Fitted] = []
     doubted: list[Hypothesis] = []
     for gone in groups(fit.model.hypotheses):
         if len(terms) == MOST or not set(gone) <= set(fit.model.hypotheses):
             continue
+        turns = only_turns(fit, gone[0])
+        gone += tuple(h for h in fit.model.hypotheses if turns and h.effect.name in MOVED)  # where it is on average
         say(f"looking whether something without a name explains more than {' and '.join(h.name for h in gone)}")
         with suppress(NotPositiveDefiniteError):
             without = refit(fit, tuple(h for h in fit.model.hypotheses if h not in gone), steps=4)
             guesses, tried = promising(without)
             over = worth if any(h.effect.states for h in gone) else evidence_over
             price, lost = float(np.log(max(tried / NAMES, 1))), over(without, fit)
-            held: list[Fitted] = []
+            held: list[tuple[float, Fitted]] = []
             freer = rougher(fit)
-            for guess in rivals([g for g in guesses if g.white > lost], fit, gone):
+            free = gone[0].effect.free
+            enough = 1 - TURNS if turns else 1 - MUCH if free else 1.0
+            likely = [g for g in guesses if g.white > enough * lost and (g.term.timed or not turns)]
+            for guess in rivals(likely, fit, gone):
                 done = fitted(without, guess, price)
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
-                if done.heldout.foretells() and more > 0:
-                    held.append(replace(done, evidence=more))
-            best = max(held, key=lambda f: f.evidence, default=None)
+                if done.heldout.foretells() and more > (-TURNS * lost if turns else -NEEDED if free else 0.0):
+                    held.append((more, done))
+            more, best = max(held, key=lambda f: f[0], default=(0.0, None))
             filters = gone[0].effect.name == FILTER
             series = best is not None and best.term.goes_with in SERIES
             least = 0.0 if filters and not series else MUCH * lost
-            if best and best.evidence > max(NEEDED, least / best.louder):
-                terms, fit = [*terms, best], best.fit
+            if best and (free or more > max(NEEDED, least / best.louder)):
+                terms, fit = [*terms, best if free else replace(best, evidence=more)], best.fit
             elif best and not (filters and series):
                 doubted += gone
     return Displaced(terms, fit, tuple(doubted))
@@ -85,6 +97,17 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> It
         (h,) = gone
         if (h.effect.name, steady[0].term.at) in {(r.effect, r.at) for r in alike(fit, h)}:
             yield steady[0]
+
+
+def only_turns(fit: Fit, h: Hypothesis) -> bool:
+    """Return whether a joint's play is a slow turn, as of a mount that creeps: play goes to and fro with the motion."""
+    if h.effect.name != "joint_play":
+        return False
+    turned = np.concatenate([*states_inside(fit.model, fit.state, h).values()], axis=1)
+    slow = drifts(np.arange(len(turned), dtype=float) * float(fit.model.tracks.knots.step))
+    off = turned - turned[:1]
+    left = off - slow @ np.linalg.lstsq(slow, off, rcond=None)[0]
+    return float(np.sum(left**2)) < QUICK * float(np.sum((turned - turned.mean(axis=0)) ** 2))
 
 
 def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:

@@ -20,12 +20,13 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.loud import loud
-from imubench.diagnosis.refit import information, log_evidence, refit
+from imubench.diagnosis.refit import evidence_over, information, refit
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import Finding, Parameter, Where
 from imubench.diagnosis.term_scores import ENOUGH, Guess, promising, signals_of
 from imubench.diagnosis.terms import CHANNELS, RATE, Term, Unknown
 from imubench.diagnosis.where import locate, shares
+from imubench.diagnosis.worth import worth
 
 REFITTED = 2  # terms at least, where they promise enough, until one is good
 RIVAL = 0.5  # of the best one's promise, from which the best of another place is fitted too
@@ -100,7 +101,8 @@ def superseded(fit: Fit, terms: Sequence[Term], say: Callable[[str], None] = lam
         say(f"trying to do without {h.name}")
         try:
             without = refit(fit, tuple(other for other in fit.model.hypotheses if other != h), steps=4)
-            if log_evidence(fit) - log_evidence(without) < ENOUGH:
+            over = worth if h.effect.states else evidence_over
+            if over(without, fit) < ENOUGH:
                 fit = without
         except NotPositiveDefiniteError:
             continue

@@ -78,3 +78,20 @@ def test_a_drift_that_stood_in_for_a_walk_is_doubted(tmp_path, name, parameters,
     fit = fitted_with(tmp_path, EFFECTS["gyro_drift"], "imu1", asked, 52, "pendulum", 3, **options)
     found = displaced(fit)
     assert bool(found.doubted or found.terms) != stays
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rig", "asked", "free", "seed", "stays"),
+    [
+        ("hinge", ("creep", "imu2", {"rotation": [0.0, -0.066, 0.019], "time_constant": 3.9}), "joint_play", 53, False),
+        ("hinge", ("joint_play", "joint"), "joint_play", 54, True),
+        ("pendulum", ("cubic", "imu1", {"channel": "gyro", "factor": 0.0078}), "moving_pivot", 55, False),
+        ("pendulum", ("moving_pivot", "joint"), "moving_pivot", 56, True),
+    ],
+)
+def test_a_spline_without_a_law_gives_way_to_a_few_weights_that_do_as_much(tmp_path, rig, asked, free, seed, stays):
+    fit = fitted_with(tmp_path, EFFECTS[free], "joint", [asked], seed, rig, 3)
+    found = displaced(fit)
+    assert [t.term.at for t in found.terms] == ([] if stays else [asked[1]])
+    assert any(h.effect.name == free for h in found.fit.model.hypotheses) == stays
