@@ -14,10 +14,12 @@ from imubench.recording import Recording
 
 KNOCKING = ("end_stop", "joint_play")  # what knocks by itself
 HUM = "vibration"
+FOUND = 0.5  # the confidence from which on a name is one
 STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s
 MUCH = 0.1  # of what a name is worth on held-out data
-DOUBTFUL = 0.6  # the confidence at most of a name beside an unknown: of 7 in 178 blind trials 2 were right
+DOUBTFUL = 0.6  # the confidence at most of a name that something without one equals: 7 of 11 in 300 blind trials
+STRANGE = 0.2  # of one beside an unknown that is worth as much: 2 of 15
 
 
 def with_samples(fitted: tuple[Finding, ...], samples: Sampled, rest: tuple[Finding, ...] = ()) -> tuple[Finding, ...]:
@@ -31,7 +33,7 @@ def with_samples(fitted: tuple[Finding, ...], samples: Sampled, rest: tuple[Find
     if knocking:
         raw = tuple(f for f in raw if f.effect != "impacts")
     if any(u.at == "joint" for u in rest):
-        raw = tuple(_doubted(f) if f.effect == HUM else f for f in raw)
+        raw = tuple(_at_most(f, DOUBTFUL) if f.effect == HUM else f for f in raw)
     return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
 
 
@@ -45,23 +47,24 @@ def beside(
     """
     equalled = {(h.effect.name, h.at) for h in doubted}
 
-    def strange(f: Finding) -> bool:
+    def sure(f: Finding) -> float:
         effect = EFFECTS.get(f.effect)
         free = effect is not None and effect.free
         worth = [(u.heldout_gain.value, MUCH if free or u.at == f.at else 1.0) for u in rest]
-        beside_it = any(gain > share * f.heldout_gain.value for gain, share in worth)
-        return beside_it or (f.effect, f.at) in equalled
+        if any(gain > share * f.heldout_gain.value for gain, share in worth):
+            return STRANGE
+        return DOUBTFUL if (f.effect, f.at) in equalled else 1.0
 
-    return tuple(_doubted(f) if strange(f) else f for f in named)
+    return tuple(_at_most(f, sure(f)) for f in named)
 
 
-def _doubted(f: Finding) -> Finding:
-    return replace(f, confidence=min(f.confidence, DOUBTFUL))
+def _at_most(f: Finding, sure: float) -> Finding:
+    return replace(f, confidence=min(f.confidence, sure))
 
 
 def verdict_of(named: tuple[Finding, ...], rest: tuple[Finding, ...]) -> Verdict:
-    """Return the verdict that goes with findings by name and without one."""
-    if named:
+    """Return the verdict that goes with findings by name, of which some may be all but refuted, and without one."""
+    if any(f.confidence >= FOUND for f in named):
         return "partly explained" if rest else "explained"
     return "unexplained" if rest else "no mismatch"
 
@@ -89,4 +92,4 @@ def missing(recording: Recording) -> tuple[Unseen, ...]:
     return tuple(out)
 
 
-__all__ = ["DOUBTFUL", "beside", "missing", "verdict_of", "with_samples"]
+__all__ = ["DOUBTFUL", "STRANGE", "beside", "missing", "verdict_of", "with_samples"]

@@ -5,7 +5,7 @@ import pytest
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval
 from imubench.diagnosis.samples import Sampled
-from imubench.diagnosis.verdict import DOUBTFUL, beside, with_samples
+from imubench.diagnosis.verdict import DOUBTFUL, STRANGE, beside, verdict_of, with_samples
 from imubench.effects import EFFECTS
 
 
@@ -19,18 +19,24 @@ def said(effect, at, gain, confidence=0.98):
 )
 def test_a_name_is_doubted_beside_much_without_one(at, gain, doubted):
     (f,) = beside((said("accel_drift", "imu1", 1000.0),), (said(UNKNOWN, at, gain),))
-    assert f.confidence == (DOUBTFUL if doubted else 0.98)
+    assert f.confidence == (STRANGE if doubted else 0.98)
 
 
 def test_a_doubt_makes_nothing_surer():
-    (f,) = beside((said("accel_drift", "imu1", 10.0, 0.51),), (said(UNKNOWN, "imu1", 500.0),))
+    (f,) = beside((said("accel_bias", "imu1", 10.0, 0.51),), (), [Hypothesis(EFFECTS["accel_bias"], "imu1")])
     assert f.confidence == 0.51
+
+
+def test_names_that_are_all_but_refuted_explain_nothing():
+    rest = (said(UNKNOWN, "imu1", 500.0),)
+    assert verdict_of((said("accel_drift", "imu1", 10.0, STRANGE),), rest) == "unexplained"
+    assert verdict_of((said("accel_drift", "imu1", 10.0, DOUBTFUL),), rest) == "partly explained"
 
 
 @pytest.mark.parametrize(("gain", "doubted"), [(500.0, True), (50.0, False)])
 def test_a_state_without_a_law_is_doubted_wherever_something_without_a_name_is(gain, doubted):
     (f,) = beside((said("moving_pivot", "joint", 1000.0),), (said(UNKNOWN, "imu1", gain),))
-    assert f.confidence == (DOUBTFUL if doubted else 0.98)
+    assert f.confidence == (STRANGE if doubted else 0.98)
 
 
 def test_a_name_that_a_term_equals_is_doubted():
