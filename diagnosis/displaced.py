@@ -24,6 +24,7 @@ TURNS = 0.2  # of what play explains that never comes back: a mount that turns s
 QUICK = 0.1  # of its power: what a slow turn leaves of such play (of two creeping mounts 0.002 and 0.005, of play 0.6)
 MOVED = ("mount_shift", "mount_pose")
 DRIFTS = ("gyro_drift", "accel_drift")
+SLOW = (*DRIFTS, "gyro_bias", "accel_bias")
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
 
 
@@ -70,10 +71,11 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             more, best = max(held, key=lambda f: f[0], default=(0.0, None))
             filters = gone[0].effect.name == FILTER
             series = best is not None and best.term.goes_with in SERIES
-            least = 0.0 if filters and not series else MUCH * lost
+            bends = best is not None and best.term.drift  # a line is a curve too: what more it has is all its own
+            least = 0.0 if bends or (filters and not series) else MUCH * lost
             if best and (free or more > max(NEEDED, least / best.louder)):
                 terms, fit = [*terms, best if free else replace(best, evidence=more)], best.fit
-            elif best and not (filters and series):
+            elif (best and not (filters and series)) or wanders(guesses, gone, lost):
                 doubted += gone
     return Displaced(terms, fit, tuple(doubted))
 
@@ -97,6 +99,19 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> It
         (h,) = gone
         if (h.effect.name, steady[0].term.at) in {(r.effect, r.at) for r in alike(fit, h)}:
             yield steady[0]
+
+
+def wanders(guesses: Sequence[Guess], gone: Sequence[Hypothesis], lost: float) -> bool:
+    """Return whether a curve of time explains as much, were the noise white, as an offset or a drift of `lost` nat.
+
+    Noise as coloured as it may be forbids to believe the curve; it does not make the straight line sure.
+    """
+    if len(gone) > 1 or gone[0].effect.name not in SLOW:
+        return False
+    (at, part) = (gone[0].at, gone[0].effect.name.split("_")[0])
+    return any(
+        g.term.timed and g.term.drift and (g.term.at, g.term.part) == (at, part) and g.white > lost for g in guesses
+    )
 
 
 def only_turns(fit: Fit, h: Hypothesis) -> bool:

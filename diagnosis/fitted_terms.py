@@ -11,7 +11,8 @@ from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import rougher_noise
 from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import evidence_over, information, refit
-from imubench.diagnosis.term_scores import Guess, colour, hypothesis_of, weighed
+from imubench.diagnosis.slow_noise import colour
+from imubench.diagnosis.term_scores import Guess, hypothesis_of, weighed
 from imubench.diagnosis.terms import Term
 
 NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed

@@ -15,7 +15,7 @@ from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.noise import LAW_FLOOR, declared, fit_with_noise, with_noise
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import Screened, led
-from imubench.diagnosis.term_scores import COLOUR, louder_where
+from imubench.diagnosis.slow_noise import COLOUR, louder_where
 from imubench.diagnosis.trial import FILTER, NEEDED, Trial
 from imubench.diagnosis.worth import weighed, worth
 
@@ -129,7 +129,7 @@ def of_colour(fit: Fit, hypotheses: Sequence[Hypothesis], freedoms: float) -> fl
     signals = added(fit, hypotheses)
     width = sum(s.width for h in hypotheses for s in h.effect.states)
     samples = float(np.median([len(time) for _, time, _ in signals]))
-    return min(COLOUR * samples * width, freedoms * (louder_where(signals, {}) - 1))
+    return min(COLOUR * samples * width, freedoms * (louder_where(signals, {}, {}) - 1))
 
 
 def added(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[str, Array, Array]]:

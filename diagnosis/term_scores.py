@@ -1,20 +1,18 @@
 """What terms promise before any is fitted: their information with motion, geometry and effects free to follow."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.candidate_terms import jumps, terms
-from imubench.diagnosis.coloured import Spectra, noise_spectra
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.marks import joint
 from imubench.diagnosis.refit import extended
-from imubench.diagnosis.rows import Rows
-from imubench.diagnosis.swings import GROUP
-from imubench.diagnosis.terms import CHANNELS, Term, Unknown, UnknownTorque, interpolated
+from imubench.diagnosis.slow_noise import colour
+from imubench.diagnosis.terms import CHANNELS, Term, Unknown, UnknownTorque, signals_of
 from imubench.recording import Imu
 
 LIKELY = 2  # terms whose triples are searched for a jump, and those that drift
@@ -22,7 +20,6 @@ JUMPS = 20  # times of a jump that are tried, twice
 TRIED = 8  # terms whose information is taken exactly
 SIZES = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)  # of weights, in noise standard deviations
 SEEN = 0.4  # of a signal's power that motion cannot follow, a first guess to rank by
-COLOUR, SLOWEST = 0.2, 0.5  # of the noise's power, and Hz: coloured noise that is no mismatch
 ENOUGH = 5.0  # nat that an effect has to be worth beside a term
 
 
@@ -95,22 +92,6 @@ def _plain(fit: Fit, term: Term) -> tuple[Array, Array]:
     return SEEN * total, force
 
 
-def signals_of(fit: Fit, term: Term) -> list[tuple[Rows, Array]]:
-    """Return the rows that a term enters, and its whitened signals (n m, k) there; a torque's sign turned."""
-    names = {GROUP: "torque"} if term.part == "torque" else {f"{term.at}.{p}": p for p in term.signals}
-    out = []
-    for rows in fit.rows:
-        if rows.name in names:
-            known = term.signals[names[rows.name]]
-            n, m = rows.residual.value.shape
-            values = interpolated(rows.time, term.time, known.reshape(len(known), -1)).reshape(n, -1, term.count)
-            if rows.name == GROUP:
-                values = -np.broadcast_to(values, (n, m, term.count))
-            std = np.broadcast_to(rows.std, (n, m))
-            out.append((rows, (values / std[:, :, None]).reshape(n * m, term.count)))
-    return out
-
-
 def _best(matrix: Array, gradient: Array, term: Term, louder: float = 1.0) -> Guess:
     """Return the whole term or the one channel of it, and the size of its weights, that have most evidence.
 
@@ -143,34 +124,4 @@ def weighed(values: Array, pull: Array, std: float, louder: float = 1.0) -> tupl
     return won, 0.5 * float(np.sum(np.log(grown / louder)))
 
 
-def colour(fit: Fit, term: Term) -> float:
-    """Return how much louder than white the noise may be where a term has its power, at least 1.
-
-    What a fit's residuals show beside those of white noise, of which the motion takes most where it is quick. At most,
-    and for a drift always, what first-order noise of `COLOUR` of the white one's power and a corner from `SLOWEST` up
-    would add, at the corner where it adds most: `COLOUR` / (pi step corner) / (1 + (f / corner)^2).
-    """
-    shown = {} if term.drift else noise_spectra(fit)
-    return louder_where([(rows.name, rows.time, x) for rows, x in signals_of(fit, term)], shown)
-
-
-def louder_where(signals: Sequence[tuple[str, Array, Array]], shown: Mapping[str, Spectra]) -> float:
-    """Return that for whitened signals (n m, k) of groups of rows at times (n,); `shown`: what residuals show."""
-    over = under = 0.0
-    loudest = 1.0  # where a signal has no power to tell
-    for name, time, signal in signals:
-        n = len(time)
-        step = float(np.median(np.diff(time)))
-        use = np.sum(np.abs(np.fft.rfft(signal.reshape(n, -1), axis=0)) ** 2, axis=1)
-        f = np.fft.rfftfreq(n, step)
-        slow = np.maximum(f, SLOWEST)
-        louder = 1 + COLOUR / (np.pi * step * slow) / (1 + (f / slow) ** 2)
-        loudest = max(loudest, float(louder.max()))
-        if name in shown:
-            louder = np.minimum(np.maximum(shown[name].at(len(f)), 1.0), louder)
-        over += float(np.sum(use * louder))
-        under += float(np.sum(use))
-    return max(over / under, 1.0) if under > 0 else loudest
-
-
-__all__ = ["ENOUGH", "Guess", "colour", "hypothesis_of", "louder_where", "promising", "signals_of", "weighed"]
+__all__ = ["ENOUGH", "Guess", "hypothesis_of", "promising", "weighed"]

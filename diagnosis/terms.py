@@ -12,6 +12,9 @@ from typing import ClassVar
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.rows import Rows
+from imubench.diagnosis.swings import GROUP
 from imubench.effects.effect import Effect, Error, Parameter, Place, Reading, Scene, Values
 from imubench.jets import Jet
 
@@ -87,6 +90,22 @@ class UnknownTorque(Unknown):
         return None if size is None else size * scene.jointed()[1]
 
 
+def signals_of(fit: Fit, term: Term) -> list[tuple[Rows, Array]]:
+    """Return the rows that a term enters, and its whitened signals (n m, k) there; a torque's sign turned."""
+    names = {GROUP: "torque"} if term.part == "torque" else {f"{term.at}.{p}": p for p in term.signals}
+    out = []
+    for rows in fit.rows:
+        if rows.name in names:
+            known = term.signals[names[rows.name]]
+            n, m = rows.residual.value.shape
+            values = interpolated(rows.time, term.time, known.reshape(len(known), -1)).reshape(n, -1, term.count)
+            if rows.name == GROUP:
+                values = -np.broadcast_to(values, (n, m, term.count))
+            std = np.broadcast_to(rows.std, (n, m))
+            out.append((rows, (values / std[:, :, None]).reshape(n * m, term.count)))
+    return out
+
+
 def interpolated(time: Array, known: Array, values: Array) -> Array:
     """Return values (n, m) at times (n,), straight between those at the known times, held beyond."""
     after = np.clip(np.searchsorted(known, time), 1, len(known) - 1)
@@ -94,4 +113,4 @@ def interpolated(time: Array, known: Array, values: Array) -> Array:
     return np.asarray(values[after - 1] * (1 - share) + values[after] * share)
 
 
-__all__ = ["CHANNELS", "Term", "Unknown", "UnknownTorque", "interpolated"]
+__all__ = ["CHANNELS", "Term", "Unknown", "UnknownTorque", "interpolated", "signals_of"]

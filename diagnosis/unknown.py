@@ -23,8 +23,8 @@ from imubench.diagnosis.loud import loud
 from imubench.diagnosis.refit import evidence_over, information, refit
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import Finding, Parameter, Where
-from imubench.diagnosis.term_scores import ENOUGH, Guess, promising, signals_of
-from imubench.diagnosis.terms import CHANNELS, RATE, Term, Unknown
+from imubench.diagnosis.term_scores import ENOUGH, Guess, promising
+from imubench.diagnosis.terms import CHANNELS, RATE, Term, Unknown, signals_of
 from imubench.diagnosis.where import locate, shares
 from imubench.diagnosis.worth import worth
 
