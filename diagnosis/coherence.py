@@ -18,6 +18,7 @@ from imubench.diagnosis.quiet import quiet_level
 
 LAGS = (-6, -3, -1, 0, 1, 3, 6)  # samples
 ABOVE, SLOW = 4.0, 1.0  # times the noise's power; Hz, the least that a motion is asked up to
+UPPER = 0.4  # of the sampling rate: what is loud beyond alone is a spline between its knots, and no motion
 SETTLED = 60  # samples that the filter needs
 CHANCE = 1e-6  # that white noise alone looks so, for one channel
 BELOW = 0.5  # of a hum's frequency: the fitted motion hums as well
@@ -53,13 +54,14 @@ def clear_of_noise(rate: Array, noise: float, sampling: float) -> float:
     `noise` is its standard deviation in rad/s, `sampling` in Hz.
     """
     f, power = welch(rate, sampling, nperseg=min(256, max(len(rate) // 8, 16)), axis=0)
-    loud = np.flatnonzero(power.sum(axis=1) > ABOVE * 3 * 2 * noise**2 / sampling)
-    return float(max(f[loud[-1]], SLOW)) if loud.size else SLOW
+    loud = power.sum(axis=1) > ABOVE * 3 * 2 * noise**2 / sampling
+    clear = f[loud & (f <= UPPER * sampling)]
+    return float(max(clear[-1], SLOW)) if clear.size else SLOW
 
 
 def slower(signals: Array, cut: float, sampling: float) -> Array:
     """Return signals (n, k) without what is faster than `cut` Hz; all of them where that is near half the sampling."""
-    if cut > 0.4 * sampling or len(signals) < SETTLED:
+    if cut > UPPER * sampling or len(signals) < SETTLED:
         return signals
     sos = butter(4, cut, fs=sampling, output="sos")
     return np.asarray(sosfiltfilt(sos, signals, axis=0))

@@ -18,6 +18,7 @@ from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.marks import Columns, Joint
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.terms import interpolated
+from imubench.diagnosis.trial import CLOCK
 from imubench.effects import EFFECTS
 from imubench.effects.bandwidth import LowPass, QuickLowPass
 from imubench.recording import Imu
@@ -33,7 +34,7 @@ Readings = dict[str, Array]
 
 def late(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
     """Return the IMU that reads late where an effect is a clock's offset, its own or the other of two, and by what."""
-    if h.effect.name != "time_offset":
+    if h.effect.name != CLOCK:
         return None
     recording, offset = fit.model.recording, float(fit.state.values[h.key("offset")][0])
     own = [i for i in recording.imus if i.name == h.at]
@@ -45,7 +46,7 @@ def filters(bare: Model, still: State, imu: Imu, delay: float, noise: Mapping[st
     """Return what a low-pass filter at an IMU would add, in the place of a delay in s; `noise` as a fit has it."""
     if delay <= 0:
         return {}
-    clock = Hypothesis(EFFECTS["time_offset"], imu.name)
+    clock = Hypothesis(EFFECTS[CLOCK], imu.name)
     moved = bare.with_effects((*bare.hypotheses, clock))
     at_once = {r.name: r.residual.value for r in bare.measured(still, {imu.name})}
     delayed = list(

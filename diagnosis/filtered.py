@@ -1,7 +1,11 @@
 """A late clock that is a filter: to first order both delay what a sensor reads, and a filter also flattens it.
 
 The delay has no state and is found first; what it leaves may be too little for effects with states to be tried.
-So every clock's offset is held against filters at the sensor that is late, begun at the cutoff 1 / (2 pi delay).
+So every clock's offset is held against filters at the sensor that is late, begun at the cutoff 1 / (2 pi delay): one far
+quicker than the motion as soon as the offset is known, any other once all effects are.
+
+How a filter began nobody knows: at rest with its first sample, or long before. That is forgotten after some delays; the
+samples before count in neither of the two.
 """
 
 from collections.abc import Callable
@@ -19,21 +23,30 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import led
-from imubench.diagnosis.trial import FILTER, NEEDED, UNEXPLAINED, Kept, Trial, misfit
+from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, UNEXPLAINED, Kept, Trial, misfit
 from imubench.diagnosis.worth import worth
 from imubench.effects import VARIANTS
 from imubench.recording import Imu
 
 ROUNDS = 2  # of noise levels
 FASTEST = 5.0  # times the rate: a filter beyond is a delay
+FORGOTTEN = 6.0  # delays, after which 1/400 is left of how a filter began
 
 
-def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
+def quickly(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
+    """Return the fit and its effects, a clock's offset changed for a filter far quicker than the motion if better."""
+    return filtered(fit, kept, say, splines=False)
+
+
+def filtered(
+    fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bool = True
+) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, a clock's offset among them changed for a filter if that is better.
 
     Where much is left unexplained a filter's splines would take of that: there it must explain what is left as well.
+    Without `splines` only filters are tried that have none.
     """
-    k = next((k for k in kept if k.hypothesis.effect.name == "time_offset"), None)
+    k = next((k for k in kept if k.hypothesis.effect.name == CLOCK), None)
     slow = k and late(fit, k.hypothesis)
     if k is None or not slow:
         return fit, kept
@@ -42,19 +55,23 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fi
     settled = at_the_late(fit, k.hypothesis, *slow)
     if settled is None:
         return fit, kept
-    fit, moved = settled, replace(k, hypothesis=replace(k.hypothesis, at=slow[0].name))
-    k, kept = moved, [moved if other is k else other for other in kept]
+    moved = replace(k, hypothesis=replace(k.hypothesis, at=slow[0].name))
     cutoff = 1 / (2 * np.pi * max(slow[1], 1e-9))
-    tries: list[Trial] = []
-    plain = rougher(fit)
-    known = quick(fit, *slow) if cutoff < FASTEST * slow[0].rate else None
+    known = quick(settled, *slow) if cutoff < FASTEST * slow[0].rate else None
     stateful = [e for e in VARIANTS if e.name == FILTER and cutoff < slow[0].rate and (e.variant or not known)]
-    for effect in ([known] if known else []) + stateful:
+    effects = ([known] if known else []) + (stateful if splines else [])
+    if not effects:
+        return fit, kept
+    fit, k, kept = settled, moved, [moved if other is k else other for other in kept]
+    begun = forgetting(fit, *slow)
+    plain = rougher(begun)
+    tries: list[Trial] = []
+    for effect in effects:
         h = Hypothesis(effect, slow[0].name)
         say(f"trying {h.name} in the place of {k.hypothesis.name}")
         with suppress(NotPositiveDefiniteError):
-            tried = _with(fit, rest, h, {h.key("cutoff"): np.array([np.log(cutoff)])})
-            tries.append(Trial(h, tried, gain((fit, plain), tried)))
+            tried = _with(begun, rest, h, {h.key("cutoff"): np.array([np.log(cutoff)])})
+            tries.append(Trial(h, tried, gain((begun, plain), tried)))
     best = max(tries, key=lambda t: t.evidence, default=None)
     if best is None or best.evidence <= NEEDED or (puzzling and misfit(best.fit) > UNEXPLAINED):
         return fit, kept
@@ -76,6 +93,15 @@ def at_the_late(fit: Fit, h: Hypothesis, imu: Imu, delay: float) -> Fit | None:
     with suppress(NotPositiveDefiniteError):
         return _with(fit, rest, there, {there.key("offset"): np.array([delay])})
     return None
+
+
+def forgetting(fit: Fit, imu: Imu, delay: float) -> Fit:
+    """Return the fit without the samples in which a filter with a delay in s may tell how it began."""
+    counts = imu.time > imu.time[0] + FORGOTTEN * delay
+    masks = fit.model.masks or {}
+    own = {name: masks.get(name, counts) & counts for name in (f"{imu.name}.gyro", f"{imu.name}.accel")}
+    model = replace(fit.model, masks={**masks, **own})
+    return with_noise(solve(model, fit.state, fit.noise, fit.anchor, steps=3), 1)
 
 
 def gain(before: tuple[Fit, Fit], tried: Fit) -> float:

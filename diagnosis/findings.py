@@ -121,7 +121,7 @@ def rejected(selection: Selection) -> tuple[Rejected, ...]:
     lost = {(h.effect.name, h.at): v for h, v in selection.rejected if h.effect.name in EFFECTS}
     for k in selection.kept:
         for t in k.rivals:
-            if t.hypothesis.name not in kept:
+            if t.hypothesis.name not in kept and np.isfinite(t.evidence):  # the nominal fit's clock was never judged
                 lost.setdefault((t.hypothesis.effect.name, t.hypothesis.at), t.evidence - k.evidence)
     return tuple(Rejected(name, at, float(v)) for (name, at), v in lost.items())
 

@@ -15,7 +15,7 @@ from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import natural
 from imubench.diagnosis.refit import evidence_over, log_evidence, refit
 from imubench.diagnosis.score import Score, score
-from imubench.diagnosis.trial import FILTER, NEEDED, TRIED, UNEXPLAINED, Trial, misfit
+from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, TRIED, UNEXPLAINED, Trial, misfit
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
 BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
@@ -151,7 +151,7 @@ def stateful(fit: Fit, left: list[Hypothesis], moving: bool, rivalled: bool) -> 
     soft mount of 28 nat beside the rocking one of 47,000. No filter beside a clock's offset that leaves little: it
     would take the delay too, and is held against it in the end (diagnosis/filtered.py).
     """
-    delayed = any(h.effect.name == "time_offset" for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
+    delayed = any(h.effect.name == CLOCK for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
     alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic"]
     alive = [h for h in alive if not ((delayed or (rivalled and not moving)) and h.effect.name == FILTER)]
     if moving:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.diagnosis.exchange import exchanged
-from imubench.diagnosis.filtered import filtered
+from imubench.diagnosis.filtered import filtered, quickly
 from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
@@ -16,7 +16,7 @@ from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import SEED, prune
 from imubench.diagnosis.rounds import Round, asked, attempted
-from imubench.diagnosis.trial import Kept
+from imubench.diagnosis.trial import CLOCK, Kept
 from imubench.effects import possible
 
 MOST = 5  # effects in one diagnosis
@@ -41,8 +41,8 @@ def candidates(model: Model) -> list[Hypothesis]:
 
 def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selection:
     """Return the effects that the recording needs."""
-    fit, rejected = nominal, []
-    kept = [Kept.unjudged(h) for h in nominal.model.hypotheses]
+    rejected: Refused = []
+    fit, kept = quickly(nominal, [Kept.unjudged(h) for h in nominal.model.hypotheses], say)
     rng = np.random.default_rng(SEED)
     everything = candidates(nominal.model)
     asked_for = everything
@@ -51,7 +51,9 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         fit, kept, refused = entered(now, kept, rng, say)
         rejected += refused
         if len(kept) > before:
+            late = any(k.hypothesis.effect.name == CLOCK for k in kept[before:])
             fit, kept = exchanged(fit, kept, say)
+            fit, kept = quickly(fit, kept, say) if late else (fit, kept)
             asked_for = everything
         elif refused and not now.lively:
             asked_for = [h for h in everything if h.effect.states]
