@@ -114,7 +114,7 @@ def alike(fit: Fit, h: Hypothesis) -> list[Rival]:
 def _all_scaled(fit: Fit, scales: Sequence[Hypothesis]) -> float:
     """Return what is lost when another gravity stands for the scales of all accelerometers."""
     recording = fit.model.recording
-    if "world" not in EFFECTS["gravity"].places(recording):
+    if "gravity" not in EFFECTS or "world" not in EFFECTS["gravity"].places(recording):
         return np.inf
     weight = Hypothesis(EFFECTS["gravity"].suited(recording), "world")
     if weight.name in {h.name for h in fit.model.hypotheses}:

@@ -18,9 +18,10 @@ from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.marks import Columns, Joint
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.terms import interpolated
-from imubench.diagnosis.trial import CLOCK
+from imubench.diagnosis.trial import CLOCK, FILTER
 from imubench.effects import EFFECTS
 from imubench.effects.bandwidth import LowPass, QuickLowPass
+from imubench.effects.timing import TimeOffset
 from imubench.recording import Imu
 
 NEAR = 1.12  # how far a cutoff may be from that of the delay it stands for
@@ -44,9 +45,9 @@ def late(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
 
 def filters(bare: Model, still: State, imu: Imu, delay: float, noise: Mapping[str, float]) -> Columns:
     """Return what a low-pass filter at an IMU would add, in the place of a delay in s; `noise` as a fit has it."""
-    if delay <= 0:
+    if delay <= 0 or FILTER not in EFFECTS:
         return {}
-    clock = Hypothesis(EFFECTS[CLOCK], imu.name)
+    clock = Hypothesis(TimeOffset(), imu.name)
     moved = bare.with_effects((*bare.hypotheses, clock))
     at_once = {r.name: r.residual.value for r in bare.measured(still, {imu.name})}
     delayed = list(
@@ -64,6 +65,8 @@ def filters(bare: Model, still: State, imu: Imu, delay: float, noise: Mapping[st
 
 def quick(fit: Fit, imu: Imu, delay: float) -> QuickLowPass | None:
     """Return a filter in the place of a late clock's delay in s, None where it is not far quicker than the motion."""
+    if FILTER not in EFFECTS:
+        return None
     time, x = straight_on(*met(fit.model, fit.state, imu, fit.noise), delay)
     moved = {part: np.gradient(x[part], time, axis=0) * delay for part in x}
     c = beside(time, x, delay)

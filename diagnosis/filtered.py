@@ -1,8 +1,8 @@
 """A late clock that is a filter: to first order both delay what a sensor reads, and a filter also flattens it.
 
 The delay has no state and is found first; what it leaves may be too little for effects with states to be tried.
-So every clock's offset is held against filters at the sensor that is late, begun at the cutoff 1 / (2 pi delay): one far
-quicker than the motion as soon as the offset is known, any other once all effects are.
+So every clock's offset is held against filters at the sensor that is late, begun at the cutoff 1 / (2 pi delay): one
+far quicker than the motion as soon as the offset is known, any other once all effects are.
 
 How a filter began nobody knows: at rest with its first sample, or long before. That is forgotten after some delays; the
 samples before count in neither of the two.
@@ -38,9 +38,7 @@ def quickly(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit
     return filtered(fit, kept, say, splines=False)
 
 
-def filtered(
-    fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bool = True
-) -> tuple[Fit, list[Kept]]:
+def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bool = True) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, a clock's offset among them changed for a filter if that is better.
 
     Where much is left unexplained a filter's splines would take of that: there it must explain what is left as well.

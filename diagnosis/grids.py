@@ -20,8 +20,7 @@ from imubench.diagnosis.score import Score, started
 from imubench.diagnosis.screen import driven
 from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.threads import one_thread
-from imubench.effects import EFFECTS
-from imubench.effects.mounts import slipped
+from imubench.effects.mounts import MountPose, MountShift, slipped
 from imubench.jets import Jet
 
 APART = (2.0, 0.3, 0.05)  # s between the moments of a slip that are compared, closer and closer
@@ -71,10 +70,10 @@ def hum(fit: Fit, at: str) -> float:
 def slip(base: Base, at: str) -> float:
     """Return the moment in s from which on a change of the mount would explain most."""
     fit = base.fit
-    pose = Hypothesis(EFFECTS["mount_pose"], at)
+    pose = Hypothesis(MountPose(), at)
     model = fit.model.with_effects((*fit.model.hypotheses, pose))
     shared = Parameters({pose.key(p.name): p.width for p in pose.effect.parameters})
-    prior = np.concatenate([np.full(p.width, p.std) for p in EFFECTS["mount_shift"].parameters[:2]])
+    prior = np.concatenate([np.full(p.width, p.std) for p in MountShift().parameters[:2]])
     rows = [r for r in model.measured(started(model, fit.state)) if r.name.startswith(f"{at}.")]
     begin, end = min(float(r.time[0]) for r in rows), max(float(r.time[-1]) for r in rows)
     moments = np.arange(begin + APART[0], end - APART[0] / 2, APART[0])
