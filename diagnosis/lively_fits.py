@@ -8,6 +8,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
+from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, all_rows, settled, solve
 from imubench.diagnosis.fitted_terms import rougher
@@ -24,6 +25,7 @@ DOUBTED, LEFT = 4.0, 0.05  # times a law's std, and of what drives it, that may 
 TIGHTER = 0.1  # of a law's level at its floor: tried as well
 DECIDED = 10.0  # times the freedoms: worth so much, a refit is not chosen or refused for them
 SAME = 1.0  # nat, which a tighter law may cost
+DELAYED = 15.0  # nat, that a filter must be worth by its delay alone
 IMPLAUSIBLE = 4.0  # of its prior's standard deviations, on every axis
 
 
@@ -160,7 +162,11 @@ def calm(fit: Fit) -> dict[str, float]:
 
 
 def resolved(trial: Trial) -> bool:
-    """Return whether every law holds, with plausible numbers, and a rate in Hz that its sensor's samples can show."""
+    """Return whether every law holds, with plausible numbers, and a rate in Hz that its sensor's samples can show.
+
+    A filter's cutoff must be known: what it delays by, 1 / (2 pi cutoff), is no more than nothing where that is not.
+    Three clean pendulums had filters of 30 to 134 nat, with cutoffs known within 64 to 97 %.
+    """
     fit, rates = trial.fit, {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
     found = (trial.hypothesis, *trial.also)
     for h in found:
@@ -170,6 +176,8 @@ def resolved(trial: Trial) -> bool:
             if p.unit == "Hz" and float(np.exp(value).min()) > most:
                 return False  # not on any axis
             if np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std):
+                return False
+            if h.effect.name == FILTER and 0.5 / float(np.max(parameter_std(fit)[h.key(p.name)])) ** 2 < DELAYED:
                 return False
     return all(left < max(DOUBTED, LEFT * drive) for left, drive in laws(fit, found))
 

@@ -18,6 +18,7 @@ from imubench.diagnosis.score import Score, score
 from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, TRIED, UNEXPLAINED, Trial, misfit
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
+JUMPS = ("dry_friction", "end_stop")  # torques with a jump
 BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
 AHEAD = 3  # effects without states that are tried together before one with states is
 SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
@@ -149,9 +150,10 @@ def stateful(fit: Fit, left: list[Hypothesis], moving: bool, rivalled: bool) -> 
     what is misaligned does. Springs alone where they have a rival without states: they seem to be one, gyroscope scales
     of 40 nat for a rocking mount of 79. None beside another at an IMU, which leaves more than its law says: foam had a
     soft mount of 28 nat beside the rocking one of 47,000. No filter beside a clock's offset that leaves little: it
-    would take the delay too, and is held against it in the end (diagnosis/filtered.py).
+    would take the delay too, and is held against it in the end (diagnosis/filtered.py). None beside a torque that jumps
+    either, while little is left: a spline rounds the corners of such a motion as a filter would its readings.
     """
-    delayed = any(h.effect.name == CLOCK for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
+    delayed = any(h.effect.name in (CLOCK, *JUMPS) for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
     alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic"]
     alive = [h for h in alive if not ((delayed or (rivalled and not moving)) and h.effect.name == FILTER)]
     if moving:

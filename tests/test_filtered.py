@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.alike import alike
+from imubench.diagnosis.coherence import clear_of_noise
 from imubench.diagnosis.delays import late
-from imubench.diagnosis.filtered import filtered
+from imubench.diagnosis.filtered import filtered, quickly
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
@@ -83,3 +84,26 @@ def test_a_filter_far_above_the_motion_is_equal_to_a_delay_at_the_imu_that_is_la
     assert imu.name == "imu1"
     assert delay == pytest.approx(1 / (2 * np.pi * 400.0), rel=0.1)
     assert ("low_pass", "imu1") in {(r.effect, r.at) for r in alike(fit, OFFSET)}
+
+
+def test_how_a_filter_began_is_not_held_against_it(tmp_path):
+    """The generator's filters begin at rest, 3 ms before the first sample of a limb that moves: 35 deviations off."""
+    options = {"seconds": 12.0, "band": 1.53, "vigour": 0.856, "gyro_noise": 0.0028, "accel_noise": 0.026}
+    asked = ("low_pass", "imu1", {"cutoff": 16.0, "channels": BOTH})
+    make_case(tmp_path / "case", "hinge", effects=[asked], seed=2042633011, rest=0.0, **options)
+    fit = nominal_fit(read(tmp_path / "case")[0])
+    (clock,) = fit.model.hypotheses
+    after, (k,) = quickly(fit, [Kept.unjudged(clock)], lambda _: None)
+    assert (k.hypothesis.name, misfit(after) < misfit(fit)) == ("low_pass[quick]@imu1", True)
+    assert np.exp(after.state.values[k.hypothesis.key("cutoff")][0]) == pytest.approx(16.0, rel=0.02)
+    assert 1 <= np.sum(~after.model.masks["imu1.gyro"]) <= 10
+
+
+def test_what_is_loud_near_half_the_rate_is_no_motion():
+    """A spline between its knots is; with it a filter's flattening would be computed from noise."""
+    time = np.arange(1500) / 100.0
+    slow = 3.0 * np.sin(2 * np.pi * 2.0 * time)[:, None] * np.ones(3)
+    wild = 0.05 * np.cos(2 * np.pi * 49.0 * time)[:, None] * np.ones(3)
+    white = 0.01 * np.random.default_rng(5).standard_normal((1500, 3))
+    assert clear_of_noise(slow + white + wild, 0.01, 100.0) == pytest.approx(clear_of_noise(slow + white, 0.01, 100.0))
+    assert clear_of_noise(slow + white + wild, 0.01, 100.0) < 6.0

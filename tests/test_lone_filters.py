@@ -5,7 +5,7 @@ import pytest
 
 from imubench.diagnosis.begin import begun
 from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.lively_fits import begun_screened
+from imubench.diagnosis.lively_fits import begun_screened, resolved
 from imubench.diagnosis.screen import screen
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.trial import FILTER, NEEDED
@@ -37,3 +37,17 @@ def test_a_filter_that_is_there_explains_something_beside_a_rougher_motion_too(t
     best, *_ = state_trials(fit, filters, lambda _: None)
     assert best.hypothesis.effect.states[-1] is not None
     assert np.exp(best.fit.state.values[best.hypothesis.key("cutoff")][0]) == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.slow
+def test_a_filter_whose_cutoff_is_not_known_is_none(tmp_path):
+    """It was called a filter of 18 Hz with a confidence of 0.96, its cutoff known within 80 %."""
+    told = {"gyro_noise": 0.0044242, "accel_noise": 0.0293242, "declare_noise": True, "rotation_std": 0.029033}
+    more = {"band": 3.71361765202161, "vigour": 0.6716713967192729, "rest": 0.12411952014467907, "gaps": 1}
+    noise = {"colour": 0.13660008968550577, "misdeclared": 0.14776560122707308, "position_std": 0.005844836}
+    fit, filters = limb(tmp_path, seed=2058391797, rate=100.0, rate2=100.0, **told, **more, **noise)
+    (both,) = [s for s in screen(fit, filters) if len(s.hypothesis.effect.states) == 2]
+    trial = begun_screened(fit, [both])
+    assert trial.evidence > NEEDED
+    assert not resolved(trial)
+    assert not state_trials(fit, filters, lambda _: None)
