@@ -23,6 +23,8 @@ from imubench.trials.seal import Truth
 FITTED = ("L1", "oracle")
 Report = Callable[[str, int, int], None]
 
+HUM = "vibration"
+
 
 def fitted(recording: Path, truth: Truth, kept: Path) -> None:
     """Put what L1 and the oracle say of a case into `kept`, or why they say nothing."""
@@ -88,15 +90,15 @@ def residual_size(
 def to_leave_out(truths: Mapping[str, Truth], scores: Sequence[CaseScore]) -> dict[str, str]:
     """Return, for each case of a lone effect that was found, the effect to take out of the library.
 
-    Not where the table has a twin of it, which stays and is right; nor where no fit could hold it (a fault that is
-    read off the raw samples is not in what `guard` takes out).
+    Not where the table has a twin of it, which stays and is right; nor where the raw samples tell it, a fault or a hum:
+    that is not in what `guard` takes out.
     """
     out = {}
     for s in scores:
         truth = truths[s.name]
         if s.kind == "one" and s.observable and s.alarm and len(truth["answers"][0]) == 1:
             effect = EFFECTS.get(truth["effects"][0]["effect"])
-            if effect is not None and (effect.parameters or effect.states):
+            if effect is not None and (effect.parameters or effect.states) and effect.name != HUM:
                 out[s.name] = effect.name
     return out
 
