@@ -3,9 +3,6 @@
 The delay has no state and is found first; what it leaves may be too little for effects with states to be tried.
 So every clock's offset is held against filters at the sensor that is late, begun at the cutoff 1 / (2 pi delay): one
 far quicker than the motion as soon as the offset is known, any other once all effects are.
-
-How a filter began nobody knows: at rest with its first sample, or long before. That is forgotten after some delays; the
-samples before count in neither of the two.
 """
 
 from collections.abc import Callable
@@ -30,7 +27,6 @@ from imubench.recording import Imu
 
 ROUNDS = 2  # of noise levels
 FASTEST = 5.0  # times the rate: a filter beyond is a delay
-FORGOTTEN = 6.0  # delays, after which 1/400 is left of how a filter began
 
 
 def quickly(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
@@ -61,15 +57,14 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bo
     if not effects:
         return fit, kept
     fit, k, kept = settled, moved, [moved if other is k else other for other in kept]
-    begun = forgetting(fit, *slow)
-    plain = rougher(begun)
+    plain = rougher(fit)
     tries: list[Trial] = []
     for effect in effects:
         h = Hypothesis(effect, slow[0].name)
         say(f"trying {h.name} in the place of {k.hypothesis.name}")
         with suppress(NotPositiveDefiniteError):
-            tried = _with(begun, rest, h, {h.key("cutoff"): np.array([np.log(cutoff)])})
-            tries.append(Trial(h, tried, gain((begun, plain), tried)))
+            tried = _with(fit, rest, h, {h.key("cutoff"): np.array([np.log(cutoff)])})
+            tries.append(Trial(h, tried, gain((fit, plain), tried)))
     best = max(tries, key=lambda t: t.evidence, default=None)
     if best is None or best.evidence <= NEEDED or (puzzling and misfit(best.fit) > UNEXPLAINED):
         return fit, kept
@@ -91,15 +86,6 @@ def at_the_late(fit: Fit, h: Hypothesis, imu: Imu, delay: float) -> Fit | None:
     with suppress(NotPositiveDefiniteError):
         return _with(fit, rest, there, {there.key("offset"): np.array([delay])})
     return None
-
-
-def forgetting(fit: Fit, imu: Imu, delay: float) -> Fit:
-    """Return the fit without the samples in which a filter with a delay in s may tell how it began."""
-    counts = imu.time > imu.time[0] + FORGOTTEN * delay
-    masks = fit.model.masks or {}
-    own = {name: masks.get(name, counts) & counts for name in (f"{imu.name}.gyro", f"{imu.name}.accel")}
-    model = replace(fit.model, masks={**masks, **own})
-    return with_noise(solve(model, fit.state, fit.noise, fit.anchor, steps=3), 1)
 
 
 def gain(before: tuple[Fit, Fit], tried: Fit) -> float:
