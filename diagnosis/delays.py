@@ -21,7 +21,7 @@ from imubench.diagnosis.terms import interpolated
 from imubench.diagnosis.trial import CLOCK, FILTER
 from imubench.effects import EFFECTS
 from imubench.effects.bandwidth import LowPass, QuickLowPass
-from imubench.effects.timing import TimeOffset
+from imubench.effects.timing import TIME_OFFSET
 from imubench.recording import Imu
 
 NEAR = 1.12  # how far a cutoff may be from that of the delay it stands for
@@ -47,7 +47,7 @@ def filters(bare: Model, still: State, imu: Imu, delay: float, noise: Mapping[st
     """Return what a low-pass filter at an IMU would add, in the place of a delay in s; `noise` as a fit has it."""
     if delay <= 0 or FILTER not in EFFECTS:
         return {}
-    clock = Hypothesis(TimeOffset(), imu.name)
+    clock = Hypothesis(TIME_OFFSET, imu.name)
     moved = bare.with_effects((*bare.hypotheses, clock))
     at_once = {r.name: r.residual.value for r in bare.measured(still, {imu.name})}
     delayed = list(

@@ -10,8 +10,9 @@ from imubench.diagnosis.alike import alike
 from imubench.diagnosis.bases import drifts
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted, rougher
+from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.nominal import rougher
 from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.term_scores import Guess, promising

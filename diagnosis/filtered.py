@@ -12,12 +12,13 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.alike import LIKE
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.delays import late, quick
 from imubench.diagnosis.fit import Fit, solve
-from imubench.diagnosis.fitted_terms import rougher
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
+from imubench.diagnosis.nominal import rougher
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import led
 from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, UNEXPLAINED, Kept, Trial, misfit
@@ -38,7 +39,8 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bo
     """Return the fit and its effects, a clock's offset among them changed for a filter if that is better.
 
     Where much is left unexplained a filter's splines would take of that: there it must explain what is left as well.
-    Without `splines` only filters are tried that have none.
+    Without `splines` only filters are tried that have none. One that is neither better nor worse, or better only
+    beside a motion as smooth, ties with the offset.
     """
     k = next((k for k in kept if k.hypothesis.effect.name == CLOCK), None)
     slow = k and late(fit, k.hypothesis)
@@ -59,15 +61,19 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bo
     fit, k, kept = settled, moved, [moved if other is k else other for other in kept]
     plain = rougher(fit)
     tries: list[Trial] = []
+    ties: list[Trial] = []
     for effect in effects:
         h = Hypothesis(effect, slow[0].name)
         say(f"trying {h.name} in the place of {k.hypothesis.name}")
         with suppress(NotPositiveDefiniteError):
             tried = _with(fit, rest, h, {h.key("cutoff"): np.array([np.log(cutoff)])})
-            tries.append(Trial(h, tried, gain((fit, plain), tried)))
+            smooth, rough = gains((fit, plain), tried)
+            tries.append(Trial(h, tried, min(smooth, rough)))
+            ties += [tries[-1]] if max(smooth, rough) > -LIKE else []
     best = max(tries, key=lambda t: t.evidence, default=None)
     if best is None or best.evidence <= NEEDED or (puzzling and misfit(best.fit) > UNEXPLAINED):
-        return fit, kept
+        tied = k if puzzling else replace(k, ties=tuple(ties))
+        return fit, [tied if other is k else other for other in kept]
     rivals = (Trial(k.hypothesis, fit, k.evidence), *k.rivals)
     new = replace(k, hypothesis=best.hypothesis, evidence=k.evidence + best.evidence, rivals=rivals)
     return best.fit, [new if other is k else other for other in kept]
@@ -88,14 +94,12 @@ def at_the_late(fit: Fit, h: Hypothesis, imu: Imu, delay: float) -> Fit | None:
     return None
 
 
-def gain(before: tuple[Fit, Fit], tried: Fit) -> float:
-    """Return the nat by which a filter predicts the samples better than a fit, as smooth or (the second) rougher.
-
-    The lesser counts.
+def gains(before: tuple[Fit, Fit], tried: Fit) -> tuple[float, float]:
+    """Return the nat by which a filter predicts the samples better than a fit, as smooth and (the second) rougher.
 
     What a filter does beside a delay goes with the motion's second derivative, as what a motion held too smooth leaves.
     """
-    return min(worth(before[0], tried), worth(before[1], rougher(tried)))
+    return worth(before[0], tried), worth(before[1], rougher(tried))
 
 
 def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, start: dict[str, Array]) -> Fit:

@@ -36,6 +36,9 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
         same = [Rejected(r.effect, r.at, gain.value - r.loss) for r in others]
         springs = like(kept)
         same += [Rejected(t.hypothesis.effect.name, h.at, gain.value - kept.evidence + t.evidence) for t in springs]
+        told = {(r.effect, r.at) for r in same}
+        ties = [Rejected(t.hypothesis.effect.name, h.at, gain.value + t.evidence) for t in kept.ties]
+        ties = [r for r in ties if (r.effect, r.at) not in told]
         most = EVEN if springs else FREE_SURE if h in loose else MOST_SURE
         out.append(
             Finding(
@@ -44,7 +47,7 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
                 min(confidence(kept.evidence, NEEDED), most),
                 parameters(h, selection.fit, std),
                 Interval(gain.value, (gain.low, gain.high)),
-                tuple(same),
+                (*same, *ties),
                 separation(selection.fit, h, [Hypothesis(EFFECTS[r.effect].suited(recording), r.at) for r in others]),
             )
         )

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imubench.diagnosis.fit import AGAIN, Fit, at_noise_of, solve
+from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.heldout import BLOCK, Gain, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import rougher_noise
+from imubench.diagnosis.nominal import rougher
 from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import evidence_over, information, refit
 from imubench.diagnosis.slow_noise import colour
@@ -65,11 +65,6 @@ def gained(before: Fit, after: Fit, h: Hypothesis, louder: float) -> float:
     (white, price), (left, lower) = (weighed(own, pull, parameter.std, times) for times in (1.0, louder))
     share = left / white if white > 0 else 1 / louder
     return (won - eased(before, after)) * share - freedom + price - lower
-
-
-def rougher(fit: Fit) -> Fit:
-    """Return the fit solved again with its motion held less smooth."""
-    return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=AGAIN)
 
 
 def eased(before: Fit, after: Fit) -> float:

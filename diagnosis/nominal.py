@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from imubench.diagnosis.coherence import RELATED, follows_motion
 from imubench.diagnosis.equations import equation_rows
-from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.fit import AGAIN, Fit, solve
 from imubench.diagnosis.noise import declared, fit_with_noise
 from imubench.diagnosis.priors import START_SMOOTH
 from imubench.diagnosis.start import blind_start, model_of
@@ -62,4 +62,9 @@ def rougher_noise(fit: Fit) -> dict[str, float]:
     return {name: std * (FREER if name in own else 1.0) for name, std in fit.noise.items()}
 
 
-__all__ = ["freed", "nominal_fit", "rougher_noise"]
+def rougher(fit: Fit) -> Fit:
+    """Return the fit solved again with its motion held less smooth."""
+    return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=AGAIN)
+
+
+__all__ = ["freed", "nominal_fit", "rougher"]

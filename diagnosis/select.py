@@ -61,9 +61,9 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             break
     fit, kept, dropped = prune(fit, kept, say)
     for change in (merged, filtered):
-        other, changed = change(fit, kept, say)
+        other, kept = change(fit, kept, say)
         if other is not fit:
-            fit, kept, more = prune(other, changed, say)
+            fit, kept, more = prune(other, kept, say)
             dropped += more
     if fit.model.tilts:
         say("settling springs and dampers")

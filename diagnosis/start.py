@@ -17,7 +17,7 @@ from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import Knots, Moment, Tracks
 from imubench.diagnosis.threads import one_thread
 from imubench.effects import EFFECTS
-from imubench.effects.timing import TimeOffset
+from imubench.effects.timing import TIME_OFFSET
 from imubench.jets import Jet
 from imubench.recording import Recording
 
@@ -52,7 +52,7 @@ def blind_start(model: Model) -> tuple[Model, State, Array | None]:
     imus = {i.name: i for i in recording.imus}
     offsets = late(model)
     for at, offset in offsets.items():
-        clock = Hypothesis(TimeOffset(), at)
+        clock = Hypothesis(TIME_OFFSET, at)
         if abs(offset) > coarse(recording) and clock.effect.name in EFFECTS:
             model = model.with_effects((*model.hypotheses, clock))
             values[clock.key("offset")] = np.array([offset])

@@ -36,6 +36,7 @@ class Kept:
     evidence: float  # nat, over the model without it
     heldout: Gain
     rivals: tuple[Trial, ...]  # refitted in its round, in its place
+    ties: tuple[Trial, ...] = ()  # what in the end was as good in its place; their evidence is over the fit with it
 
     @classmethod
     def unjudged(cls, h: Hypothesis) -> "Kept":

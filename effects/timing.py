@@ -47,4 +47,7 @@ class ClockSkew(_Clock):
         return {"skew": 0 * values["skew"]}
 
 
-EFFECTS: tuple[Effect, ...] = (TimeOffset(), ClockSkew())
+TIME_OFFSET = TimeOffset()
+"""The one that a fit may begin with, whether it is in a library or not."""
+
+EFFECTS: tuple[Effect, ...] = (TIME_OFFSET, ClockSkew())

@@ -18,6 +18,7 @@ CASES = {
     "a free spline for a drift": (4021, 40, 31, 40.0, {("gyro_drift", "imu1")}),
     "a coupling that a refused filter hid": (1014141228, 300, 3, 15.0, {("axis_coupling", "joint")}),
     "a pivot that moves less than the fit is loose": (1014141228, 300, 29, 15.0, {("moving_pivot", "joint")}),
+    "a motion held too smooth, late where it turns": (31025185, 300, 92, 15.0, set()),
     "an exponential creep, no drift": (1014141228, 300, 21, 15.0, {("unknown", "imu2")}),
     "a bias that jumps, at its own IMU": (1014141228, 300, 22, 15.0, {("unknown", "imu1")}),
     "a filter, a bias and a coupling that need each other": (
