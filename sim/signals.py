@@ -71,24 +71,31 @@ def with_derivatives(pieces: PPoly) -> PPoly:
     return PPoly(c, pieces.x)
 
 
+KNOTS = 0.39  # of a period of a hand's bandwidth, over which a single random kernel reaches a sixth of its length
+FINER = 4  # knots of the spline for each of the kernel's: between its knots a hand moves like at them
+
+
 def hand(rng: np.random.Generator, duration: float, std: float, bandwidth: float, offset: float = 0.0) -> Spline:
     """Return a random signal like a hand's: smooth, band-limited, never a pure sine.
 
-    White coefficients pass through the quintic B-spline, whose spectrum is sinc^6(f h) for knots
-    h apart: with h = 0.4 / bandwidth the power has fallen by 14 dB at `bandwidth` Hz and by 76 dB at
-    twice that. The signal has the given standard deviation around `offset`; it is defined from 0
-    to `duration` s.
+    White noise passes through the quintic B-spline with knots h = 0.39 / bandwidth apart, whose spectrum is
+    sinc^6(f h): the power has fallen by 14 dB at `bandwidth` Hz and by over 70 dB at twice that. The noise comes four
+    times as often as the knots; once a knot, its power would rise and fall from knot to knot, and what is square in the
+    motion (a centripetal acceleration) would hum at 1 / h. The signal has the given standard deviation around `offset`;
+    it is defined from 0 to `duration` s.
     """
-    spacing = 0.4 / bandwidth
+    spacing = KNOTS / bandwidth / FINER
     count = int(np.ceil(duration / spacing)) + 6
-    norm = np.sqrt(_KERNEL_POWER)  # std of the spline of unit white coefficients, averaged over a knot
-    return Spline(offset + rng.normal(scale=std / norm, size=count), spacing)
+    white = rng.normal(scale=std, size=count + _KERNEL.size - 1)
+    return Spline(offset + np.convolve(white, _KERNEL, mode="valid"), spacing)
 
 
-def _kernel_power() -> float:
-    kernel = BSpline.basis_element(np.arange(7.0), extrapolate=False)
-    x = (np.arange(6000) + 0.5) / 1000
-    return float(np.sum(kernel(x) ** 2) / 1000)
+def _kernel() -> Array:
+    """Return the quintic B-spline at the finer knots, such that a spline through white noise has unit variance."""
+    values = BSpline.basis_element(np.arange(7.0))(np.arange(1, 6 * FINER) / FINER)
+    around = np.concatenate([np.zeros(6), values, np.zeros(6)])
+    each = Spline(around, 1.0)(np.arange(0.0, around.size - 5, 1e-3))[0]  # what one sample of the noise adds
+    return np.asarray(values / np.sqrt(np.sum(each**2) * 1e-3))
 
 
-_KERNEL_POWER = _kernel_power()
+_KERNEL = _kernel()
