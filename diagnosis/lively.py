@@ -13,7 +13,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import ROUNDS, against, begun_screened, grown, joined, resolved
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.screen import Screened, screen
-from imubench.diagnosis.trial import FILTER, NEEDED, SCREENED, TRIED, Trial
+from imubench.diagnosis.trial import FILTER, NEEDED, SCREENED, TRIED, UNEXPLAINED, Trial, misfit
 
 MORE = 2  # rounds for the best of them on the whole recording
 FREE = 0.75  # of what a state without a law explains, that one with a law must
@@ -39,7 +39,8 @@ def state_trials(
     short = fit if whole else excerpt(fit, *window)
     short = with_noise(short, 2)  # as what it is held against
     say("screening effects with states")
-    promised = promising(screen(short, stateful), least, len(fit.model.recording.imus) == 1)
+    lone, puzzling = len(fit.model.recording.imus) == 1, misfit(short) > UNEXPLAINED
+    promised = promising(screen(short, stateful), least, lone, puzzling)
     likely, tried = _one_by_one(short, promised, say)
     worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > NEEDED}
     both = [p for p in pairs(likely) if worth_it & {s.hypothesis.name for s in p}]  # one alone is worth something too
@@ -59,12 +60,13 @@ def state_trials(
     return [on_all, *rest]
 
 
-def promising(screened: list[Screened], least: float, lone: bool) -> list[list[Screened]]:
+def promising(screened: list[Screened], least: float, lone: bool, puzzling: bool = False) -> list[list[Screened]]:
     """Return the screenings worth a refit: those that promise most, then, should none of them be any good, the next.
 
     Of `ANYWAY` the first, whatever they promise. So a filter on a `lone` IMU: the motion is known from what came out of
     it, and what would have come in is not seen in a screening (of 2.3 Hz on a pendulum: 7 nat promised, 650 found). A
-    promise is one linear step: of a soft mount that was worth 2,460 nat it was 140, beside a rocking one's 960.
+    promise is one linear step: of a soft mount that was worth 2,460 nat it was 140, beside a rocking one's 960. Where
+    much is left (`puzzling`) the next are also those whose law the motion goes against.
     """
     if least == ANYWAY:
         return [screened[:TRIED]]
@@ -73,7 +75,20 @@ def promising(screened: list[Screened], least: float, lone: bool) -> list[list[S
     if lone:
         filters = [s for s in screened if s.hypothesis.effect.name == FILTER and s not in likely]
         likely += sorted(filters, key=lambda s: -len(s.hypothesis.effect.states))[:LONE]  # of both triples first
-    return [likely, [s for s in hopeful if s not in likely][:TRIED]]
+    then = [s for s in hopeful if s not in likely][:TRIED]
+    return [likely, then + (against_law(screened, least, likely) if puzzling else [])]
+
+
+def against_law(screened: list[Screened], least: float, tried: list[Screened]) -> list[Screened]:
+    """Return more screenings worth a refit, though the motion goes against their laws; begun where they promise most.
+
+    A fit that resounds with springs has their motion in the body's: rocking ones at 10 to 14 Hz on a pendulum moved at
+    up to 10 Hz promised 1,362 nat with a sixth of their motion backwards, and were worth 6,900.
+    """
+    best = max((s.evidence for s in screened), default=0.0)
+    back = [s for s in screened if s.hypothesis.effect.lawful and s.amount <= 0 and s not in tried]
+    likely = [s for s in back if s.evidence > max(least, RIVALS * best)][:TRIED]
+    return [replace(s, values=dict(s.best or s.values)) for s in likely]
 
 
 def explained(trial: Trial) -> float:

@@ -9,7 +9,7 @@ A state without a law (play in a joint) is a spline more in the normal equations
 as the fit leaves it and, where that is louder and so may hold what the state is, as it is declared.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -50,6 +50,7 @@ class Screened:
     values: dict[str, Array]  # parameters (k,)
     noise: dict[str, float]  # of a state without a law: its roughness, and the sensors' noise beside it
     amount: float = 1.0  # of the driven motion that the recording shows; 1 by the law
+    best: Mapping[str, Array] | None = None  # parameters at the point that promises most
 
 
 @one_thread
@@ -78,10 +79,10 @@ def driven(base: Base, h: Hypothesis) -> Screened | None:
             found.append(replace(_scored(base, model, state, sensitivity, at), hypothesis=h))
     if not found:
         return None
-    most = max(s.evidence for s in found)
-    fair = [s for s in found if s.evidence >= FAIR * most] or found
+    best = max(found, key=lambda s: s.evidence)
+    fair = [s for s in found if s.evidence >= FAIR * best.evidence] or found
     begin = min(fair, key=lambda s: abs(np.log(max(s.amount, 1e-3))))
-    return replace(begin, evidence=most)
+    return replace(begin, evidence=best.evidence, best=best.values)
 
 
 def obeyed(model: Model, state: State, h: Hypothesis) -> tuple[State, Array]:
