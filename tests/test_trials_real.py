@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from imubench import format1
-from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval
+from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
 from imubench.errors import InputError
 from imubench.proof.added import ADDABLE, add, addable, filtered, quiet_std, read_samples
 from imubench.proof.case import make_case
@@ -111,6 +111,23 @@ def test_only_what_the_untouched_recording_does_not_have_counts():
     new = beside(said(play, bias), said(play))
     assert (new.verdict, [f.effect for f in new.findings]) == ("explained", ["accel_bias"])
     assert beside(said(play), said(play)).verdict == "no mismatch"
+
+
+def test_of_what_both_recordings_have_the_change_counts():
+    def said(*findings):
+        return Diagnosis("r", "hinge", "explained", (1.0, 1.0), (), findings, (), FitQuality((1.0, 1.0)), "", 1.0)
+
+    def bias(*value, effect="accel_bias"):
+        number = {"bias": Parameter(np.array(value), np.full(3, 0.01), "m/s^2")}
+        return Finding(effect, "imu1", 0.9, number, Interval(1.0, (0.0, 2.0)))
+
+    own = bias(0.02, 0.0, -0.1)
+    (new,) = beside(said(bias(0.12, 0.01, -0.1)), said(own)).findings
+    assert new.parameters["bias"].value == pytest.approx([0.1, 0.01, 0.0])
+    assert new.parameters["bias"].std == pytest.approx(np.full(3, 0.01 * np.sqrt(2)))
+    assert not beside(said(bias(0.04, 0.01, -0.12)), said(own)).findings
+    hums = [bias(*v, effect="vibration") for v in ((0.1, 0.0, 0.0), (0.5, 0.0, 0.0))]
+    assert beside(said(hums[1]), said(hums[0])).findings == (hums[1],)  # it is another one, not the sum of two
 
 
 def test_a_proof_on_real_recordings_end_to_end(recording, tmp_path):

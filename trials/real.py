@@ -1,13 +1,15 @@
 """Effects added to real recordings, each judged beside the untouched recording's own diagnosis.
 
 A real recording is not clean: its own diagnosis finds something. Only what the recording with the effect has and the
-untouched one has not counts as an answer.
+untouched one has not counts as an answer: a finding of its own, or the change of one that both have.
 """
 
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from imubench.diagnosis.result import Diagnosis
+import numpy as np
+
+from imubench.diagnosis.result import Diagnosis, Finding, Parameter
 from imubench.errors import InputError
 from imubench.proof.added import add, addable, copy, options_of, read_header, read_samples
 from imubench.proof.case import plain
@@ -17,6 +19,13 @@ from imubench.trials.make import answers, freedom
 from imubench.trials.match import sure
 from imubench.trials.scoring import verdict_of
 from imubench.trials.seal import Truth
+
+SURELY = 3.0  # standard deviations between numbers that are not the same
+ADDING = (
+    "accel_bias", "accel_drift", "accel_misalignment", "accel_scale", "clock_skew", "g_sensitivity", "gyro_bias",
+    "gyro_drift", "gyro_misalignment", "gyro_scale", "time_offset",
+)  # fmt: skip
+"""Small errors: one on top of another is their sum."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +95,34 @@ def made_real(question: Added, folder: Path) -> Truth:
 
 
 def beside(touched: Diagnosis, untouched: Diagnosis) -> Diagnosis:
-    """Return the diagnosis with only those findings that the untouched recording's own does not have."""
-    known = {(f.effect, f.at) for f in sure(untouched.findings)}
-    new = tuple(f for f in touched.findings if (f.effect, f.at) not in known)
+    """Return the diagnosis with only those findings that the untouched recording's own does not have.
+
+    Of a finding that both have the change counts, if it is one: errors that add up, a bias for one, say by how much.
+    """
+    known = {(f.effect, f.at): f for f in sure(untouched.findings)}
+    told = [(f, known.get((f.effect, f.at))) for f in touched.findings]
+    new = tuple(f if own is None else changed(f, own) for f, own in told if own is None or differ(f, own))
     return replace(touched, findings=new, verdict=verdict_of(new))
+
+
+def differ(finding: Finding, own: Finding) -> bool:
+    """Return whether two findings of one name and place have a number that is surely not the same."""
+    return any(
+        bool(np.any(np.abs(p.value - q.value) > SURELY * np.hypot(p.std, q.std)))
+        for p, q in shared(finding, own).values()
+        if p.value.shape == q.value.shape
+    )
+
+
+def changed(finding: Finding, own: Finding) -> Finding:
+    """Return a finding with its numbers less those of the untouched recording's, where such errors add up."""
+    if finding.effect not in ADDING:
+        return finding
+    pairs = shared(finding, own).items()
+    less = {name: Parameter(p.value - q.value, np.hypot(p.std, q.std), p.unit) for name, (p, q) in pairs}
+    return replace(finding, parameters={**finding.parameters, **less})
+
+
+def shared(finding: Finding, own: Finding) -> dict[str, tuple[Parameter, Parameter]]:
+    """Return the parameters that two findings both have."""
+    return {n: (p, own.parameters[n]) for n, p in finding.parameters.items() if n in own.parameters}
