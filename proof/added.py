@@ -36,16 +36,21 @@ ADDABLE = (
     "accel_misalignment", "g_sensitivity", "gyro_noise", "accel_noise", "low_pass", "time_offset", "clock_skew",
     "saturation", "quantisation", "dropouts", "vibration", "impacts",
 )  # fmt: skip
+NOISES = ("gyro_noise", "accel_noise")
 TWO_CLOCKS = ("time_offset", "clock_skew")  # need another clock in the recording
 STILL = 0.1  # share of half-second windows, the quietest, from which an undeclared noise level is taken
 
 
 def addable(recording: Path) -> list[tuple[str, str]]:
-    """Return every (effect, place) that can be added to a recording in format 1."""
+    """Return every (effect, place) that can be added to a recording in format 1.
+
+    A louder noise is one only beside a level that is declared.
+    """
     header = read_header(recording)
     clocks = len(header["imu"]) + len(header.get("encoder", [])) + len(header.get("pose", []))
     names = [name for name in ADDABLE if clocks > 1 or name not in TWO_CLOCKS]
-    return [(name, imu["name"]) for imu in header["imu"] for name in names]
+    told = [(name, imu) for imu in header["imu"] for name in names]
+    return [(name, imu["name"]) for name, imu in told if name not in NOISES or f"{name}_std" in imu]
 
 
 def add(recording: Path, out: Path, name: str, at: str, seed: int, strength: str) -> dict[str, Any]:

@@ -92,6 +92,13 @@ def test_one_clock_cannot_be_late(tmp_path):
     assert not {"time_offset", "clock_skew"} & {name for name, _ in addable(tmp_path / "one")}
 
 
+def test_a_noise_of_which_nothing_is_declared_cannot_be_louder(tmp_path):
+    noises = {"gyro_noise", "accel_noise"}
+    for said in (True, False):
+        make_case(tmp_path / str(said), "pendulum", (), 4, seconds=6.0, declare_noise=said)
+        assert ({name for name, _ in addable(tmp_path / str(said))} & noises) == (noises if said else set())
+
+
 def test_an_untouched_recording_is_written_with_the_same_digits(recording, tmp_path):
     asked = questions(recording.parent, 3, 1)
     for name, q in asked.items():
