@@ -2,9 +2,11 @@
 
 A hum A sin(2 pi f t + psi) whose phase psi is a random walk of intensity D rad per root second has, over T seconds, a
 straight phase that is off by a slope of variance 6/5 D^2 / T. In windows of `WINDOW` s, z is the mean of the samples
-times exp(-i 2 pi f t) and a Hann window h, turned so that its mean is real. Noise enters Re z and Im z alike, the walk
-only Im z: between windows next to one another the mean square of what is gained differs by D^2 (W - E|s - s'|) |z|^2, s
-and s' drawn from h.
+times exp(-i 2 pi f t) and a Hann window, turned so that its mean is real: the phase of a window is Im z / |z|, the
+walk's mean there and white noise. D is the likeliest beside the noise, of the phases less the straight line that the
+fit of f has taken out of them; once with the noise as loud in Re z, and once with Re z left out, for a limit on the
+samples makes that louder. The covariance of the walk's means in windows i < j is W D^2 (i + 1/2), and in one W D^2 (i +
+(1 - d) / 2), d the mean distance of two times drawn from a window, in windows.
 """
 
 import numpy as np
@@ -13,7 +15,8 @@ from imubench.arrays import Array
 
 WINDOW = 1.0  # s
 FEWEST = 6  # windows
-SURE = 3.2  # times noise's share, from which a walk is seen: one chance in twenty at 15 windows
+SURE = 1.5  # nat of likelihood, from which a walk is seen: one chance in twelve
+RATIOS = np.logspace(-4, 4, 161)  # of the walk's variance in a window to the noise's
 
 
 def frequency_error(time: Array, hum: Array, frequency: float) -> float:
@@ -31,19 +34,36 @@ def frequency_error(time: Array, hum: Array, frequency: float) -> float:
     z = (np.bincount(window, turning.real, count) + 1j * np.bincount(window, turning.imag, count)) / weight
     if not abs(z.mean()) > 0:
         return 0.0
-    gained = np.diff(z / z.mean())
-    along, across = float(np.mean(gained.real**2)), float(np.mean(gained.imag**2))
-    if across < SURE * along:
-        return 0.0
-    walk = (across - along) / (WINDOW - _apart())
+    straight, phase = (z / z.mean()).real, (z / z.mean()).imag
+    walk = max(_walk(phase, straight[:0]), _walk(phase, straight - straight.mean()))
     return float(np.sqrt(1.2 * walk / (time[-1] - time[0])) / (2 * np.pi))
 
 
+def _walk(phase: Array, noisy: Array) -> float:
+    """Return the likeliest D^2 in rad^2 / s of windows' phases (n,) in rad; 0 where noise explains them as well.
+
+    `noisy` (m,) has the same noise and no more, m - 1 of it free.
+    """
+    i = np.arange(len(phase), dtype=float)
+    straight = np.linalg.qr(np.stack([np.ones_like(i), i], axis=1), mode="complete")[0][:, 2:]
+    walked = np.minimum.outer(i, i) + 0.5 - np.diag(np.full(len(i), 0.5 * _apart()))
+    spread, axes = np.linalg.eigh(straight.T @ walked @ straight)
+    power = (axes.T @ straight.T @ phase) ** 2
+    share = 1 + np.concatenate([[0.0], RATIOS])[:, None] * spread
+    count = len(power) + max(len(noisy) - 1, 0)
+    noise = (np.sum(power / share, axis=1) + np.sum(noisy**2)) / count
+    likely = -0.5 * (count * np.log(noise) + np.sum(np.log(share), axis=1))
+    best = int(np.argmax(likely))
+    if best == 0 or likely[best] - likely[0] < SURE:
+        return 0.0
+    return float(RATIOS[best - 1] * noise[best]) / WINDOW
+
+
 def _apart() -> float:
-    """Return the mean distance in s of two times drawn from the window."""
+    """Return the mean distance, in windows, of two times drawn from one."""
     s = (np.arange(1000) + 0.5) / 1000
     below = np.cumsum(1 - np.cos(2 * np.pi * s)) / 1000
-    return float(2 * WINDOW * np.mean(below * (1 - below)))
+    return float(2 * np.mean(below * (1 - below)))
 
 
 __all__ = ["frequency_error"]

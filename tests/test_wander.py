@@ -38,6 +38,17 @@ def test_errors_are_as_large_as_said(walk, seconds, rate):
     assert np.median(said) > 0.4 * np.sqrt(np.mean(errors**2))
 
 
+def test_a_walk_is_seen_where_the_loudness_is_noisier_than_the_phase():
+    """As with a limit on the samples. Held against that loudness as its noise, none of these walks was seen."""
+    rng = np.random.default_rng(8)
+    runs = [hum(rng, 0.05, 0.01, 30.0) for _ in range(20)]
+    uneven = [x * (1 + 0.15 * np.repeat(rng.standard_normal(30), len(x) // 30)) for _, x in runs]
+    said = np.array([frequency_error(t, x, fitted(t, x)) for (t, _), x in zip(runs, uneven, strict=True)])
+    true = 0.05 * np.sqrt(1.2 / 30.0) / (2 * np.pi)
+    assert np.mean(said > 0) > 0.9
+    assert np.sqrt(np.mean(said**2)) == pytest.approx(true, rel=0.3)
+
+
 def test_a_steady_hum_has_no_error_of_its_own():
     rng = np.random.default_rng(6)
     said = [
