@@ -19,6 +19,10 @@ CASES = {
     "a coupling that a refused filter hid": (1014141228, 300, 3, 15.0, {("axis_coupling", "joint")}),
     "a pivot that moves less than the fit is loose": (1014141228, 300, 29, 15.0, {("moving_pivot", "joint")}),
     "a motion held too smooth, late where it turns": (31025185, 300, 92, 15.0, set()),
+    "a pivot that took more noise than slow noise can give": (
+        *(897729449, 80, 43, 15.0),
+        {("moving_pivot", "joint"), ("vibration", "imu1")},
+    ),
     "springs with which the fit resounds": (31025185, 300, 179, 15.0, {("rocking_mount", "imu1")}),
     "an exponential creep, no drift": (1014141228, 300, 21, 15.0, {("unknown", "imu2")}),
     "a bias that jumps, at its own IMU": (1014141228, 300, 22, 15.0, {("unknown", "imu1")}),
