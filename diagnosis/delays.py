@@ -85,7 +85,8 @@ def met(model: Model, state: State, imu: Imu, noise: Mapping[str, float]) -> tup
     moment = model.moment(state, np.linspace(first, last, round((last - first) * imu.rate) + 1), imu.name)
     segment = model.carrier(state, moment, imu.name)
     reading = model.reading(imu, state, moment, segment)
-    x = {"gyro": reading.gyro.value, "accel": reading.accel.value}
+    many = (len(moment.time.value), 3)  # on a base that stands still a reading is one for all times
+    x = {n: np.broadcast_to(j.value, many) for n, j in (("gyro", reading.gyro), ("accel", reading.accel))}
     cut = {n: clear_of_noise(v, max(noise[f"{imu.name}.{n}"], plateau(v, imu.rate)), imu.rate) for n, v in x.items()}
     return moment.time.value[:, 0], {part: slower(v, cut[part], imu.rate) for part, v in x.items()}
 

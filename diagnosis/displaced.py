@@ -16,7 +16,7 @@ from imubench.diagnosis.nominal import rougher
 from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.term_scores import Guess, promising
-from imubench.diagnosis.terms import SERIES
+from imubench.diagnosis.terms import FRICTION, RATE, SERIES
 from imubench.diagnosis.trial import FILTER
 from imubench.diagnosis.worth import worth
 
@@ -64,6 +64,8 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             free = gone[0].effect.free
             enough = 1 - TURNS if turns else 1 - MUCH if free else 1.0
             likely = [g for g in guesses if g.white > enough * lost and (g.term.timed or not turns)]
+            if gone[0].effect.name in FRICTION:  # which goes with the rate itself
+                likely = [g for g in likely if g.term.goes_with != RATE]
             for guess in rivals(likely, fit, gone):
                 done = fitted(without, guess, price)
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
@@ -127,13 +129,19 @@ def only_turns(fit: Fit, h: Hypothesis) -> bool:
 
 
 def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
-    """Return what a term may displace: splines without a law, filters, effects of one triple alone, and all of it."""
+    """Return what a term may displace: splines without a law, filters, effects of one triple alone, and all of it.
+
+    Laws of friction are displaced together: each alone is worth little beside another.
+    """
     plain = [h for h in hypotheses if not h.effect.states]
     free = [h for h in hypotheses if h.effect.free or (h.effect.states and h.effect.name == FILTER)]
     triples: dict[tuple[str, str], list[Hypothesis]] = {}
     for h in plain:
         triples.setdefault((h.at, h.effect.name.split("_")[0]), []).append(h)
-    return [(h,) for h in (*free, *plain)] + [tuple(some) for some in triples.values() if len(some) > 1]
+    rubbing = [h for h in plain if h.effect.name in FRICTION]
+    lone = [h for h in plain if h not in rubbing]
+    several = [some for some in triples.values() if len(some) > 1]
+    return [*((h,) for h in (*free, *lone)), *(tuple(some) for some in (rubbing, *several) if some)]
 
 
 def seen_at(h: Hypothesis) -> str:

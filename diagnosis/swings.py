@@ -22,6 +22,8 @@ from imubench.recording import STANDARD_GRAVITY, Body
 
 GROUP = "swing.torque"
 STILL, REST = 0.05, 0.3  # rad/s: a mean rate over so many seconds under which a segment is at rest
+TURN = 2.0  # intervals between knots, within which no spline follows a torque that jumps: let go, turned round, held
+HARD = 1.5  # times what gravity alone may give: quicker, the segment is turned round by a stop
 SHARE = 0.01  # of the torque of the segment's weight: how closely the equation holds, before it is estimated
 
 
@@ -43,15 +45,47 @@ def resting(model: Model, time: Array) -> NDArray[np.bool_]:
     return np.asarray(np.interp(time, imu.time - model.start, rate) < STILL, dtype=bool)
 
 
+def turning(model: Model, body: Body, time: Array) -> NDArray[np.bool_]:
+    """Return at which of the times (n,) the segment turns round, swinging: dry friction jumps there, a spline cannot.
+
+    With the equation asked there, the motion rang about every jump by 0.13 of the friction, which looked like a torque
+    of the joint's rate. Where a stop turns it round, quicker than gravity can, the equation stays.
+    """
+    reach = TURN * model.tracks.knots.step
+    before, after = (whirl(model, time + shift) for shift in (-reach, reach))
+    weight = body.mass * STANDARD_GRAVITY * float(np.linalg.norm(body.com))
+    gravity = weight / float(np.linalg.norm(inertia_about_joint(body), 2))
+    gentle = np.linalg.norm(after - before, axis=1) < HARD * gravity * 2 * reach
+    return np.asarray((np.sum(before * after, axis=1) < 0) & gentle, dtype=bool)
+
+
+def whirl(model: Model, time: Array) -> Array:
+    """Return how fast the swinging segment turns at times (n,): (n, 3) or (n, 1) rad/s, as its sensor says, or 0."""
+    recording, over = model.recording, model.tracks.knots.step
+    if recording.imus:
+        imu = recording.imus[-1]
+        gyro = uniform_filter1d(imu.gyro, 2 * int(over * imu.rate / 2) + 1, axis=0)  # odd: not late
+        return np.stack([np.interp(time, imu.time - model.start, x) for x in gyro.T], axis=1)
+    if not recording.encoders:
+        return np.zeros((len(time), 1))
+    encoder = recording.encoders[0]
+    ahead, behind = (np.interp(time + d, encoder.time - model.start, encoder.angle) for d in (over / 2, -over / 2))
+    return np.asarray((ahead - behind)[:, None] / over, dtype=float)
+
+
 def swing_rows(model: Model, state: State, time: Array) -> Iterator[Rows]:
     """Yield the equation's residual (n, 1 or 3) N m at those of the times (n,) that lie in a free swing."""
     body = model.recording.body
     inside = np.zeros(len(time), dtype=bool)
+    reach = TURN * model.tracks.knots.step
     for start, end in model.recording.free_swings:
-        inside |= (time >= start - model.start) & (time <= end - model.start)
+        inside |= (time >= start - model.start + reach) & (time <= end - model.start - reach)
     if body is not None and model.recording.imus and inside.any():
         inside &= ~resting(model, time)
     if body is None or not inside.any():
+        return
+    inside &= ~turning(model, body, time)
+    if not inside.any():
         return
     time = time[inside]
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))

@@ -21,6 +21,7 @@ from imubench.jets import Jet
 CHANNELS = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z")}
 
 RATE = "the joint's rate"  # what friction goes with
+FRICTION = ("viscous_friction", "dry_friction", "air_drag")
 TURNING = "angular acceleration"
 LATER = "how the sensor turns and is pushed, a little later"
 SERIES = (TURNING, LATER)  # what a delay or a filter does to first order, and to second

@@ -24,13 +24,12 @@ from imubench.diagnosis.refit import evidence_over, information, refit
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import Finding, Parameter, Where
 from imubench.diagnosis.term_scores import ENOUGH, Guess, promising
-from imubench.diagnosis.terms import CHANNELS, RATE, Term, Unknown, signals_of
+from imubench.diagnosis.terms import CHANNELS, FRICTION, RATE, Term, Unknown, signals_of
 from imubench.diagnosis.where import locate, shares
 from imubench.diagnosis.worth import worth
 
 REFITTED = 2  # terms at least, where they promise enough, until one is good
 RIVAL = 0.5  # of the best one's promise, from which the best of another place is fitted too
-FRICTION = ("viscous_friction", "dry_friction", "air_drag")
 UNITS = {"gyro": "rad/s", "accel": "m/s^2", "torque": "N m"}
 
 

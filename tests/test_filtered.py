@@ -5,7 +5,7 @@ import pytest
 
 from imubench.diagnosis.alike import alike
 from imubench.diagnosis.coherence import clear_of_noise
-from imubench.diagnosis.delays import late
+from imubench.diagnosis.delays import late, quick
 from imubench.diagnosis.filtered import filtered, quickly
 from imubench.diagnosis.findings import findings
 from imubench.diagnosis.heldout import Gain
@@ -121,3 +121,11 @@ def test_what_is_loud_near_half_the_rate_is_no_motion():
     white = 0.01 * np.random.default_rng(5).standard_normal((1500, 3))
     assert clear_of_noise(slow + white + wild, 0.01, 100.0) == pytest.approx(clear_of_noise(slow + white, 0.01, 100.0))
     assert clear_of_noise(slow + white + wild, 0.01, 100.0) < 6.0
+
+
+def test_an_imu_that_stands_still_can_be_asked_for_its_delay(tmp_path):
+    """On a base that is fixed a reading is one row for all times; what is late shows nothing there."""
+    make_case(tmp_path / "r", "hinge", [], seed=17, seconds=6.0, base="fixed")
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    law = quick(fit, fit.model.recording.imus[0], 1e-3)
+    assert law is None or max(np.abs(c).max() for c in law.beside.values()) < 1e-9

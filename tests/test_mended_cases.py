@@ -55,3 +55,12 @@ def test_clocks_that_seemed_late_before_the_fit_are_let_go_of(tmp_path):
     )  # fmt: skip
     said, _ = diagnose(read(tmp_path / "r")[0])
     assert {f.effect for f in said.findings} <= {"gyro_noise", "accel_noise"}
+
+
+def test_dry_friction_that_jumps_where_a_swing_turns_round_leaves_no_torque(tmp_path):
+    """A spline rounds the jump, and rang about it by 0.13 of the friction: a torque that goes with the rate."""
+    make_case(tmp_path / "r", "hinge", [("dry_friction", "joint")], 17, seconds=15.0, base="fixed", swing=True)
+    said, _ = diagnose(read(tmp_path / "r")[0])
+    assert [(f.effect, f.at) for f in said.findings] == [("dry_friction", "joint")]
+    t = said.findings[0].parameters["t"]
+    assert abs(t.value - 0.09126) < 3 * t.std < 0.002
