@@ -74,7 +74,7 @@ def test_a_damping_is_found_from_either_side_and_told_as_unsure_as_it_is(tmp_pat
         quiet = begun.noise | {"imu1.accel": 0.02, "imu2.accel": 0.02, h.key("balance"): 0.3}
         held = replace(begun.model, fixed={key: np.log([start])})
         state = solve(held, begun.state, quiet, begun.anchor, steps=6).state
-        fit = fit_with_noise(begun.model, state, quiet, begun.anchor, rounds=16)
+        fit = fit_with_noise(begun.model, state, quiet, begun.anchor, rounds=40)  # a tight law makes short steps
         found.append((float(fit.state.values[key][0]), float(parameter_std(fit)[key][0])))
     (low, unsure), (high, doubt) = found
     true = np.log(truth["damping_ratio"])
