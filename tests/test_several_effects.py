@@ -15,7 +15,7 @@ TWO = [
     ("hinge", ("gyro_bias", "imu1"), ("accel_scale", "imu2"), {}),
     ("hinge", ("rocking_mount", "imu2"), ("accel_bias", "imu1"), {}),
     ("hinge", ("low_pass", "imu1"), ("axis_coupling", "joint"), {}),
-    ("hinge", ("dry_friction", "joint"), ("gyro_scale", "imu1"), SWING),
+    ("hinge", ("dry_friction", "joint"), ("gyro_scale", "imu2"), SWING),
     ("hinge", ("time_offset", "imu2"), ("mount_shift", "imu1"), {}),
     ("hinge", ("joint_play", "joint"), ("gyro_misalignment", "imu1"), {}),
     ("hinge", ("backlash", "joint"), ("accel_bias", "imu2"), {"base": "fixed", "encoder": True}),
