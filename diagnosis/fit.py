@@ -176,7 +176,7 @@ def solve(
     count = sum(r.residual.value.size for r in rows if r.counts)
     while taken < steps:
         taken += 1
-        normal, _ = assemble(model, rows)
+        normal = assemble(model, rows)[0]
         before = cost
         while damping < 1e3:
             try:
@@ -197,7 +197,7 @@ def solve(
             state, rows, cost = trial, trial_rows, trial_cost
             damping = max(damping / EASED, LEAST) if length == LENGTHS[0] else damping * EASED
             break
-
+        del normal  # before the next one is made: memory
         if before - cost < enough * count:
             break
     return Fit(model, state, noise, cost, taken, anchor, loose, rows)

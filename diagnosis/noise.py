@@ -13,7 +13,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Banded, Solution
 from imubench.diagnosis.fit import AGAIN, ENOUGH, Fit, factored, solve
-from imubench.diagnosis.hypothesis import State
+from imubench.diagnosis.hypothesis import Prior, State
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK
 from imubench.diagnosis.rows import Linear, Stack
@@ -35,30 +35,33 @@ SAME = 0.05  # relative change of every level, and of a law's numbers, that ends
 FINE = 3e-6  # the solver's `enough` where a law's damping is sought: it changes the cost by next to nothing
 
 
-def windows(band: Banded, width: int) -> Array:
-    """Return the blocks (knots, 6 w, 6 w) of a symmetric band that the rows of each first knot touch."""
-    count, span = len(band.diagonal) * KNOTS_PER_BLOCK, SUPPORT * width
-    b = KNOTS_PER_BLOCK * width
-    out = np.empty((count - KNOTS_PER_BLOCK, span, span))
+def windows(band: Banded, width: int, begin: int, end: int) -> Array:
+    """Return the blocks (end - begin, 6 w, 6 w) of a symmetric band that rows touch which begin at these knots.
+
+    `begin` is a block's first knot. Rows that would reach beyond the last block there are none.
+    """
+    block, span, b = begin // KNOTS_PER_BLOCK, SUPPORT * width, KNOTS_PER_BLOCK * width
+    here = slice(block, -(-end // KNOTS_PER_BLOCK))
+    diagonal, right = band.diagonal[here], band.right[here]
+    after = band.diagonal[here.start + 1 : here.stop + 1]
+    out = np.zeros((len(diagonal) * KNOTS_PER_BLOCK, span, span))
     for offset in range(KNOTS_PER_BLOCK):
         at, inside = offset * width, min(span, b - offset * width)
-        here = out[offset::KNOTS_PER_BLOCK]
-        m = len(here)
-        here[:, :inside, :inside] = band.diagonal[:m, at : at + inside, at : at + inside]
+        some = out[offset::KNOTS_PER_BLOCK]
+        some[:, :inside, :inside] = diagonal[:, at : at + inside, at : at + inside]
         if inside < span:
             over = span - inside
-            across = band.right[:m, at:, :over]
-            here[:, :inside, inside:] = across
-            here[:, inside:, :inside] = np.swapaxes(across, 1, 2)
-            here[:, inside:, inside:] = band.diagonal[1 : m + 1, :over, :over]
-    return out
+            some[:, :inside, inside:] = right[:, at:, :over]
+            some[:, inside:, :inside] = np.swapaxes(right[:, at:, :over], 1, 2)
+            some[: len(after), inside:, inside:] = after[:, :over, :over]
+    return out[: end - begin]
 
 
 @dataclass(frozen=True)
 class Spread:
     """The covariance of a solved fit, as far as single rows see it."""
 
-    windows: Array  # (knots, 6 w, 6 w)
+    inverse: Banded  # of the splines' matrix, its band
     reach: Array  # (knots, w, p): N^-1 B
     shared: Array  # (p, p)
 
@@ -68,9 +71,7 @@ class Spread:
         reach = solution.factor.backward(solution.half)
         p = reach.shape[2]
         reach = reach.reshape(len(reach) * KNOTS_PER_BLOCK, width, p)
-        return cls(
-            windows(solution.factor.inverse(), width), reach, np.asarray(np.linalg.inv(solution.schur), dtype=float)
-        )
+        return cls(solution.factor.inverse(), reach, np.asarray(np.linalg.inv(solution.schur), dtype=float))
 
     def leverages(self, parts: Sequence[Linear]) -> list[Array]:
         """Return the leverage (n, m) of every row of some parts, at most 1.
@@ -82,7 +83,7 @@ class Spread:
         wide = SUPPORT * width
         for begin, tall, places in Stack(parts).pieces():
             local, knots = tall[:, :, :wide], np.arange(begin, begin + len(tall))
-            near = self.windows[np.minimum(knots, len(self.windows) - 1)]
+            near = windows(self.inverse, width, begin, begin + len(tall))
             reach = self.reach[knots[:, None] + np.arange(SUPPORT)].reshape(len(tall), wide, p)
             rest = tall[:, :, wide : wide + p] - np.matmul(local, reach)
             hat = np.sum(np.matmul(local, near) * local, axis=2) + np.sum((rest @ self.shared) * rest, axis=2)
@@ -96,6 +97,12 @@ def levels(fit: Fit) -> tuple[dict[str, float], dict[str, Array]]:
     """Return the noise level of every group that `fit.noise` names, and every row's leverage."""
     _, solution, parts = factored(fit.model, fit.rows)
     return _levels(fit, solution, parts)
+
+
+def _estimated(fit: Fit) -> tuple[dict[str, float], dict[str, Prior]]:
+    """Return the noise levels that a fit leaves and how its laws lean, without the matrices that these are read off."""
+    normal, solution, parts = factored(fit.model, fit.rows)
+    return _levels(fit, solution, parts)[0], tilts(fit, normal, solution, parts)
 
 
 def _levels(fit: Fit, solution: Solution, parts: list[Linear]) -> tuple[dict[str, float], dict[str, Array]]:
@@ -155,8 +162,7 @@ def fit_with_noise(
     lawful = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}
     fit = solve(model, state, noise, anchor, steps=4)
     for last in [False] * rounds + [True] * motion:
-        normal, solution, parts = factored(fit.model, fit.rows)
-        found, _ = _levels(fit, solution, parts)
+        found, leaning = _estimated(fit)
         rough = {name for name in noise if name.startswith("smooth.") and "@" not in name}
         new = {
             name: old
@@ -174,9 +180,10 @@ def fit_with_noise(
         if last:
             new |= {name: LOOSENED * new[name] for name in rough}
         change = max(abs(np.log(new[name] / noise[name])) for name in noise)
-        model = replace(model, tilts=tilts(fit, normal, solution, parts))
-        noise, before = new, fit.state.values
-        fit = solve(model, fit.state, noise, anchor, steps=AGAIN, enough=FINE if model.tilts else ENOUGH)
+        model = replace(model, tilts=leaning)
+        noise, begun, before = new, fit.state, fit.state.values
+        del fit  # with its rows: memory
+        fit = solve(model, begun, noise, anchor, steps=AGAIN, enough=FINE if model.tilts else ENOUGH)
         change = max([change, *(float(np.max(np.abs(fit.state.values[n] - before[n]))) for n in model.tilts or {})])
         if change < SAME and fit.steps < AGAIN and not motion:
             break

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from imubench.diagnosis.blocks import NotPositiveDefiniteError, solve_arrow
-from imubench.diagnosis.normal import Normal
+from imubench.diagnosis.blocks import Banded, NotPositiveDefiniteError, solve_arrow
+from imubench.diagnosis.noise import windows
+from imubench.diagnosis.normal import KNOTS_PER_BLOCK, Normal
 from imubench.diagnosis.rows import Parameters, Rows, linearise
-from imubench.diagnosis.splines import Knots, Tracks
+from imubench.diagnosis.splines import SUPPORT, Knots, Tracks
 from imubench.jets import CONSTANT, Jet
 
 TRACKS = Tracks(Knots.over(0.0, 1.0, 0.04), {"a": 2, "b": 1})
@@ -106,3 +107,21 @@ def test_a_direction_that_nothing_holds_is_named():
     normal = Normal.empty(TRACKS, PARAMETERS)
     with pytest.raises(NotPositiveDefiniteError, match="block 0"):
         normal.band.factor()
+
+
+@pytest.mark.parametrize(("blocks", "width"), [(70, 3), (2, 2), (1, 1)])
+def test_a_band_s_windows_are_the_dense_matrix_s_blocks_piece_by_piece(blocks, width):
+    rng, b = np.random.default_rng(0), KNOTS_PER_BLOCK * width
+    diagonal, right = rng.normal(size=(2, blocks, b, b))
+    band = Banded(diagonal + np.swapaxes(diagonal, 1, 2), right)
+    whole = np.zeros((blocks * b, blocks * b))
+    for i in range(blocks):
+        own = slice(i * b, (i + 1) * b)
+        whole[own, own] = band.diagonal[i]
+        if i + 1 < blocks:
+            after = slice((i + 1) * b, (i + 2) * b)
+            whole[own, after], whole[after, own] = right[i], right[i].T
+    count = blocks * KNOTS_PER_BLOCK - SUPPORT + 1  # knots that a row can begin at
+    found = np.concatenate([windows(band, width, k, min(k + 256, count)) for k in range(0, count, 256)])
+    spans = [slice(k * width, (k + SUPPORT) * width) for k in range(count)]
+    assert np.array_equal(found, np.stack([whole[s, s] for s in spans]))
