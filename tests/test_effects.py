@@ -82,7 +82,7 @@ def recording_of(rig, **changes):
     swinging = rig != "free"
     encoders = (Encoder("hinge", time, rng.normal(size=len(time))),) if rig == "hinge" else ()
     given = {"imus": imus, "encoders": encoders, "body": BODY if swinging else None}
-    return Recording("r", rig, **given | {"free_swings": ((0.1, 0.5),) if swinging else ()} | changes)
+    return Recording("r", rig, **given | {"free_swings": ((0.0, SECONDS),) if swinging else ()} | changes)
 
 
 def model_with(effect, rig, **changes):
