@@ -16,7 +16,7 @@ from imubench.diagnosis.nominal import rougher
 from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.term_scores import Guess, promising
-from imubench.diagnosis.terms import FRICTION, RATE, SERIES
+from imubench.diagnosis.terms import FRICTION, SERIES
 from imubench.diagnosis.trial import FILTER
 from imubench.diagnosis.worth import worth
 
@@ -64,8 +64,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             free = gone[0].effect.free
             enough = 1 - TURNS if turns else 1 - MUCH if free else 1.0
             likely = [g for g in guesses if g.white > enough * lost and (g.term.timed or not turns)]
-            if gone[0].effect.name in FRICTION:  # which goes with the rate itself
-                likely = [g for g in likely if g.term.goes_with != RATE]
+            likely = [g for g in likely if not g.term.holds(gone[0].effect.name)]
             for guess in rivals(likely, fit, gone):
                 done = fitted(without, guess, price)
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price

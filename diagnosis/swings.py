@@ -80,11 +80,11 @@ def swing_rows(model: Model, state: State, time: Array) -> Iterator[Rows]:
     reach = TURN * model.tracks.knots.step
     for start, end in model.recording.free_swings:
         inside |= (time >= start - model.start + reach) & (time <= end - model.start - reach)
-    if body is not None and model.recording.imus and inside.any():
-        inside &= ~resting(model, time)
     if body is None or not inside.any():
         return
     inside &= ~turning(model, body, time)
+    if model.recording.imus:
+        inside &= ~resting(model, time)
     if not inside.any():
         return
     time = time[inside]

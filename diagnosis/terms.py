@@ -20,7 +20,7 @@ from imubench.jets import Jet
 
 CHANNELS = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z")}
 
-RATE = "the joint's rate"  # what friction goes with
+RATE = "the joint's rate"
 FRICTION = ("viscous_friction", "dry_friction", "air_drag")
 TURNING = "angular acceleration"
 LATER = "how the sensor turns and is pushed, a little later"
@@ -44,6 +44,10 @@ class Term:
     def count(self) -> int:
         """How many weights it has."""
         return len(self.channel)
+
+    def holds(self, effect: str) -> bool:
+        """Return whether it holds a law of friction, a torque with the rate: neither stands in for the other."""
+        return self.goes_with == RATE and effect in FRICTION
 
     def only(self, channel: int) -> "Term":
         """Return the part that enters one channel."""

@@ -24,7 +24,7 @@ from imubench.diagnosis.refit import evidence_over, information, refit
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import Finding, Parameter, Where
 from imubench.diagnosis.term_scores import ENOUGH, Guess, promising
-from imubench.diagnosis.terms import CHANNELS, FRICTION, RATE, Term, Unknown, signals_of
+from imubench.diagnosis.terms import CHANNELS, Term, Unknown, signals_of
 from imubench.diagnosis.where import locate, shares
 from imubench.diagnosis.worth import worth
 
@@ -91,12 +91,9 @@ def found_in(fit: Fit) -> Fitted | None:
 
 
 def superseded(fit: Fit, terms: Sequence[Term], say: Callable[[str], None] = lambda _: None) -> Fit:
-    """Return the fit without the effects that only stood in for terms which it has now.
-
-    Friction is a torque that goes with the joint's rate: beside such a term its laws are no stand-ins.
-    """
-    kept = FRICTION if any(t.goes_with == RATE for t in terms) else ()
-    for h in [h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown) and h.effect.name not in kept]:
+    """Return the fit without the effects that only stood in for terms which it has now."""
+    named = [h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown)]
+    for h in [h for h in named if not any(t.holds(h.effect.name) for t in terms)]:
         say(f"trying to do without {h.name}")
         try:
             without = refit(fit, tuple(other for other in fit.model.hypotheses if other != h), steps=4)
