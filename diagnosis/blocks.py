@@ -7,6 +7,7 @@ numbers that the whole recording shares (geometry, effects) are the border::
     [ B'  C ] [ p ] = [ h ]
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,41 +25,38 @@ class NotPositiveDefiniteError(ArithmeticError):
 
 @dataclass(frozen=True)
 class Banded:
-    """A symmetric block-tridiagonal matrix: diagonal and right neighbours, both (m, b, b), the last of these unused."""
+    """A symmetric block-tridiagonal matrix: its diagonal (m, b, b), and right of it (m, c, c), the last unused.
+
+    A block's right neighbour is zero but for its last c rows and first c columns: a band's far corner.
+    """
 
     diagonal: Array
     right: Array
 
+    @property
+    def top(self) -> int:
+        """The first row of a block that its right neighbour has."""
+        return self.diagonal.shape[1] - self.right.shape[1]
+
     def factor(self) -> "Factor":
-        """Return its Cholesky factor; `NotPositiveDefiniteError` names the block."""
-        count = len(self.diagonal)
-        lower, coupling = by_columns(self.diagonal.shape), by_columns(self.right.shape)
-        top, over = self.coupled
+        """Return its Cholesky factor, which takes the matrix' memory; `NotPositiveDefiniteError` names the block.
+
+        The matrix is gone: that of a long fit has half a gigabyte.
+        """
+        count, over, top = len(self.diagonal), self.right.shape[1], self.top
+        lower, coupling = self.diagonal.transpose(0, 2, 1), self.right.transpose(0, 2, 1)  # by columns, for LAPACK
         rest = self.diagonal[0]
         for i in range(count):
             chol = _cholesky(rest)
             if chol is None:
                 raise NotPositiveDefiniteError(f"block {i} of {count}")
             lower[i] = chol
-            if i + 1 < count:
-                z, _ = dtrtrs(chol[top:, top:], self.right[i, top:, :over], lower=1)
-                coupling[i, top:, :over] = z
+            if i + 1 < count and over:
+                z, _ = dtrtrs(chol[top:, top:], self.right[i], lower=1)
+                coupling[i] = z
                 rest = self.diagonal[i + 1].copy()
                 rest[:over, :over] -= z.T @ z
-        return Factor(lower, coupling, top, over)
-
-    @property
-    def coupled(self) -> tuple[int, int]:
-        """The first row and the column after the last one that any block on the right has: a band's far corner."""
-        rows, columns = (np.flatnonzero(self.right.any(axis=axes)) for axes in ((0, 2), (0, 1)))
-        return (int(rows[0]), int(columns[-1]) + 1) if len(rows) else (0, 0)
-
-    def times(self, x: Array) -> Array:
-        """Return N x for x (m, b, r)."""
-        out = np.matmul(self.diagonal, x)
-        out[:-1] += np.matmul(self.right[:-1], x[1:])
-        out[1:] += np.matmul(np.swapaxes(self.right[:-1], 1, 2), x[:-1])
-        return out
+        return Factor(lower, coupling)
 
 
 def _cholesky(matrix: Array) -> Array | None:
@@ -72,12 +70,20 @@ def _cholesky(matrix: Array) -> Array | None:
 
 @dataclass(frozen=True)
 class Factor:
-    """N = L L' with L block-bidiagonal: `lower` (m, b, b) and Z_i = L_i^-1 N_i,i+1 (m, b, b)."""
+    """N = L L' with L block-bidiagonal: `lower` (m, b, b) and what is not zero of L_i^-1 N_i,i+1 (m, c, c)."""
 
     lower: Array
     coupling: Array
-    top: int  # Z has nothing above this row,
-    over: int  # nor from this column on
+
+    @property
+    def over(self) -> int:
+        """How many of its last rows a block's right neighbour has, and how many first columns."""
+        return self.coupling.shape[1]
+
+    @property
+    def top(self) -> int:
+        """The first row that a block's right neighbour has."""
+        return self.lower.shape[1] - self.over
 
     @property
     def log_det(self) -> float:
@@ -92,7 +98,7 @@ class Factor:
             out[i], _ = dtrtrs(self.lower[i], carry, lower=1)
             if i + 1 < len(rhs):
                 carry = rhs[i + 1].copy()
-                carry[: self.over] -= self.coupling[i, self.top :, : self.over].T @ out[i, self.top :]
+                carry[: self.over] -= self.coupling[i].T @ out[i, self.top :]
         return out
 
     def backward(self, rhs: Array) -> Array:
@@ -102,7 +108,7 @@ class Factor:
             carry = rhs[i]
             if i + 1 < len(rhs):
                 carry = carry.copy()
-                carry[self.top :] -= self.coupling[i, self.top :, : self.over] @ out[i + 1, : self.over]
+                carry[self.top :] -= self.coupling[i] @ out[i + 1, : self.over]
             out[i], _ = dtrtrs(self.lower[i], carry, lower=1, trans=1)
         return out
 
@@ -110,19 +116,26 @@ class Factor:
         """Return N^-1 rhs for rhs (m, b, r)."""
         return self.backward(self.forward(rhs))
 
-    def inverse(self) -> Banded:
-        """Return the blocks of N^-1 on and right of its diagonal (Takahashi's recursion)."""
-        count = len(self.lower)
-        diagonal, right = np.empty(self.lower.shape), np.zeros(self.coupling.shape)
+    def inverse(self) -> Iterator[tuple[Array, Array]]:
+        """Yield the blocks of N^-1, the last first: on its diagonal (b, b), and what the band has right of it (c, c).
+
+        Takahashi's recursion; nobody needs all of them at once.
+        """
+        count, over, top = len(self.lower), self.over, self.top
+        after = np.zeros(0)
         for i in reversed(range(count)):
             own, _ = dpotri(self.lower[i], lower=1)
             own = np.tril(own) + np.tril(own, -1).T
-            if i + 1 < count:
-                gain, _ = dtrtrs(self.lower[i], self.coupling[i, :, : self.over], lower=1, trans=1)
-                right[i] = -gain @ diagonal[i + 1, : self.over]
-                own -= right[i, :, : self.over] @ gain.T
-            diagonal[i] = own
-        return Banded(diagonal, right)
+            right = np.zeros((over, over))
+            if i + 1 < count and over:
+                z = np.zeros((len(own), over))
+                z[top:] = self.coupling[i]
+                gain, _ = dtrtrs(self.lower[i], z, lower=1, trans=1)
+                whole = -gain @ after[:over, :over]
+                own -= whole @ gain.T
+                right = whole[top:]
+            yield own, right
+            after = own
 
 
 @dataclass(frozen=True)
@@ -179,15 +192,10 @@ class Solution:
 
 
 def solve_arrow(band: Banded, border: Array, corner: Array) -> Solution:
-    """Factor the arrow matrix of `band`, border (m, b, p) and corner (p, p)."""
+    """Factor the arrow matrix of `band`, whose memory it takes, border (m, b, p) and corner (p, p)."""
     factor = band.factor()
     half = factor.forward(border) if border.shape[2] else border
     return Solution(factor, border, half, corner - tensor(half, half))
-
-
-def by_columns(shape: tuple[int, ...]) -> Array:
-    """Return zeros (m, b, b), every block laid out by its columns as LAPACK wants it."""
-    return np.zeros((shape[0], shape[2], shape[1])).transpose(0, 2, 1)
 
 
 def tensor(a: Array, b: Array) -> Array:

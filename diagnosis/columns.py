@@ -8,8 +8,8 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Solution
 from imubench.diagnosis.fit import Fit, factored
+from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK
-from imubench.diagnosis.rows import Linear
 
 
 @dataclass(frozen=True)

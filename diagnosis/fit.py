@@ -11,10 +11,11 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError, Solution, solve_
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, VELOCITY
+from imubench.diagnosis.linear import Linear, linearise
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.priors import prior_rows
-from imubench.diagnosis.rows import Linear, Parameters, Rows, linearise
+from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.sensor_axes import SENSOR, turns_back
 from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.threads import one_thread
@@ -78,21 +79,17 @@ def assemble(model: Model, rows: list[Rows]) -> tuple[Normal, list[Linear]]:
 
 
 def factored(model: Model, rows: list[Rows]) -> tuple[Normal, Solution, list[Linear]]:
-    """Return the normal equations, factored too, and the rows that made them."""
+    """Return the normal equations, their band gone into the factored ones beside them, and the rows that made them."""
     normal, linear = assemble(model, rows)
     return normal, solve_arrow(normal.band, normal.border, normal.corner), linear
 
 
-def step(model: Model, normal: Normal, damping: float) -> tuple[Array, Array]:
+def step(model: Model, rows: list[Rows], damping: float) -> tuple[Array, Array]:
     """Return the damped Gauss-Newton step: splines (blocks, b) and parameters (p,)."""
-    at, at_p = np.arange(normal.diagonal.shape[1]), np.arange(len(normal.corner))
-    band, corner = normal.band, normal.corner
-    if damping:
-        diagonal, corner = normal.diagonal.copy(), corner.copy()
-        diagonal[:, at, at] *= 1 + damping
-        corner[at_p, at_p] *= 1 + damping
-        band = replace(band, diagonal=diagonal)
-    solution = solve_arrow(band, normal.border, corner)
+    normal = assemble(model, rows)[0]
+    normal.damp(damping)
+    corner = normal.corner + damping * np.diag(np.diag(normal.corner))
+    solution = solve_arrow(normal.band, normal.border, corner)
     x, values = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
     return x[:, :, 0], values[:, 0]
 
@@ -176,11 +173,10 @@ def solve(
     count = sum(r.residual.value.size for r in rows if r.counts)
     while taken < steps:
         taken += 1
-        normal = assemble(model, rows)[0]
         before = cost
         while damping < 1e3:
             try:
-                x, values = step(model, normal, damping)
+                x, values = step(model, rows, damping)
             except NotPositiveDefiniteError:
                 damping *= 10
                 continue
@@ -197,7 +193,6 @@ def solve(
             state, rows, cost = trial, trial_rows, trial_cost
             damping = max(damping / EASED, LEAST) if length == LENGTHS[0] else damping * EASED
             break
-        del normal  # before the next one is made: memory
         if before - cost < enough * count:
             break
     return Fit(model, state, noise, cost, taken, anchor, loose, rows)

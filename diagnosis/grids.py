@@ -14,8 +14,9 @@ from imubench.arrays import Array
 from imubench.diagnosis.columns import Base, promise
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.model import Model
-from imubench.diagnosis.rows import Parameters, Rows, linearise
+from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.score import Score, started
 from imubench.diagnosis.screen import driven
 from imubench.diagnosis.splines import Tracks

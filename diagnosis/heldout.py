@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Solution, solve_arrow
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.linear import Linear, linearise
 from imubench.diagnosis.normal import Normal
-from imubench.diagnosis.rows import Linear, linearise
 from imubench.diagnosis.swings import is_data
 from imubench.diagnosis.threads import one_thread
 
@@ -70,7 +70,7 @@ def held_out(fit: Fit, span: tuple[float, float] | None = None, most: float = BL
     halves = []
     for half in (0, 1):
         normal = Normal.empty(model.tracks, model.parameters)
-        normal.add([_of(part, block % 2 == half) for part, block in zip(parts, blocks, strict=True)] + priors)
+        normal.add([part.of(block % 2 == half) for part, block in zip(parts, blocks, strict=True)] + priors)
         normal.fill(model.tracks)
         halves.append((normal, solve_arrow(normal.band, normal.border, normal.corner)))
     cost = np.zeros(count)
@@ -79,7 +79,7 @@ def held_out(fit: Fit, span: tuple[float, float] | None = None, most: float = BL
         motion = _followed(*halves[1 - half], learnt)
         for part, block in zip(parts, blocks, strict=True):
             own = block % 2 == 1 - half
-            left = _left(_of(part, own), motion, learnt, model.tracks.width)
+            left = _left(part.of(own), motion, learnt, model.tracks.width)
             cost += np.bincount(block[own], 0.5 * np.sum(left**2, axis=1), count)
     return cost
 
@@ -107,11 +107,6 @@ def gain(before: Array, after: Array, rng: np.random.Generator) -> Gain:
     draws = rng.choice(blocks, size=(DRAWS, len(blocks))).sum(axis=1)
     low, high = np.quantile(draws, [0.025, 0.975])
     return Gain(float(blocks.sum()), float(low), float(high), blocks)
-
-
-def _of(part: Linear, own: NDArray[np.bool_]) -> Linear:
-    """Return some of the rows."""
-    return Linear(part.first[own], part.local[own], part.border[own], part.residual[own])
 
 
 def _learnt(normal: Normal, solution: Solution) -> Array:

@@ -13,9 +13,10 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.gather import CHANNELS, Weighed
+from imubench.diagnosis.linear import Linear, linearise
 from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.result import CHANNEL_UNIT, Change
-from imubench.diagnosis.rows import Linear, Parameters, Rows, linearise
+from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.threads import one_thread
 
 

@@ -101,7 +101,8 @@ def _one_by_one(
 ) -> tuple[list[Screened], list[tuple[Trial, list[Screened]]]]:
     """Return the screenings that were refitted last, and all refits.
 
-    The next are tried where none was any good, and where the best has no law: it explains what any other would.
+    The next are tried where none was any good, where the best has no law (it explains what any other would), and where
+    it leaves much: a rocking mount of 1,221 nat stood for a soft one of 3,100 else.
     """
     likely: list[Screened] = []
     tried: list[tuple[Trial, list[Screened]]] = []
@@ -111,7 +112,8 @@ def _one_by_one(
             with suppress(NotPositiveDefiniteError):
                 tried.append((begun_screened(short, [one]), [one]))
         best = max((t for t, _ in tried if resolved(t)), key=explained, default=None)
-        if best is not None and best.evidence > NEEDED and best.hypothesis.effect.lawful:
+        good = best is not None and best.evidence > NEEDED and best.hypothesis.effect.lawful
+        if best is not None and good and misfit(best.fit) < UNEXPLAINED:
             break
     return likely, tried
 

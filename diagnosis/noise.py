@@ -5,19 +5,18 @@ each row (the diagonal of the hat matrix), s^2 = sum r^2 / (n - sum h) is unbias
 roughness of the motion from the rows that hold it smooth.
 """
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import Banded, Solution
+from imubench.diagnosis.blocks import Solution
 from imubench.diagnosis.fit import AGAIN, ENOUGH, Fit, factored, solve
 from imubench.diagnosis.hypothesis import Prior, State
+from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.model import Model
-from imubench.diagnosis.normal import KNOTS_PER_BLOCK
-from imubench.diagnosis.rows import Linear, Stack
-from imubench.diagnosis.splines import SUPPORT
+from imubench.diagnosis.spread import Spread
 from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.tilt import tilts
@@ -33,63 +32,6 @@ LOOSENED = 32.0  # times its estimate: what a clean recording needs to leave not
 FAR, FASTER = 0.3, 0.5  # a relative change of a level, above which so much of it is added
 SAME = 0.05  # relative change of every level, and of a law's numbers, that ends the rounds
 FINE = 3e-6  # the solver's `enough` where a law's damping is sought: it changes the cost by next to nothing
-
-
-def windows(band: Banded, width: int, begin: int, end: int) -> Array:
-    """Return the blocks (end - begin, 6 w, 6 w) of a symmetric band that rows touch which begin at these knots.
-
-    `begin` is a block's first knot. Rows that would reach beyond the last block there are none.
-    """
-    block, span, b = begin // KNOTS_PER_BLOCK, SUPPORT * width, KNOTS_PER_BLOCK * width
-    here = slice(block, -(-end // KNOTS_PER_BLOCK))
-    diagonal, right = band.diagonal[here], band.right[here]
-    after = band.diagonal[here.start + 1 : here.stop + 1]
-    out = np.zeros((len(diagonal) * KNOTS_PER_BLOCK, span, span))
-    for offset in range(KNOTS_PER_BLOCK):
-        at, inside = offset * width, min(span, b - offset * width)
-        some = out[offset::KNOTS_PER_BLOCK]
-        some[:, :inside, :inside] = diagonal[:, at : at + inside, at : at + inside]
-        if inside < span:
-            over = span - inside
-            some[:, :inside, inside:] = right[:, at:, :over]
-            some[:, inside:, :inside] = np.swapaxes(right[:, at:, :over], 1, 2)
-            some[: len(after), inside:, inside:] = after[:, :over, :over]
-    return out[: end - begin]
-
-
-@dataclass(frozen=True)
-class Spread:
-    """The covariance of a solved fit, as far as single rows see it."""
-
-    inverse: Banded  # of the splines' matrix, its band
-    reach: Array  # (knots, w, p): N^-1 B
-    shared: Array  # (p, p)
-
-    @classmethod
-    def of(cls, solution: Solution, width: int) -> "Spread":
-        """Return the covariance that a factored arrow matrix stands for."""
-        reach = solution.factor.backward(solution.half)
-        p = reach.shape[2]
-        reach = reach.reshape(len(reach) * KNOTS_PER_BLOCK, width, p)
-        return cls(solution.factor.inverse(), reach, np.asarray(np.linalg.inv(solution.schur), dtype=float))
-
-    def leverages(self, parts: Sequence[Linear]) -> list[Array]:
-        """Return the leverage (n, m) of every row of some parts, at most 1.
-
-        Where next to nothing holds a spline, at its ends, rounding would make it anything.
-        """
-        out = [np.zeros(part.residual.shape) for part in parts]
-        width, p = self.reach.shape[1:]
-        wide = SUPPORT * width
-        for begin, tall, places in Stack(parts).pieces():
-            local, knots = tall[:, :, :wide], np.arange(begin, begin + len(tall))
-            near = windows(self.inverse, width, begin, begin + len(tall))
-            reach = self.reach[knots[:, None] + np.arange(SUPPORT)].reshape(len(tall), wide, p)
-            rest = tall[:, :, wide : wide + p] - np.matmul(local, reach)
-            hat = np.sum(np.matmul(local, near) * local, axis=2) + np.sum((rest @ self.shared) * rest, axis=2)
-            for h, (some, place) in zip(out, places, strict=True):
-                h[some] = hat[place]
-        return [np.clip(h, 0.0, 1.0) for h in out]
 
 
 @one_thread

@@ -6,7 +6,8 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Banded
-from imubench.diagnosis.rows import Linear, Parameters, Stack
+from imubench.diagnosis.linear import Linear, Stack
+from imubench.diagnosis.rows import Parameters
 from imubench.diagnosis.splines import SUPPORT, Tracks
 
 KNOTS_PER_BLOCK = 8  # more than SUPPORT, so that a row touches two blocks at most
@@ -18,7 +19,7 @@ class Normal:
     """The normal equations of all rows: band, border, corner and gradient."""
 
     diagonal: Array  # (m, b, b)
-    right: Array  # (m, b, b)
+    right: Array  # (m, c, c), the last rows of a block by the first columns of the next
     border: Array  # (m, b, p)
     corner: Array  # (p, p)
     gradient: Array  # (m, b)
@@ -27,12 +28,12 @@ class Normal:
     @classmethod
     def empty(cls, tracks: Tracks, parameters: Parameters) -> "Normal":
         """Return equations without a row."""
-        b = KNOTS_PER_BLOCK * tracks.width
+        b, c = KNOTS_PER_BLOCK * tracks.width, (SUPPORT - 1) * tracks.width
         m = -(-tracks.knots.count // KNOTS_PER_BLOCK) if b else 0
         p = parameters.count
         return cls(
             np.zeros((m, b, b)),
-            np.zeros((m, b, b)),
+            np.zeros((m, c, c)),
             np.zeros((m, b, p)),
             np.zeros((p, p)),
             np.zeros((m, b)),
@@ -47,7 +48,7 @@ class Normal:
             self.corner_gradient += wide.T @ part.residual.reshape(-1)
         if not self.diagonal.size:
             return
-        wide = parts[0].local.shape[2] * parts[0].local.shape[3]
+        wide = SUPPORT * parts[0].width
         for begin, tall, _ in Stack(parts).pieces():
             products = np.matmul(np.swapaxes(tall[:, :, :wide], 1, 2), tall)
             block = begin // KNOTS_PER_BLOCK  # a chunk is whole blocks
@@ -57,7 +58,7 @@ class Normal:
         """Add products (knots, 6 w, 6 w + p + 1) from a block on; what reaches beyond one is the next one's."""
         b = self.diagonal.shape[1]
         width = b // KNOTS_PER_BLOCK
-        wide = SUPPORT * width
+        wide, top = SUPPORT * width, b - self.right.shape[1]
         for offset in range(KNOTS_PER_BLOCK):
             some = products[offset::KNOTS_PER_BLOCK]
             here, after = slice(block, block + len(some)), slice(block + 1, block + 1 + len(some))
@@ -67,7 +68,7 @@ class Normal:
             self.border[here, at : at + inside] += some[:, :inside, wide:-1]
             self.gradient[here, at : at + inside] += some[:, :inside, -1]
             if over:
-                self.right[here, at:, :over] += some[:, :inside, inside:wide]
+                self.right[here, at - top :, :over] += some[:, :inside, inside:wide]
                 self.diagonal[after, :over, :over] += some[:, inside:, inside:wide]
                 self.border[after, :over] += some[:, inside:, wide:-1]
                 self.gradient[after, :over] += some[:, inside:, -1]
@@ -76,10 +77,14 @@ class Normal:
         """Hold the coefficients beyond the last knot, which no row touches, at zero change; all others by a share."""
         extra = len(self.diagonal) * KNOTS_PER_BLOCK - tracks.knots.count
         at = np.arange(self.diagonal.shape[1] - extra * tracks.width, self.diagonal.shape[1])
-        every = np.arange(self.diagonal.shape[1])
         if len(self.diagonal):
-            self.diagonal[:, every, every] *= 1 + ridge
+            self.damp(ridge)
             self.diagonal[-1, at, at] += 1.0
+
+    def damp(self, share: float) -> None:
+        """Add a share of the splines' diagonal to it."""
+        every = np.arange(self.diagonal.shape[1])
+        self.diagonal[:, every, every] *= 1 + share
 
     @property
     def band(self) -> Banded:

@@ -8,10 +8,11 @@ from imubench.arrays import Array
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.fit import Fit, all_rows, factored, solve
 from imubench.diagnosis.hypothesis import Hypothesis, State
+from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.priors import TILT
-from imubench.diagnosis.rows import Parameters, Rows, linearise
+from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.score import started
 from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.swings import is_data

@@ -21,12 +21,13 @@ from imubench.diagnosis.columns import Base, promise
 from imubench.diagnosis.equations import scenes, state_rows
 from imubench.diagnosis.fit import Fit, all_rows, shifted
 from imubench.diagnosis.hypothesis import Hypothesis, State
+from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import declared
 from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.priors import inside, middles
 from imubench.diagnosis.raw_findings import DECLARED
-from imubench.diagnosis.rows import Parameters, Rows, linearise
+from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.score import started
 from imubench.diagnosis.splines import Moment, Tracks
 from imubench.diagnosis.swings import swing_rows

@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter1d
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.clocks import LAG, coarse, late, on_segment
-from imubench.diagnosis.fit import assemble, moved, step
+from imubench.diagnosis.fit import moved, step
 from imubench.diagnosis.hypothesis import Geometry, Hypothesis, State
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, Rig
 from imubench.diagnosis.model import Model
@@ -82,8 +82,7 @@ def _follow(model: Model, state: State, grid: Array, targets: dict[str, Array], 
     moment = Moment(model.tracks, state.coefficients, Jet(grid[:, None]))
     rows = [Rows(n, grid, moment.track(n) - y, np.full(y.shape[1], 1e-3)) for n, y in targets.items()]
     noise = {f"smooth.{n}": START_SMOOTH.get(n, 1e4) for n in model.tracks.widths}
-    normal, _ = assemble(model, rows + list(prior_rows(model, state, noise, anchor)))
-    return moved(model, state, *step(model, normal, 0.0))
+    return moved(model, state, *step(model, rows + list(prior_rows(model, state, noise, anchor)), 0.0))
 
 
 def integrated(rate: Array, step: float) -> Array:

@@ -26,8 +26,8 @@ from imubench.diagnosis.blocks import Factor, Solution
 from imubench.diagnosis.equations import law_rows, scenes
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, Prior, State
+from imubench.diagnosis.linear import Linear, linearise
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK, Normal
-from imubench.diagnosis.rows import Linear, linearise
 from imubench.effects.effect import Scene
 
 DRAWS = 16

@@ -12,8 +12,8 @@ from imubench import rotations
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.kinematics import ATTITUDE, swing
+from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.priors import prior_rows
-from imubench.diagnosis.rows import linearise
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.start import model_of
 from imubench.effects import EFFECTS, VARIANTS
