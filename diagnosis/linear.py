@@ -42,8 +42,8 @@ class Linear:
         n = len(self.first)
         blocks = tuple((at, order, d[some] if len(d) == n else d) for at, order, d in self.blocks)
         weights = {order: w[some] for order, w in self.weights.items()}
-        first, border, residual, scale = (x[some] for x in (self.first, self.border, self.residual, self.scale))
-        return Linear(first, border, residual, scale, blocks, weights, self.width)
+        border, residual, scale = (x[some] for x in (self.border, self.residual, self.scale))
+        return Linear(self.first[some], border, residual, scale, blocks, weights, self.width)
 
     def local(self, some: Some) -> Array:
         """Return the Jacobian (k, m, 6 width) of some samples by the splines that they touch."""

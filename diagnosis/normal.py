@@ -43,9 +43,9 @@ class Normal:
     def add(self, parts: list[Linear]) -> None:
         """Add the products of the rows, gathered by the knot they start at."""
         for part in parts:
-            wide = part.border.reshape(part.residual.size, -1)
-            self.corner += wide.T @ wide
-            self.corner_gradient += wide.T @ part.residual.reshape(-1)
+            shared = part.border.reshape(part.residual.size, -1)
+            self.corner += shared.T @ shared
+            self.corner_gradient += shared.T @ part.residual.reshape(-1)
         if not self.diagonal.size:
             return
         wide = SUPPORT * parts[0].width
