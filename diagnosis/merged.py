@@ -13,6 +13,7 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.refit import evidence_over, refit
+from imubench.diagnosis.terms import FRICTION
 from imubench.diagnosis.trial import NEEDED, Kept
 
 SHARE = 0.2  # of what two explain, that one in their place is expected to lose at most: laws are not linear
@@ -28,7 +29,8 @@ def merged(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit,
     for pair in combinations(plain, 2):
         two = [k.hypothesis for k in pair]
         for one in instead(fit, two, alternatives(fit.model, two[0]))[:1]:
-            if one.share < SHARE:
+            rub = all(h.effect.name in FRICTION for h in (*two, one.hypothesis))  # settled, in a smoother motion
+            if one.share < SHARE and not rub:
                 say(f"trying {one.hypothesis.name} in the place of {' and '.join(h.name for h in two)}")
                 better = _instead(fit, pair, one)
                 if better is not None:

@@ -11,6 +11,7 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.hypothesis import Geometry, Hypothesis, Prior, State, segment_of
 from imubench.diagnosis.kinematics import HINGE, HINGE_AXIS, SWING_AXIS, Rig, swing
+from imubench.diagnosis.misread import ERROR, misreads, read, spread
 from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.splines import Moment, Tracks
 from imubench.effects.effect import Reading, Scene, Values
@@ -59,6 +60,8 @@ class Model:
                 out[f"{imu.name}.{part}"] = Prior(np.zeros(3), np.full(3, std))
         for name in self.offsets:
             out[f"{name}.offset"] = Prior(np.zeros(1), np.full(1, 0.05))
+        if misreads(self.recording):
+            out[ERROR] = Prior(np.zeros_like(spread()), spread())
         for h in self.hypotheses:
             for p in h.effect.parameters:
                 out[h.key(p.name)] = Prior(p.centre, np.full(p.width, p.std))
@@ -187,6 +190,8 @@ class Model:
             scene = self.scene(moment, self.rig.first(moment, self.gravity(state)))
             for h in self.at("joint"):
                 angle = h.effect.encoder(angle, self.own(scene, h, moment), self.values(h, state))
+        if misreads(self.recording):
+            angle = read(angle, variable((ERROR, CONSTANT), state.values[ERROR]))
         return angle
 
     def measured(self, state: State, alone: Collection[str] = ()) -> Iterator[Rows]:

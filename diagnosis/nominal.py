@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from imubench.diagnosis.coherence import RELATED, follows_motion
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.fit import AGAIN, Fit, solve
-from imubench.diagnosis.noise import declared, fit_with_noise
+from imubench.diagnosis.noise import LOOSENED, declared, fit_with_noise
 from imubench.diagnosis.priors import START_SMOOTH
 from imubench.diagnosis.start import blind_start, model_of
 from imubench.recording import Recording
@@ -67,4 +67,10 @@ def rougher(fit: Fit) -> Fit:
     return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=AGAIN)
 
 
-__all__ = ["freed", "nominal_fit", "rougher"]
+def as_smooth(fit: Fit) -> Fit:
+    """Return the fit, not solved again, with its motion held as smooth as it was estimated to be."""
+    own = {f"smooth.{name}" for name in START_SMOOTH}
+    return replace(fit, noise={name: std / (LOOSENED if name in own else 1.0) for name, std in fit.noise.items()})
+
+
+__all__ = ["as_smooth", "freed", "nominal_fit", "rougher"]

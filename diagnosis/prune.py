@@ -1,6 +1,6 @@
 """Backward deletion: what the fit can do without."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -83,9 +83,9 @@ def in_colour(fit: Fit, kept: list[Kept], covariance: Array, std: dict[str, Arra
     for name, coloured in parameter_std(fit).items():
         wider[fit.model.parameters.columns(name)] = np.maximum(coloured / std[name], 1.0)
     covariance = covariance * np.outer(wider, wider)
-    told = {k.hypothesis: min(k.evidence, about_zero(fit, k.hypothesis, covariance)) for k in linear}
+    told = {k.hypothesis: min(k.evidence, about_zero(fit, [k.hypothesis], covariance)) for k in linear}
     for h in [h for h in told if h.effect.name == CLOCK]:
-        told[h] = min(told[h], about_zero(rougher(fit), h, covariance))
+        told[h] = min(told[h], about_zero(rougher(fit), [h], covariance))
     return [replace(k, evidence=told.get(k.hypothesis, k.evidence)) for k in kept]
 
 
@@ -114,7 +114,7 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
     linear = linear_in(h)
     if np.isfinite(kept.evidence):
         if linear:
-            loss = about_zero(fit, h, covariance)
+            loss = about_zero(fit, [h], covariance)
         else:
             short = excerpt(fit, *loudest(fit, SCREENED))
             loss = worth(_without(short, h), short)
@@ -128,14 +128,15 @@ def _without(fit: Fit, h: Hypothesis) -> Fit:
     return refit(fit, tuple(other for other in fit.model.hypotheses if other != h), steps=4)
 
 
-def about_zero(fit: Fit, h: Hypothesis, covariance: Array) -> float:
-    """Return the log ratio of the prior's to the posterior's density where every parameter is at its prior's centre.
+def about_zero(fit: Fit, gone: Sequence[Hypothesis], covariance: Array) -> float:
+    """Return the log ratio of prior to posterior density where every parameter of `gone` is at its prior's centre.
 
     covariance (p, p) is of all the fit's parameters.
     """
-    at = fit.model.parameters.places([h.key(p.name) for p in h.effect.parameters])
-    priors = [fit.model.priors[h.key(p.name)] for p in h.effect.parameters]
-    away = np.concatenate([fit.state.values[h.key(p.name)] for p in h.effect.parameters])
+    names = [h.key(p.name) for h in gone for p in h.effect.parameters]
+    at = fit.model.parameters.places(names)
+    priors = [fit.model.priors[name] for name in names]
+    away = np.concatenate([fit.state.values[name] for name in names])
     away = (away - np.concatenate([p.start for p in priors])) / np.concatenate([p.std for p in priors])
     std = np.concatenate([p.std for p in priors])
     own = covariance[np.ix_(at, at)] / np.outer(std, std)

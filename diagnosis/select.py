@@ -12,10 +12,12 @@ from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import as_tight
 from imubench.diagnosis.merged import merged
+from imubench.diagnosis.mixture import mixed, together
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import SEED, prune
 from imubench.diagnosis.rounds import Round, asked, attempted
+from imubench.diagnosis.terms import FRICTION
 from imubench.diagnosis.trial import CLOCK, Kept
 from imubench.effects import possible
 
@@ -53,6 +55,8 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         if len(kept) > before:
             late = any(k.hypothesis.effect.name == CLOCK for k in kept[before:])
             fit, kept = exchanged(fit, kept, say)
+            rubs = any(k.hypothesis.effect.name in FRICTION for k in kept[before:])
+            fit, kept = mixed(fit, kept, say) if rubs else (fit, kept)
             fit, kept = quickly(fit, kept, say) if late else (fit, kept)
             asked_for = everything
         elif refused and not now.lively:
@@ -60,7 +64,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         else:
             break
     fit, kept, dropped = prune(fit, kept, say)
-    for change in (merged, filtered):
+    for change in (mixed, merged, filtered):
         other, kept = change(fit, kept, say)
         if other is not fit:
             fit, kept, more = prune(other, kept, say)
@@ -68,7 +72,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
     if fit.model.tilts:
         say("settling springs and dampers")
         fit = as_tight(with_noise(fit, SETTLED))
-    return Selection(fit, tuple(kept), (*rejected, *dropped))
+    return Selection(fit, tuple(together(fit, kept)), (*rejected, *dropped))
 
 
 def entered(

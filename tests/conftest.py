@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from imubench.arrays import Array
+from imubench.recording import Body, Encoder, Recording
 from imubench.sim.motion import AngleMotion
 from imubench.sim.signals import hand
 
@@ -76,3 +78,37 @@ def recordings() -> Path:
     if not folder or not Path(folder).is_dir():
         pytest.skip("real recordings: set IMUBENCH_DATA to their folder")
     return Path(folder)
+
+
+@pytest.fixture(scope="session")
+def swung():
+    """Return a function that makes a light arm's free swing on a fixed base, seen by an encoder of 500 Hz alone.
+
+    The equation of motion is integrated apart, dry friction as a steep smooth step. `laws` holds sizes by effect, `off`
+    what the encoder says beside the angle.
+    """
+    body = Body(mass=1.0, com=[0.0, 0.0, -0.115], inertia=[4.4e-3, 4.4e-3, 4.4e-6])
+    inertia, pull = 4.4e-3 + 0.115**2, 9.81 * 0.115
+
+    def made(
+        laws: dict[str, float],
+        seconds: float = 9.0,
+        noise: float = 4e-5,
+        off: Callable[[Array], Array | float] = lambda q: 0.0,
+        seed: int = 0,
+    ) -> Recording:
+        c, t, d = (laws.get(name, 0.0) for name in ("viscous_friction", "dry_friction", "air_drag"))
+
+        def slope(_: float, y: Array) -> list[float]:
+            q, w = y
+            return [w, -(pull * np.sin(q) + c * w + t * np.tanh(w / 1e-3) + d * abs(w) * w) / inertia]
+
+        time = np.arange(0.0, seconds, 2e-3)
+        angle = solve_ivp(slope, (0, seconds), [1.6, 0.0], t_eval=time, rtol=1e-8, atol=1e-10, max_step=0.01).y[0]
+        read = angle + off(angle) + noise * np.random.default_rng(seed).normal(size=time.size)
+        return Recording(
+            *("swung", "hinge"), encoders=(Encoder("hinge", time, read),), base="fixed", body=body, motion="free",
+            base_quaternion=[1.0, 0.0, 0.0, 0.0], free_swings=((0.0, float(time[-1])),),
+        )  # fmt: skip
+
+    return made

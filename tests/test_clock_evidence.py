@@ -26,7 +26,7 @@ def test_a_clock_s_evidence_is_that_of_its_parameter_alone(tmp_path, rig, effect
     h = Hypothesis(EFFECTS[effect], at)
     assert h.name not in {other.name for other in fit.model.hypotheses}
     with_it = refit(fit, (*fit.model.hypotheses, h))
-    expected = about_zero(with_it, h, information(with_it)[0])  # of a Gaussian: exact where the law is near linear
+    expected = about_zero(with_it, [h], information(with_it)[0])  # of a Gaussian: exact where the law is near linear
     assert expected > 20.0
     assert evidence_over(fit, with_it) == pytest.approx(expected, abs=2.0 + 0.05 * expected)
 

@@ -46,7 +46,7 @@ def test_a_drift_that_the_noise_s_colour_may_be_is_none(tmp_path, colour, stays)
     drift = ("gyro_drift", "imu2", {"rate": [1.8e-4, 0.0, 0.0]})
     fit = fitted_with(tmp_path, [drift[:2]], effects=[drift], colour=colour)
     (h,) = fit.model.hypotheses
-    white = about_zero(fit, h, information(fit)[0])
+    white = about_zero(fit, [h], information(fit)[0])
     (k,) = in_colour(fit, [Kept(h, white, NOTHING, ())], *information(fit))
     assert white > 2 * NEEDED
     assert (k.evidence > NEEDED) is stays

@@ -1,0 +1,83 @@
+"""An encoder's zero and the error of its disc, in a swing on a fixed base: found, and no torque without a name."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from imubench.diagnosis import misread
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.noise import with_noise
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.refit import information, refit
+from imubench.diagnosis.term_scores import promising
+from imubench.effects import EFFECTS
+from imubench.jets import Jet, variable
+
+VISCOUS = {"viscous_friction": 1e-3}
+
+
+def off(q):
+    """Rad that the disc of these tests says beside the angle: a zero, an axle off its middle, an oval."""
+    return 4e-3 + 1.2e-3 * np.sin(q - 0.4) + 3e-4 * np.cos(2 * q + 1.0)
+
+
+def fitted(recording):
+    return with_noise(refit(nominal_fit(recording), (Hypothesis(EFFECTS["viscous_friction"], "joint"),)))
+
+
+def most_promising(fit):
+    return max(g.white for g in promising(fit)[0])
+
+
+def test_what_is_read_is_the_angle_beside_its_error_and_both_derivatives_are_exact():
+    rng = np.random.default_rng(0)
+    q, error = rng.normal(size=(5, 1)), 0.1 * rng.normal(size=misread.spread().size)
+    jet = misread.read(variable(("q", 0), q), variable(("e", -1), error))
+    by_hand = q[:, 0] + error[0]
+    for k in range(1, misread.WAVES + 1):
+        by_hand += error[2 * k - 1] * np.sin(k * q[:, 0]) + error[2 * k] * np.cos(k * q[:, 0])
+    assert_allclose(jet.value[:, 0], by_hand, rtol=1e-12)
+    step = 1e-6  # central differences of smooth functions: 1e-10 off
+
+    def plain(q, error):
+        return misread.read(Jet(q), Jet(error[None])).value
+
+    by_angle = (plain(q + step, error) - plain(q - step, error)) / (2 * step)
+    assert_allclose(jet.blocks[("q", 0)][:, :, 0], by_angle, atol=1e-8)
+    for i, one in enumerate(np.eye(error.size)):
+        by_error = (plain(q, error + step * one) - plain(q, error - step * one)) / (2 * step)
+        assert_allclose(jet.blocks[("e", -1)][:, 0, i], by_error[:, 0], atol=1e-8)
+
+
+def test_only_a_swing_on_a_fixed_base_shows_it(swung):
+    recording = swung(VISCOUS, seconds=3.0)
+    assert misread.misreads(recording)
+    assert not misread.misreads(replace(recording, free_swings=()))
+    assert not misread.misreads(replace(recording, body=None))
+    assert not misread.misreads(replace(recording, base="free"))
+
+
+def test_a_disc_that_is_not_round_is_found_and_no_torque_is(swung, monkeypatch):
+    recording = swung(VISCOUS, off=off)
+    fit = fitted(recording)
+    seen = np.linspace(*np.quantile(recording.encoders[0].angle, [0.05, 0.95]), 50)
+    jet = misread.read(Jet(seen[:, None]), variable(("e", -1), fit.state.values[misread.ERROR]))
+    columns = fit.model.parameters.columns(misread.ERROR)
+    covariance = information(fit)[0][columns, columns]
+    std = np.sqrt(np.einsum("ni,ij,nj->n", jet.blocks[("e", -1)][:, 0], covariance, jet.blocks[("e", -1)][:, 0]))
+    assert np.all(np.abs(jet.value[:, 0] - seen - off(seen)) < 3 * std)
+    assert std.max() < 2e-4  # of an error that goes from 3 to 5 mrad
+    c, std = (x["viscous_friction@joint.c"][0] for x in (fit.state.values, information(fit)[1]))
+    assert abs(c - 1e-3) < 3 * std < 5e-5
+    assert most_promising(fit) < 8.0  # of noise, of the four that are tried; 1 to 3 here
+    monkeypatch.setattr("imubench.diagnosis.model.misreads", lambda recording: False)
+    assert most_promising(fitted(recording)) > 100.0  # without it a torque of the joint's angle would be said
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_encoder_without_an_error_has_none(swung, seed):
+    fit = fitted(swung(VISCOUS, seed=seed))
+    std = information(fit)[1][misread.ERROR]
+    assert np.all(np.abs(fit.state.values[misread.ERROR]) < 4 * std)  # 39 of them: 3.3 are to be expected once in 25
