@@ -26,6 +26,7 @@ QUICK = 0.1  # of its power: what a slow turn leaves of such play (of two creepi
 MOVED = ("mount_shift", "mount_pose")
 DRIFTS = ("gyro_drift", "accel_drift")
 SLOW = (*DRIFTS, "gyro_bias", "accel_bias")
+ALWAYS = ("time_offset", "gyro_bias")
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
 
 
@@ -48,7 +49,8 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
     """
     terms: list[Fitted] = []
     doubted: list[Hypothesis] = []
-    for gone in groups(fit.model.hypotheses):
+    certain = ALWAYS if fit.model.wander else ()  # what every sensor has: a curve would be the pose's own errors
+    for gone in groups([h for h in fit.model.hypotheses if h.effect.name not in certain]):
         if len(terms) == MOST or not set(gone) <= set(fit.model.hypotheses):
             continue
         turns = only_turns(fit, gone[0])
