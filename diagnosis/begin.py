@@ -25,9 +25,9 @@ def begun(recording: Recording, step: Step = silent) -> Begun:
         samples = sampled(recording)
     with step("fit the motion"):
         known = samples.heard(recording)
-        fit = first = nominal_fit(known, samples.masks, samples.humming)
+        fit = first = nominal_fit(known, samples.masks, samples.humming, samples.wander)
         if stop := stop_of(first, samples):
             known = replace(known, free_swings=stop.swings(known.free_swings))
-            fit = nominal_fit(known, stop.masks(first, samples.masks), samples.humming)
+            fit = nominal_fit(known, stop.masks(first, samples.masks), samples.humming, samples.wander)
             samples = settled_between(stop, fit).told(samples)
     return Begun(samples, first, fit)

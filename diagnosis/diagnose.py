@@ -8,6 +8,7 @@ from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.findings import findings, rejected
 from imubench.diagnosis.left_out import left_out_change
 from imubench.diagnosis.noise import declared, declared_by
+from imubench.diagnosis.nominal import certain
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, FitQuality, Verdict
 from imubench.diagnosis.select import select
@@ -41,7 +42,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         after = gather.weighed(best, now)
         kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
         fitted = tuple(f for f in (findings(chosen) if chosen else ()) if (f.effect, f.at) in kept)
-        named = with_samples((*beside(fitted, rest, strange.doubted), *noises), samples, rest)
+        named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
         named += struck_again(best, samples.struck, named) if chosen else ()
         traces = gather.traces(before, after if named or rest else None)
     evidence = Evidence(

@@ -12,7 +12,7 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import rougher
+from imubench.diagnosis.nominal import certain, rougher
 from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.term_scores import Guess, promising
@@ -48,7 +48,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
     """
     terms: list[Fitted] = []
     doubted: list[Hypothesis] = []
-    for gone in groups(fit.model.hypotheses):
+    for gone in groups([h for h in fit.model.hypotheses if h.effect.name not in certain(fit.model)]):
         if len(terms) == MOST or not set(gone) <= set(fit.model.hypotheses):
             continue
         turns = only_turns(fit, gone[0])

@@ -94,7 +94,7 @@ def explained_fit(recording: Recording, findings: Sequence[Sequence[Told]]) -> F
     repeated, knocked, those of a slip) do not count.
     """
     samples = sampled(recording)
-    nominal = nominal_fit(samples.heard(recording), samples.masks, samples.humming)
+    nominal = nominal_fit(samples.heard(recording), samples.masks, samples.humming, samples.wander)
     best = refitted(nominal, [settings[0] for settings in findings])
     for i, settings in enumerate(findings):
         for other in settings[1:]:

@@ -44,7 +44,7 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bo
     """
     k = next((k for k in kept if k.hypothesis.effect.name == CLOCK), None)
     slow = k and late(fit, k.hypothesis)
-    if k is None or not slow:
+    if k is None or not slow or fit.model.wander:  # a pose whose errors last was smoothed: it is no ruler for a filter
         return fit, kept
     puzzling = misfit(fit) > UNEXPLAINED
     rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)

@@ -39,7 +39,8 @@ def state_trials(
     short = fit if whole else excerpt(fit, *window)
     short = with_noise(short, 2)  # as what it is held against
     say("screening effects with states")
-    lone, puzzling = len(fit.model.recording.imus) == 1, misfit(short) > UNEXPLAINED
+    lone = len(fit.model.recording.imus) == 1 and not fit.model.wander
+    puzzling = misfit(short) > UNEXPLAINED and not fit.model.wander
     promised = promising(screen(short, stateful), least, lone, puzzling)
     likely, tried = _one_by_one(short, promised, say)
     worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > NEEDED}

@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.hypothesis import Geometry, Hypothesis, Prior, State, segment_of
-from imubench.diagnosis.kinematics import HINGE, HINGE_AXIS, SWING_AXIS, Rig, swing
+from imubench.diagnosis.kinematics import HINGE, HINGE_AXIS, POSITION, SWING_AXIS, Rig, swing
 from imubench.diagnosis.misread import ERROR, misreads, read, spread
+from imubench.diagnosis.pose_rows import Wander, pose_errors, slopes
 from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.splines import Moment, Tracks
 from imubench.effects.effect import Reading, Scene, Values
@@ -37,6 +37,7 @@ class Model:
     offsets: tuple[str, ...] = ()  # sensors whose clock may be off against the first's
     masks: dict[str, NDArray[np.bool_]] | None = None  # per "imu1.gyro" and so on: samples (n,) that count
     humming: Mapping[str, float] = field(default_factory=dict)  # IMUs whose raw samples hum, and at how many Hz
+    wander: Mapping[str, Wander] = field(default_factory=dict)  # "pose1" and so on whose errors last, and how
     fixed: dict[str, Array] | None = None  # parameters that are known and not to be moved
     tilts: dict[str, Prior] | None = None  # pulls on parameters (diagnosis/tilt.py), no knowledge about them
 
@@ -79,6 +80,12 @@ class Model:
         for i, pose in enumerate(recording.poses):
             out |= {f"pose{i + 1}.position": pose.time, f"pose{i + 1}.rotation": pose.time}
         return out
+
+    @cached_property
+    def slopes(self) -> dict[str, dict[str, Array]]:
+        """The measured velocities and rates (n, 3) of poses whose errors last."""
+        named = {f"pose{i + 1}": pose for i, pose in enumerate(self.recording.poses)}
+        return {name: slopes(named[name]) for name in self.wander}
 
     @property
     def parameters(self) -> Parameters:
@@ -215,14 +222,11 @@ class Model:
             moment = self.moment(state, pose.time, f"pose{i + 1}")
             segment = self.segment(state, moment, pose.segment)
             place = moment.time.value[:, 0]
-            if pose.position is not None and segment.position is not None:
-                yield self._masked(
-                    f"pose{i + 1}.position", place, segment.position - np.nan_to_num(pose.position), pose.position
-                )
-            if pose.quaternion is not None and segment.turn is not None:
-                seen = np.nan_to_num(pose.quaternion, nan=0.5)
-                error = Turn(np.swapaxes(rotations.to_matrix(seen), -1, -2)) @ segment.turn
-                yield self._masked(f"pose{i + 1}.rotation", place, _vector(error), pose.quaternion)
+            name = f"pose{i + 1}"
+            lasting = (self.wander[name], self.slopes[name]) if name in self.wander else None
+            velocity = moment.track(POSITION, 1) if lasting and POSITION in self.tracks.widths else None
+            for part, residual, seen in pose_errors(pose, segment, velocity, lasting):
+                yield self._masked(f"{name}.{part}", place, residual, seen)
 
     def _masked(self, name: str, time: Array, residual: Jet, measured: Array | None = None) -> Rows:
         mask = np.ones(len(time), dtype=bool)
@@ -233,11 +237,6 @@ class Model:
         if not mask.all():
             time, residual = time[mask], _pick(residual, mask)
         return Rows(name, time, residual, np.ones(residual.value.shape[1]))
-
-
-def _vector(turn: Turn) -> Jet:
-    """Return the rotation vector (n, 3) of small turns; its derivative taken as that of the turn itself."""
-    return Jet(rotations.log(rotations.from_matrix(turn.matrix)), dict(turn.blocks))
 
 
 def _pick(jet: Jet, mask: NDArray[np.bool_]) -> Jet:

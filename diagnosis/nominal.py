@@ -6,31 +6,41 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from imubench.arrays import Array
 from imubench.diagnosis.coherence import RELATED, follows_motion
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.fit import AGAIN, Fit, solve
+from imubench.diagnosis.hypothesis import Hypothesis, State, segment_of
+from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import LOOSENED, declared, fit_with_noise
-from imubench.diagnosis.priors import START_SMOOTH
+from imubench.diagnosis.pose_rows import Wander
+from imubench.diagnosis.priors import START_SMOOTH, prior_rows
 from imubench.diagnosis.start import blind_start, model_of
+from imubench.effects import EFFECTS
 from imubench.recording import Recording
 
 START_NOISE = {"gyro": 0.3, "accel": 1.0, "angle": 0.01, "position": 0.01, "rotation": 0.02}  # loose: rad/s, m/s^2, ...
 LOOSE_EQUATION = 1e4  # of its std: the sensors say what moves before the equation of motion is asked
+BIAS = "gyro_bias"
+ABOVE = 3.0  # times the roughness of the start, where that is more than the first guess
 FREER = 8.0  # times the roughness of a motion that may be held too smooth
 UNRELATED = 1.0  # of follows_motion: no more than by chance
 
 
 def nominal_fit(
-    recording: Recording, masks: dict[str, NDArray[np.bool_]] | None = None, humming: Mapping[str, float] | None = None
+    recording: Recording,
+    masks: dict[str, NDArray[np.bool_]] | None = None,
+    humming: Mapping[str, float] | None = None,
+    wander: Mapping[str, Wander] | None = None,
 ) -> Fit:
     """Return the fit of the model as it was declared, noise levels estimated.
 
     `masks` says which samples count, `humming` names the IMUs whose raw samples hum, with the frequency in Hz.
     """
-    model = replace(model_of(recording), masks=masks or None, humming=humming or {})
-    model, state, anchor = blind_start(model)
+    model = replace(model_of(recording), masks=masks or None, humming=humming or {}, wander=wander or {})
+    model, state, anchor = blind_start(model.with_effects(biases(model)))
     noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
-    noise |= {f"smooth.{name}": START_SMOOTH[name] for name in model.tracks.widths if name in START_SMOOTH}
+    noise |= roughness(model, state, anchor)
     laws = {r.name: LOOSE_EQUATION for r in equation_rows(model, state)}
     noise |= laws
     begun = solve(model, state, noise, anchor, enough=1e-3)
@@ -42,6 +52,38 @@ def nominal_fit(
     sensors = {name: std for name, std in fit.noise.items() if name not in laws}
     fit = fit_with_noise(model, fit.state, sensors | dict.fromkeys(laws, 1.0), anchor, rounds=4, only=laws.keys())
     return fit
+
+
+def certain(model: Model) -> tuple[str, ...]:
+    """Return the effects that are there whatever else is: beside a pose whose errors wander, what every sensor has.
+
+    A curve without a name that does as much as a clock's offset or a gyroscope's bias would be the pose's own errors.
+    """
+    return ("time_offset", BIAS) if model.wander else ()
+
+
+def biases(model: Model) -> tuple[Hypothesis, ...]:
+    """Return the biases of gyroscopes beside poses whose errors wander, to be in the fit from the start.
+
+    Every gyroscope has one. Beside errors that go with the attitude a g-sensitivity of nine numbers takes its place
+    (163 nat against 139, with 20 mrad/s for 1 g), then what is left of a scale. It goes again if it predicts nothing.
+    """
+    segments = {p.segment for i, p in enumerate(model.recording.poses) if f"pose{i + 1}" in model.wander}
+    imus = [i.name for i in model.recording.imus if segment_of(i.name) in segments]
+    return tuple(Hypothesis(EFFECTS[BIAS], at) for at in imus if BIAS in EFFECTS)
+
+
+def roughness(model: Model, state: State, anchor: Array | None) -> dict[str, float]:
+    """Return how rough the motion may be at first: the first guess, or `ABOVE` times what the start has already.
+
+    A quick turn that is held too smooth costs least where its quaternion shrinks: at 9 rad/s to a tenth of its norm,
+    after which hardly a step is a whole one.
+    """
+    guess = {f"smooth.{name}": START_SMOOTH[name] for name in model.tracks.widths if name in START_SMOOTH}
+    for rows in prior_rows(model, state, guess, anchor):
+        if rows.name in guess and (rough := float(np.sqrt(np.mean(rows.whitened**2)))) > 1.0:
+            guess[rows.name] *= ABOVE * rough
+    return guess
 
 
 def freed(fit: Fit) -> Fit:

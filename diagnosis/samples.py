@@ -7,9 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.diagnosis import raw
+from imubench.diagnosis.hushed import hushed, turning
+from imubench.diagnosis.pose_rows import Wander
 from imubench.diagnosis.raw_findings import RawFinding
 from imubench.diagnosis.result import Finding, Interval, Parameter
-from imubench.diagnosis.thinned import pose_masks
+from imubench.diagnosis.thinned import lasting
 from imubench.recording import Recording
 
 
@@ -23,6 +25,7 @@ class Sampled:
     struck: dict[str, NDArray[np.bool_]] = field(default_factory=dict)  # "imu1" -> (n,) the part of masks that is peaks
     notes: tuple[str, ...] = field(default=())
     white: dict[str, float] = field(default_factory=dict)  # "imu1.gyro" -> std of a noise that the samples show alone
+    wander: dict[str, Wander] = field(default_factory=dict)  # "pose1" whose errors last, and how
 
     @property
     def humming(self) -> dict[str, float]:
@@ -30,8 +33,17 @@ class Sampled:
         return {f.at: float(f.parameters["frequency"].value) for f in self.findings if f.effect == "vibration"}
 
     def heard(self, recording: Recording) -> Recording:
-        """Return the recording with its noise declared as these samples have it."""
-        return heard(recording, self.findings, self.white)
+        """Return the recording with its noise declared as these samples have it, and without hums that turn it."""
+        imus = []
+        for imu in recording.imus:
+            none = np.ones(imu.time.size, dtype=bool)
+            skip = ~(self.masks.get(f"{imu.name}.gyro", none) & self.masks.get(f"{imu.name}.accel", none))
+            hum = self.humming.get(imu.name)
+            if hum is not None and turning(imu, hum, skip):
+                gyro, accel = hushed(imu, hum, skip)
+                imu = replace(imu, gyro=gyro, accel=accel)
+            imus.append(imu)
+        return heard(replace(recording, imus=tuple(imus)), self.findings, self.white)
 
 
 def sampled(recording: Recording) -> Sampled:
@@ -39,12 +51,16 @@ def sampled(recording: Recording) -> Sampled:
     checks = [raw.check(imu, recording.free_swings) for imu in recording.imus]
     checks += [raw.check_encoder(encoder) for encoder in recording.encoders]
     said = [f for c in checks for f in c.findings]
-    masks = {name: ~mask for c in checks for name, mask in c.masks.items() if mask.any()} | pose_masks(recording)
+    masks = {name: ~mask for c in checks for name, mask in c.masks.items() if mask.any()}
+    of_poses, wander = lasting(recording)
+    masks |= of_poses
     stops = [f for f in said if f.effect == "impacts" and stop_like(recording, f)]
     firm = tuple(_finding(f) for f in said if f not in stops)
     struck = {name.split(".")[0]: mask for c in checks for name, mask in c.struck.items() if mask.any()}
     white = {name: std for c in checks for name, std in c.white.items()}
-    return Sampled(firm, masks, tuple(_finding(f) for f in stops), struck, tuple(f.evidence for f in said), white)
+    return Sampled(
+        firm, masks, tuple(_finding(f) for f in stops), struck, tuple(f.evidence for f in said), white, wander
+    )
 
 
 def stop_like(recording: Recording, knocks: RawFinding) -> bool:

@@ -26,10 +26,13 @@ VISIBLE = 0.1  # of white noise's power, that the fit must leave in a band that 
 CHANCE = 2.5  # standard deviations by which `a` may be larger than what the residuals show
 
 
-def colour(fit: Fit, term: Term) -> float:
-    """Return how much louder than white the noise may be where a term has its power, at least 1."""
+def colour(fit: Fit, term: Term, shown: Mapping[str, Spectra] | None = None) -> float:
+    """Return how much louder than white the noise may be where a term has its power, at least 1.
+
+    `shown` is the noise's colour, where it is known already: it is the same for every term of a fit.
+    """
     signals = [(rows.name, rows.time, x) for rows, x in signals_of(fit, term)]
-    shown = noise_spectra(fit)
+    shown = noise_spectra(fit) if shown is None else shown
     return louder_where(signals, {}, shown) if term.drift else louder_where(signals, shown, {})
 
 

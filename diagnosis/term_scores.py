@@ -7,6 +7,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.candidate_terms import jumps, terms
+from imubench.diagnosis.coloured import noise_spectra
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.marks import joint
@@ -69,10 +70,11 @@ def _exact(fit: Fit, chosen: Sequence[Term]) -> list[Guess]:
     hypotheses = [hypothesis_of(t, 1.0) for t in chosen]
     begun = extended(fit, (*fit.model.hypotheses, *hypotheses))
     both = joint(begun.model, begun.state, fit, hypotheses)
+    shown = noise_spectra(fit) if any(t.drift for t in chosen) else {}
     out = []
     for term, h in zip(chosen, hypotheses, strict=True):
         at = both.places[h.name]
-        louder = colour(fit, term) if term.drift else 1.0
+        louder = colour(fit, term, shown) if term.drift else 1.0
         out.append(_best(both.information[np.ix_(at, at)], both.gradient[at], term, louder))
     return out
 

@@ -38,16 +38,22 @@ def with_samples(fitted: tuple[Finding, ...], samples: Sampled, rest: tuple[Find
 
 
 def beside(
-    named: tuple[Finding, ...], rest: tuple[Finding, ...], doubted: Collection[Hypothesis] = ()
+    named: tuple[Finding, ...],
+    rest: tuple[Finding, ...],
+    doubted: Collection[Hypothesis] = (),
+    certain: Collection[str] = (),
 ) -> tuple[Finding, ...]:
     """Return named findings, doubted where something without a name explains as much.
 
     So do `doubted`, and those at whose place something without a name is worth much: it may be all. A state without a
     law explains what is anywhere, and what is worth more than a name may be at the other IMU and seem to be at this.
+    Effects that are there whatever else is (`certain`) are not doubted.
     """
     equalled = {(h.effect.name, h.at) for h in doubted}
 
     def sure(f: Finding) -> float:
+        if f.effect in certain:
+            return 1.0
         effect = EFFECTS.get(f.effect)
         free = effect is not None and effect.free
         worth = [(u.heldout_gain.value, MUCH if free or u.at == f.at else 1.0) for u in rest]

@@ -88,7 +88,6 @@ def test_springs_found_in_one_half_foretell_the_other_half_s_channels(foam_after
     assert np.median([after[name] / before[name] for name in after]) < 0.5
 
 
-@pytest.mark.xfail(reason="a rocking mount is named first, and g_sensitivity for the bias: open", strict=True)
 def test_a_telephone_that_vibrates_is_heard(recordings):
     (made,) = CONVERTERS["broad"](recordings / "broad" / "27_disturbed_phone_vibration_B.hdf5")
     found = {f.effect: f.parameters for f in diagnose(cut(made.recording, 60.0, 90.0))[0].findings}

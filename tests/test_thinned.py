@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from imubench.diagnosis.thinned import pose_masks
+from imubench.diagnosis.thinned import lasting as told
 from imubench.recording import Imu, Pose, Recording
 
 RATE, SECONDS, LEVEL = 200.0, 20.0, 1e-3
@@ -41,7 +41,7 @@ def lasting(samples, seed=0):
 
 def every(recording):
     """How many samples apart those are that count; 1 without a mask."""
-    masks = pose_masks(recording)
+    masks = told(recording)[0]
     assert set(masks) in (set(), {"pose1.position", "pose1.rotation"})
     if not masks:
         return 1
@@ -53,9 +53,13 @@ def test_independent_errors_all_count(seed):
     assert every(recorded(white(seed))) == 1
 
 
-@pytest.mark.parametrize(("samples", "apart"), [(4, 4), (8, 8), (30, 8)])
+@pytest.mark.parametrize(("samples", "apart"), [(4, 4), (8, 8)])
 def test_errors_that_last_count_once(samples, apart):
     assert every(recorded(lasting(samples))) == apart  # at most 60 ms apart: 12 samples
+
+
+def test_errors_that_last_longer_than_that_wander():
+    assert set(told(recorded(lasting(30)))[1]) == {"pose1"}  # 150 ms
 
 
 def test_a_declared_noise_that_is_there_is_believed():
@@ -82,5 +86,5 @@ def test_a_pose_without_an_attitude_or_a_gyroscope_is_left_as_it_is():
     recording = recorded(lasting(8))
     (pose,) = recording.poses
     placed = Pose("segment1", pose.time, np.zeros((len(pose.time), 3)))
-    assert not pose_masks(Recording("r", "free", recording.imus, poses=(placed,)))
-    assert not pose_masks(Recording("r", "free", poses=(pose,)))
+    assert told(Recording("r", "free", recording.imus, poses=(placed,))) == ({}, {})
+    assert told(Recording("r", "free", poses=(pose,))) == ({}, {})

@@ -1,0 +1,162 @@
+"""Poses whose errors wander: told from those that do not, and weighed by what is white in them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from scipy.spatial.transform import Rotation
+
+from imubench import rotations
+from imubench.diagnosis.begin import begun
+from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.excerpt import cut
+from imubench.diagnosis.fit import all_rows
+from imubench.diagnosis.hypothesis import State
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.pose_rows import Wander, pose_errors, slopes
+from imubench.diagnosis.thinned import lasting
+from imubench.jets import Jet, Turn
+from imubench.links import Motion
+from imubench.recording import Imu, Pose, Recording
+
+RATE, SECONDS = 200.0, 20.0
+FORGETS, SIZE = 10.0, 2e-3  # per s, rad
+BIAS = np.array([0.008, -0.004, -0.005])  # rad/s
+
+
+def wandering(count, size, rate=RATE, seed=0, forgets=FORGETS):
+    """Errors (n, 3) of first order, smoothed over three samples as an optical record's maker would."""
+    keep = np.exp(-forgets / rate)
+    draws = np.random.default_rng(seed).standard_normal((count + 400, 3)) * size * np.sqrt(1 - keep**2)
+    return np.apply_along_axis(np.convolve, 0, lfilter([1], [1, -keep], draws, axis=0)[400:], np.ones(3) / 3, "same")
+
+
+def turned(time):
+    """Attitudes as Euler angles that are sums of sines, up to 3 Hz."""
+    angles = [[0.5, 0.9, 0.1], [0.3, 2.1, 1.0], [0.4, 3.0, 2.0]]
+    return Rotation.from_euler("zyx", np.stack([a * np.sin(2 * np.pi * f * time + p) for a, f, p in angles], axis=1))
+
+
+def moved(time):
+    return np.stack([0.2 * np.sin(2 * np.pi * f * time) for f in (0.7, 1.1, 1.9)], axis=1)
+
+
+def true_rate(time, h=1e-4):
+    return (turned(time - h).inv() * turned(time + h)).as_rotvec() / (2 * h)
+
+
+def quaternion(turn):
+    return turn.as_quat(canonical=True)[:, [3, 0, 1, 2]]
+
+
+def recorded(errors, bias=0.0):
+    """A gyroscope beside a pose that is wrong by rotation vectors (n, 3) rad and a tenth of that in m."""
+    time = np.arange(0, SECONDS, 1 / RATE)
+    gyro = true_rate(time) + bias + 2e-3 * np.random.default_rng(3).standard_normal((time.size, 3))
+    imu = Imu("imu1", time, gyro, np.zeros_like(gyro), RATE)
+    q = quaternion(turned(time) * Rotation.from_rotvec(errors))
+    return Recording("r", "free", (imu,), poses=(Pose("segment1", time, moved(time) + 0.1 * errors, q),))
+
+
+def errors_of(recording, wander):
+    """Rows of the pose against the true motion, by part, where they count."""
+    (pose,) = recording.poses
+    q, h = quaternion(turned(pose.time)), 1e-5
+    segment = Motion(
+        Jet(true_rate(pose.time)), Jet(np.zeros((1, 3))), Jet(np.zeros((1, 3))), Turn(rotations.to_matrix(q)),
+        Jet(moved(pose.time)),
+    )  # fmt: skip
+    velocity = Jet((moved(pose.time + h) - moved(pose.time - h)) / (2 * h))
+    rows = pose_errors(pose, segment, velocity, (wander, slopes(pose)))
+    return {part: error.value[np.isfinite(seen).all(axis=1)] for part, error, seen in rows}
+
+
+def test_rows_of_the_true_motion_are_nought():
+    found = errors_of(recorded(np.zeros((4000, 3))), Wander(FORGETS, 0.015))
+    assert set(found) == {"position", "rotation"}
+    for part, error in found.items():
+        assert np.abs(error).max() < 2e-5, part  # the spline that a measured rate is read off, and a difference's h^2
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rows_of_errors_that_wander_are_white_and_as_large_as_the_errors(seed):
+    errors = wandering(4000, SIZE, seed=seed)
+    every = 3
+    found = errors_of(recorded(errors), Wander(FORGETS, every / RATE))
+    for part, size in (("rotation", SIZE), ("position", 0.1 * SIZE)):
+        rows = found[part][::every]
+        assert rows.std() == pytest.approx(size, rel=0.15), part  # a smoothing over three samples takes a tenth
+        along = np.mean(rows[1:] * rows[:-1]) / rows.var()
+        assert abs(along) < 0.3, part
+        assert np.mean(errors[every::every] * errors[:-every:every]) / errors.var() > 0.8  # the errors are not
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_how_errors_wander_is_read_off_the_gyroscope(seed):
+    masks, wander = lasting(recorded(wandering(4000, SIZE, seed=seed), bias=0.01))
+    assert wander["pose1"].rate == pytest.approx(FORGETS, rel=0.5)  # 20 s hold 200 of its lives, in three axes
+    counts = masks["pose1.rotation"]
+    assert np.diff(np.flatnonzero(counts)).max() * 1 / RATE == pytest.approx(wander["pose1"].step)
+    assert wander["pose1"].step <= 0.02  # smoothed over 0.015 s
+
+
+def test_independent_errors_do_not_wander():
+    white = SIZE * np.random.default_rng(1).standard_normal((4000, 3))
+    assert lasting(recorded(white)) == ({}, {})
+
+
+@pytest.fixture(scope="module")
+def optical():
+    """15 s of a free body with everything that an IMU reads, beside an optical pose; nobody declares a noise."""
+    rng = np.random.default_rng(8)
+    recording = recorded(wandering(4000, SIZE, seed=5), bias=BIAS)
+    (imu,), h = recording.imus, 1e-3
+    t = imu.time
+    acceleration = (moved(t + h) - 2 * moved(t) + moved(t - h)) / h**2
+    force = turned(t).inv().apply(acceleration + np.array([0.0, 0.0, 9.81]))
+    imu = replace(imu, accel=force + 0.02 * rng.standard_normal(force.shape), mount_rotation_std=0.01)
+    return cut(replace(recording, imus=(imu,)), 2.0, 17.0)
+
+
+def test_a_gyroscope_beside_errors_that_wander_keeps_its_own_noise(optical):
+    fit = begun(optical).fit
+    assert fit.noise["imu1.gyro"] == pytest.approx(2e-3, rel=0.2)  # taken for independent they make it three times that
+
+
+@pytest.mark.slow
+def test_a_bias_beside_errors_that_wander_is_all_that_is_found(optical):
+    found, _ = diagnose(optical)
+    (bias,) = found.findings
+    assert (bias.effect, bias.at) == ("gyro_bias", "imu1")
+    assert np.all(np.abs(bias.parameters["bias"].value - BIAS) < 4 * bias.parameters["bias"].std)
+
+
+def test_a_row_is_linear_in_what_it_says_it_depends_on():
+    recording = recorded(wandering(4000, SIZE))
+    short = replace(
+        recording,
+        imus=tuple(replace(i, time=i.time[:60], gyro=i.gyro[:60], accel=i.accel[:60]) for i in recording.imus),
+        poses=tuple(replace(p, time=p.time[:60], position=p.position[:60], quaternion=p.quaternion[:60])
+                    for p in recording.poses),
+    )  # fmt: skip
+    fit = nominal_fit(short, wander={"pose1": Wander(FORGETS, 0.015)})
+    model, rng = fit.model, np.random.default_rng(0)
+    change = rng.standard_normal(fit.state.coefficients.shape) * 1e-6
+
+    def rows(sign):
+        state = State(fit.state.coefficients + sign * change, fit.state.values)
+        return {r.name: r for r in all_rows(model, state, fit.noise, fit.anchor) if r.name.startswith("pose1.")}
+
+    up, down, here = rows(1), rows(-1), rows(0)
+    assert set(here) == {"pose1.position", "pose1.rotation"}
+    for name, r in here.items():
+        slope = np.zeros_like(r.residual.value)
+        for (track, order), block in r.residual.blocks.items():
+            if track in model.tracks.widths:
+                own = model.tracks.columns(track)
+                first, weights = model.tracks.knots.weights(r.time, order)
+                part = np.einsum("ns,nsk->nk", weights, change[first[:, None] + np.arange(6)][:, :, own])
+                slope += np.einsum("nmk,nk->nm", np.broadcast_to(block, (len(part), *block.shape[1:])), part)
+        found = (up[name].residual.value - down[name].residual.value) / 2
+        assert np.abs(found - slope).max() < 1e-2 * np.abs(slope).max(), name  # a turn's vector is of second order
