@@ -49,3 +49,11 @@ def test_a_hum_is_doubted_beside_a_torque_without_a_name(at, sure):
     heard = Sampled((said("vibration", "imu2", 0.0, 0.9), said("dropouts", "imu2", 0.0, 0.99)), {})
     found = with_samples((), heard, (said(UNKNOWN, at, 500.0),))
     assert [f.confidence for f in found] == [sure, 0.99]
+
+
+def test_what_is_there_whatever_else_is_is_not_doubted():
+    bias = said("gyro_bias", "imu1", 10.0)
+    (f,) = beside((bias,), (said(UNKNOWN, "imu1", 1000.0),), certain=("gyro_bias",))
+    assert f.confidence == bias.confidence
+    (f,) = beside((bias,), (said(UNKNOWN, "imu1", 1000.0),))
+    assert f.confidence < bias.confidence

@@ -1,0 +1,52 @@
+"""A hum that turns the sensor too is taken out of its samples; one of the accelerometer alone is left to its law."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.hushed import hushed, turning
+from imubench.recording import Imu
+
+RATE, SECONDS, HUM = 250.0, 20.0, 45.0
+
+
+def shaken(gyro_hum, seed=0):
+    """A hand's motion below 3 Hz with a hum that wanders, 0.5 m/s^2 and `gyro_hum` rad/s; and the motion alone."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0, SECONDS, 1 / RATE)
+    slow = np.stack([np.sin(2 * np.pi * f * time) for f in (0.7, 1.6, 2.9)], axis=1)
+    phase = 2 * np.pi * HUM * time + np.cumsum(0.05 * rng.standard_normal(time.size))
+    line = np.sin(phase)[:, None] * np.array([1.0, 0.5, 0.2])
+    noise = rng.standard_normal((2, time.size, 3)) * np.array([0.002, 0.02])[:, None, None]
+    still = Imu("imu1", time, slow + noise[0], 5 * slow + noise[1], RATE)
+    return replace(still, gyro=still.gyro + gyro_hum * line, accel=still.accel + 0.5 * line), still
+
+
+def none(imu):
+    return np.zeros(imu.time.size, dtype=bool)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_hum_turns_the_sensor_where_the_gyroscope_hears_it(seed):
+    for size, heard in ((0.0, False), (0.02, True)):
+        imu, _ = shaken(size, seed)
+        assert turning(imu, HUM, none(imu)) is heard
+
+
+def test_what_is_left_is_the_motion():
+    imu, still = shaken(0.05)
+    gyro, accel = hushed(imu, HUM, none(imu))
+    inside = slice(250, -250)  # a filter of 2 Hz rings for half a second at the ends
+    for got, wanted, before in ((gyro, still.gyro, imu.gyro), (accel, still.accel, imu.accel)):
+        left, was = (np.sqrt(np.mean((x - wanted)[inside] ** 2)) for x in (got, before))
+        assert left < 0.25 * was  # the hum's phase wanders beyond the band that is taken out, and noise in it goes too
+
+
+def test_samples_that_do_not_count_stay_as_they_were():
+    imu, _ = shaken(0.05)
+    skip = none(imu)
+    skip[1000:1010] = True
+    gyro, accel = hushed(imu, HUM, skip)
+    assert np.array_equal(gyro[skip], imu.gyro[skip])
+    assert np.array_equal(accel[skip], imu.accel[skip])
