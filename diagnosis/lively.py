@@ -114,8 +114,8 @@ def _one_by_one(
                 tried.append((begun_screened(short, [one]), [one]))
         best = max((t for t, _ in tried if resolved(t)), key=explained, default=None)
         good = best is not None and best.evidence > NEEDED and best.hypothesis.effect.lawful
-        if best is not None and good and misfit(best.fit) < UNEXPLAINED:
-            break
+        if best is not None and good and (short.model.wander or misfit(best.fit) < UNEXPLAINED):
+            break  # a sensor beside errors that wander leaves more than its quiet moments say, whatever moves
     return likely, tried
 
 

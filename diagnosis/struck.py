@@ -5,7 +5,8 @@ together the fit explains: with a peak's n numbers among its samples its cost ri
 takes of them. A knock is in one sensor, and no motion. So the fit is solved with the peaks in it, and with as many
 stretches of other samples left out; Q = 2 (cost with - cost without) / n is the power per number that no motion
 explains, summed over every row within `BESIDE` of a peak. Peaks beyond chance are knocks where none of the other
-stretches is beyond it: a real hand's peaks have Q of 10 and 30 beside others of 3, and are no knocks.
+stretches is beyond it: a real hand's peaks have Q of 10 and 30 beside others of 3, and are no knocks. Nor are those of
+a swing that turns round beside dry friction.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,11 +21,14 @@ from imubench.diagnosis.fit import AGAIN, Fit, solve
 from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.raw_findings import SURE_OF_KNOCKS, joined
 from imubench.diagnosis.result import Finding, Interval, Parameter
+from imubench.diagnosis.swings import turning
 from imubench.diagnosis.verdict import KNOCKING
 
 Mask = NDArray[np.bool_]
 Window = tuple[float, float]
 
+DRY = "dry_friction"
+INSIDE = 9  # moments of a stretch that are looked at
 BESIDE = 0.25  # s on either side of a peak, in which the fit bends for it
 TOGETHER = 0.1  # s: nearer peaks are one
 FEWEST = 2  # samples of a peak; a single wild one is none
@@ -44,12 +48,22 @@ def struck_again(fit: Fit, struck: Mapping[str, Mask], named: Sequence[Finding])
     out = []
     for imu in (i for i in fit.model.recording.imus if i.name in struck and i.name not in told):
         peaks = joined(imu.time[struck[imu.name]], TOGETHER, FEWEST)
+        if any(f.effect == DRY for f in named):
+            peaks = tuple(p for p in peaks if not turns_round(fit, p))
         times = knocks(fit, imu.name, struck[imu.name], peaks) if peaks else np.array([])
         if times.size:
             parameters = {"times": Parameter(times, np.full(times.size, 1 / imu.rate), "s")}
             sure = SURE_OF_KNOCKS[times.size > 1]
             out.append(Finding("impacts", imu.name, sure, parameters, Interval(0.0, (0.0, 0.0))))
     return tuple(out)
+
+
+def turns_round(fit: Fit, window: Window) -> bool:
+    """Return whether a swing turns round in a stretch (s): dry friction jumps there, and no spline follows a jump."""
+    body, (start, end) = fit.model.recording.body, window
+    if body is None or not any(a <= end and b >= start for a, b in fit.model.recording.free_swings):
+        return False
+    return bool(turning(fit.model, body, np.linspace(start, end, INSIDE) - fit.model.start).any())
 
 
 def knocks(fit: Fit, imu: str, struck: Mask, peaks: Sequence[Window]) -> Array:
