@@ -25,6 +25,8 @@ from imubench.effects.mounts import MountPose, MountShift, slipped
 from imubench.jets import Jet
 
 APART = (2.0, 0.3, 0.05)  # s between the moments of a slip that are compared, closer and closer
+COARSE = 60  # moments of a long recording, first
+TOGETHER = 8  # moments whose columns are held at once
 NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
 LOWEST = 1.0  # Hz, under which a hum is part of the motion
 
@@ -77,8 +79,9 @@ def slip(base: Base, at: str) -> float:
     prior = np.concatenate([np.full(p.width, p.std) for p in MountShift().parameters[:2]])
     rows = [r for r in model.measured(started(model, fit.state)) if r.name.startswith(f"{at}.")]
     begin, end = min(float(r.time[0]) for r in rows), max(float(r.time[-1]) for r in rows)
-    moments = np.arange(begin + APART[0], end - APART[0] / 2, APART[0])
-    for wide, close in pairwise(APART):
+    apart = APART if end - begin < COARSE * APART[0] else ((end - begin) / COARSE, *APART)
+    moments = np.arange(begin + APART[0], end - APART[0] / 2, apart[0])
+    for wide, close in pairwise(apart):
         best = moments[int(np.argmax(_slips(base, rows, model, shared, prior, moments)))]
         moments = np.arange(best - wide, best + wide, close)
     return float(moments[int(np.argmax(_slips(base, rows, model, shared, prior, moments)))])
@@ -86,14 +89,16 @@ def slip(base: Base, at: str) -> float:
 
 def _slips(base: Base, rows: list[Rows], model: Model, shared: Parameters, prior: Array, moments: Array) -> list[float]:
     """Return what a change of the mount from each of the moments on promises, in nat."""
-    width = shared.count
-    k = width * len(moments)
-    columns = []
-    for r in rows:
-        whitened = replace(r, std=base.std_of(r.name, r.std))
-        border = linearise(whitened, Tracks(model.tracks.knots, {}), shared).border
-        after = np.stack([slipped(Jet(r.time[:, None]), Jet(np.array([[t]])))[0].value[:, 0] for t in moments], axis=1)
-        columns.append((r.name, (border[:, :, None, :] * after[:, None, :, None]).reshape(*border.shape[:2], k)))
-    schur, gradient = base.reduced(columns, k)
-    every = (slice(i, i + width) for i in range(0, k, width))
-    return [promise(schur[s, s], gradient[s], prior).evidence for s in every]
+    out: list[float] = []
+    for some in np.array_split(moments, -(-len(moments) // TOGETHER)):
+        columns = []
+        for r in rows:
+            whitened = replace(r, std=base.std_of(r.name, r.std))
+            border = linearise(whitened, Tracks(model.tracks.knots, {}), shared).border
+            after = np.stack([slipped(Jet(r.time[:, None]), Jet(np.array([[t]])))[0].value[:, 0] for t in some], axis=1)
+            both = border[:, :, None, :] * after[:, None, :, None]
+            columns.append((r.name, both.reshape(*border.shape[:2], shared.count * len(some))))
+        schur, gradient = base.reduced(columns, shared.count * len(some))
+        every = (slice(i, i + shared.count) for i in range(0, len(gradient), shared.count))
+        out += [promise(schur[s, s], gradient[s], prior).evidence for s in every]
+    return out

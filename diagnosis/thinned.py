@@ -22,6 +22,7 @@ from imubench.diagnosis.pose_rows import Wander
 from imubench.recording import Imu, Pose, Recording
 from imubench.rotations import conjugate, exp, log, multiply
 
+LASTS = 1.1  # times as large half a second apart as where they were taken to be independent: they are not
 GROWS = 1.2  # times as large at twice the distance: the errors last
 LONGEST = 0.06  # s between the samples that count, at most
 DECLARED = 1.5  # times a declared noise, from which it is not what is there
@@ -68,7 +69,7 @@ def wandering(spans: list[float], step: float, k: int) -> tuple[int, Wander | No
     `spans` as from `errors`, the samples `step` s apart. They wander where they still grow from k samples on.
     """
     at = k.bit_length() - 1
-    if spans[-1] <= GROWS * spans[at]:
+    if spans[-1] <= LASTS * spans[at]:
         return k, None
     quick = [i for i, (now, later) in enumerate(pairwise(spans[: at + 1])) if later > SMOOTH * now]
     first = quick[-1] + 1 if quick else 0
