@@ -90,11 +90,11 @@ def slip(base: Base, at: str) -> float:
 def _slips(base: Base, rows: list[Rows], model: Model, shared: Parameters, prior: Array, moments: Array) -> list[float]:
     """Return what a change of the mount from each of the moments on promises, in nat."""
     out: list[float] = []
+    whitened = [replace(r, std=base.std_of(r.name, r.std)) for r in rows]
+    borders = [linearise(r, Tracks(model.tracks.knots, {}), shared).border for r in whitened]
     for some in np.array_split(moments, -(-len(moments) // TOGETHER)):
         columns = []
-        for r in rows:
-            whitened = replace(r, std=base.std_of(r.name, r.std))
-            border = linearise(whitened, Tracks(model.tracks.knots, {}), shared).border
+        for r, border in zip(rows, borders, strict=True):
             after = np.stack([slipped(Jet(r.time[:, None]), Jet(np.array([[t]])))[0].value[:, 0] for t in some], axis=1)
             both = border[:, :, None, :] * after[:, None, :, None]
             columns.append((r.name, both.reshape(*border.shape[:2], shared.count * len(some))))

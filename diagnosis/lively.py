@@ -103,7 +103,7 @@ def _one_by_one(
     """Return the screenings that were refitted last, and all refits.
 
     The next are tried where none was any good, where the best has no law (it explains what any other would), and where
-    it leaves much: a rocking mount of 1,221 nat stood for a soft one of 3,100 else.
+    it leaves much: a rocking mount of 1,221 nat stood for a soft one of 4,100 else.
     """
     likely: list[Screened] = []
     tried: list[tuple[Trial, list[Screened]]] = []
