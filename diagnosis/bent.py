@@ -16,7 +16,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.findings import confidence, nameless
-from imubench.diagnosis.fit import Fit, all_rows, at_noise_of, factored
+from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
@@ -24,6 +24,7 @@ from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import extended, information, refit
 from imubench.diagnosis.result import Finding, Parameter, Where
+from imubench.diagnosis.system import all_rows, factored
 from imubench.diagnosis.terms import CHANNELS
 from imubench.diagnosis.trial import UNEXPLAINED, misfit
 from imubench.diagnosis.where import shares

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotri, dtrtrs
+from scipy.linalg.lapack import dpotrf, dtrtri, dtrtrs
 
 from imubench.arrays import Array
 
@@ -124,13 +124,11 @@ class Factor:
         count, over, top = len(self.lower), self.over, self.top
         after = np.zeros(0)
         for i in reversed(range(count)):
-            own, _ = dpotri(self.lower[i], lower=1)
-            own = np.tril(own) + np.tril(own, -1).T
+            inverse, _ = dtrtri(self.lower[i], lower=1)
+            own = inverse.T @ inverse
             right = np.zeros((over, over))
             if i + 1 < count and over:
-                z = np.zeros((len(own), over))
-                z[top:] = self.coupling[i]
-                gain, _ = dtrtrs(self.lower[i], z, lower=1, trans=1)
+                gain = inverse[top:].T @ self.coupling[i]
                 whole = -gain @ after[:over, :over]
                 own -= whole @ gain.T
                 right = whole[top:]

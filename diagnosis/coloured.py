@@ -14,13 +14,14 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Solution
-from imubench.diagnosis.fit import Fit, factored
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK
 from imubench.diagnosis.priors import TILT
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.spread import Spread
 from imubench.diagnosis.swings import is_data
+from imubench.diagnosis.system import factored
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.tilt import wider
 

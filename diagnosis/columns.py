@@ -7,9 +7,11 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Solution
-from imubench.diagnosis.fit import Fit, factored
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK
+from imubench.diagnosis.system import factored
+from imubench.diagnosis.threads import one_thread
 
 
 @dataclass(frozen=True)
@@ -19,12 +21,16 @@ class Base:
     fit: Fit
     parts: dict[str, Linear]
     solution: Solution
+    left: tuple[Array, Array]  # splines (m, b) and parameters (p,): from the best state of the quadratic model
 
     @classmethod
+    @one_thread
     def of(cls, fit: Fit) -> "Base":
         """Return the factored equations at the fit's state."""
-        _, solution, linear = factored(fit.model, fit.rows)
-        return cls(fit, {rows.name: part for rows, part in zip(fit.rows, linear, strict=True)}, solution)
+        normal, solution, linear = factored(fit.model, fit.rows)
+        parts = {rows.name: part for rows, part in zip(fit.rows, linear, strict=True)}
+        x, p = solution.solve(normal.gradient[:, :, None], normal.corner_gradient[:, None])
+        return cls(fit, parts, solution, (x[:, :, 0], p[:, 0]))
 
     def std_of(self, name: str, std: Array) -> Array:
         """Return the standard deviation that the fit gives to rows of a group."""
@@ -41,7 +47,9 @@ class Base:
             across += part.border.reshape(len(flat), p).T @ flat
             corner += flat.T @ flat
             gradient += flat.T @ part.residual.reshape(-1)
-        return self.solution.complement(cross.reshape(blocks, -1, count), across, corner), gradient
+        cross, (x, values) = cross.reshape(blocks, -1, count), self.left
+        gradient -= np.tensordot(x, cross, axes=2) + values @ across  # columns like others would take what these left
+        return self.solution.complement(cross, across, corner), gradient
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.fit import Fit, all_rows
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.kinematics import ATTITUDE
 from imubench.diagnosis.priors import middles
 from imubench.diagnosis.splines import SUPPORT, Knots, Moment, Tracks
+from imubench.diagnosis.system import all_rows
 from imubench.jets import Jet
 from imubench.recording import Recording
 

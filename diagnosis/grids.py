@@ -10,32 +10,29 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import median_filter
 
-from imubench.arrays import Array
-from imubench.diagnosis.columns import Base, promise
+from imubench.diagnosis.after import After
+from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.linear import linearise
-from imubench.diagnosis.model import Model
-from imubench.diagnosis.rows import Parameters, Rows
+from imubench.diagnosis.rows import Parameters
 from imubench.diagnosis.score import Score, started
 from imubench.diagnosis.screen import driven
 from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.threads import one_thread
-from imubench.effects.mounts import MountPose, MountShift, slipped
-from imubench.jets import Jet
+from imubench.effects.mounts import SLIP, MountPose, MountShift
 
 APART = (2.0, 0.3, 0.05)  # s between the moments of a slip that are compared, closer and closer
 COARSE = 60  # moments of a long recording, first
-TOGETHER = 8  # moments whose columns are held at once
 NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
 LOWEST = 1.0  # Hz, under which a hum is part of the motion
 
 
 @one_thread
-def placed(fit: Fit, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
+def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
     """Return hypotheses at their best starts, ready to be scored, and the scores of those that a score cannot judge."""
+    fit = base.fit
     out, judged = [], []
-    base = Base.of(fit)
     for h in hypotheses:
         if h.effect.name == "vibration":
             found = hum(fit, h.at)
@@ -78,27 +75,13 @@ def slip(base: Base, at: str) -> float:
     shared = Parameters({pose.key(p.name): p.width for p in pose.effect.parameters})
     prior = np.concatenate([np.full(p.width, p.std) for p in MountShift().parameters[:2]])
     rows = [r for r in model.measured(started(model, fit.state)) if r.name.startswith(f"{at}.")]
+    only = Tracks(model.tracks.knots, {})
+    columns = {r.name: linearise(replace(r, std=base.std_of(r.name, r.std)), only, shared).border for r in rows}
+    after = After.of(base, columns)
     begin, end = min(float(r.time[0]) for r in rows), max(float(r.time[-1]) for r in rows)
     apart = APART if end - begin < COARSE * APART[0] else ((end - begin) / COARSE, *APART)
     moments = np.arange(begin + APART[0], end - APART[0] / 2, apart[0])
     for wide, close in pairwise(apart):
-        best = moments[int(np.argmax(_slips(base, rows, model, shared, prior, moments)))]
+        best = moments[int(np.argmax(after.promises(moments + SLIP / 2, prior)))]
         moments = np.arange(best - wide, best + wide, close)
-    return float(moments[int(np.argmax(_slips(base, rows, model, shared, prior, moments)))])
-
-
-def _slips(base: Base, rows: list[Rows], model: Model, shared: Parameters, prior: Array, moments: Array) -> list[float]:
-    """Return what a change of the mount from each of the moments on promises, in nat."""
-    out: list[float] = []
-    whitened = [replace(r, std=base.std_of(r.name, r.std)) for r in rows]
-    borders = [linearise(r, Tracks(model.tracks.knots, {}), shared).border for r in whitened]
-    for some in np.array_split(moments, -(-len(moments) // TOGETHER)):
-        columns = []
-        for r, border in zip(rows, borders, strict=True):
-            after = np.stack([slipped(Jet(r.time[:, None]), Jet(np.array([[t]])))[0].value[:, 0] for t in some], axis=1)
-            both = border[:, :, None, :] * after[:, None, :, None]
-            columns.append((r.name, both.reshape(*border.shape[:2], shared.count * len(some))))
-        schur, gradient = base.reduced(columns, shared.count * len(some))
-        every = (slice(i, i + shared.count) for i in range(0, len(gradient), shared.count))
-        out += [promise(schur[s, s], gradient[s], prior).evidence for s in every]
-    return out
+    return float(moments[int(np.argmax(after.promises(moments + SLIP / 2, prior)))])

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.splines import SUPPORT, Tracks
+from imubench.diagnosis.threads import side_by_side
 from imubench.jets import CONSTANT
 
 Whole = NDArray[np.int64]
 Place = tuple[Whole, Whole]
 Some = Whole | NDArray[np.bool_] | slice
 
-CHUNK = 256  # knots whose products are formed at once: what stays in the cache
+CHUNK = 128  # knots whose products are formed at once: what stays in the cache
 PIECE = 1024  # rows' samples whose Jacobian is held at once
 
 
@@ -67,13 +68,26 @@ class Linear:
             out[some] = np.matmul(np.ascontiguousarray(self.local(some)), near)
         return out
 
+    def by_knot(self, columns: Array) -> Iterator[tuple[int, Array]]:
+        """Yield J' of further columns (n, m, r) of the samples that start at a knot, (knots, 6, width, r), by pieces.
+
+        J is the splines' Jacobian; the first knot of a piece comes before it.
+        """
+        wide, r = SUPPORT * self.width, columns.shape[2]
+        stack = Stack([replace(self, border=columns)])
+
+        def products(begin: int) -> Array:
+            tall, _ = stack.piece(begin)
+            both = np.matmul(np.swapaxes(tall[:, :, :wide], 1, 2), tall[:, :, wide : wide + r])
+            return both.reshape(len(tall), SUPPORT, self.width, r)
+
+        yield from zip(stack.begins, side_by_side(products, stack.begins), strict=True)
+
     def scatter(self, columns: Array, target: Array) -> None:
         """Add J' of further columns (n, m, r) to `target` (knots, width, r), J the splines' Jacobian."""
-        wide, r = SUPPORT * self.width, columns.shape[2]
-        for begin, tall, _ in Stack([replace(self, border=columns)]).pieces():
-            products = np.matmul(np.swapaxes(tall[:, :, :wide], 1, 2), tall[:, :, wide : wide + r])
-            for s, some in enumerate(np.split(products, SUPPORT, axis=1)):
-                target[begin + s : begin + s + len(tall)] += some
+        for begin, products in self.by_knot(columns):
+            for s in range(SUPPORT):
+                target[begin + s : begin + s + len(products)] += products[:, s]
 
 
 def linearise(rows: Rows, tracks: Tracks, parameters: Parameters) -> Linear:
@@ -125,12 +139,11 @@ class Order:
         """How many knots there are up to the last that a sample starts at."""
         return len(self.starts) - 1
 
-    def among(self, begin: int, end: int) -> tuple[Whole | slice, Whole, Whole, int]:
-        """Return the samples that start at knots begin..end, their knot from there, their place at it, the most."""
+    def among(self, begin: int, end: int) -> tuple[Whole | slice, Whole, Whole]:
+        """Return the samples that start at knots begin..end, their knot from there, their place at it."""
         low, high = (int(self.starts[min(k, self.knots)]) for k in (begin, end))
-        slot = self.slot[low:high]
         some = slice(low, high) if self.samples is None else self.samples[low:high]
-        return some, self.knot[low:high] - begin, slot, int(slot.max()) + 1 if len(slot) else 0
+        return some, self.knot[low:high] - begin, self.slot[low:high]
 
 
 class Stack:
@@ -140,27 +153,31 @@ class Stack:
         self.parts = [(part, Order.of(part.first)) for part in parts]
         self.knots = max((order.knots for _, order in self.parts), default=0)
 
-    def pieces(self, backwards: bool = False) -> Iterator[tuple[int, Array, list[tuple[Whole | slice, Place]]]]:
-        """Yield some knots' rows after another's: the first knot and (knots, rows, 6 width + p + 1), the residual last.
+    @property
+    def begins(self) -> range:
+        """The first knots of the pieces."""
+        return range(0, self.knots, CHUNK)
+
+    def piece(self, begin: int) -> tuple[Array, list[tuple[Whole | slice, Place]]]:
+        """Return the rows at some knots from one of `begins` on, (knots, rows, 6 width + p + 1), the residual last.
 
         With them for each kind which of its samples these are, and where their rows lie: knot and row, (k, m).
         """
-        begins = range(0, self.knots, CHUNK)
-        for begin in reversed(begins) if backwards else begins:
-            yield begin, *self._piece(begin, min(begin + CHUNK, self.knots))
-
-    def _piece(self, begin: int, end: int) -> tuple[Array, list[tuple[Whole | slice, Place]]]:
+        end = min(begin + CHUNK, self.knots)
         chosen = [(part, *order.among(begin, end)) for part, order in self.parts]
-        height = sum(count * part.residual.shape[1] for part, *_, count in chosen)
-        wide, p = SUPPORT * self.parts[0][0].width, self.parts[0][0].border.shape[2]
-        tall = np.zeros((end - begin, height, wide + p + 1))
-        at, places = 0, []
-        for part, some, knot, slot, count in chosen:
+        filled = np.zeros(end - begin, dtype=np.int64)  # rows at every knot so far: where two samples meet, a few more
+        rows = []
+        for part, _, knot, slot in chosen:
             m = part.residual.shape[1]
-            place = (knot[:, None], at + slot[:, None] * m + np.arange(m))
+            rows.append((filled[knot] + slot * m)[:, None] + np.arange(m))
+            filled += m * np.bincount(knot, minlength=len(filled))
+        wide, p = SUPPORT * self.parts[0][0].width, self.parts[0][0].border.shape[2]
+        tall = np.zeros((end - begin, int(filled.max(initial=0)), wide + p + 1))
+        places = []
+        for (part, some, knot, _), row in zip(chosen, rows, strict=True):
+            place = (knot[:, None], row)
             tall[(*place, slice(0, wide))] = part.local(some)
             tall[(*place, slice(wide, wide + p))] = part.border[some]
             tall[(*place, wide + p)] = part.residual[some]
-            at += count * m
             places.append((some, place))
         return tall, places

@@ -10,13 +10,15 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.equations import state_rows
-from imubench.diagnosis.fit import Fit, all_rows, settled, solve
+from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.noise import LAW_FLOOR, declared, fit_with_noise, with_noise
 from imubench.diagnosis.nominal import rougher
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.screen import Screened, led
+from imubench.diagnosis.settle import settled
 from imubench.diagnosis.slow_noise import COLOUR, louder_where
+from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.trial import FILTER, NEEDED, Trial
 from imubench.diagnosis.worth import weighed, worth
 

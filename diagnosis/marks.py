@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import solve_arrow
-from imubench.diagnosis.fit import Fit, all_rows
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.rows import Parameters, Rows
+from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.threads import one_thread
 from imubench.jets import CONSTANT, Jet
 

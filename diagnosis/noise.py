@@ -12,14 +12,15 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import Solution
-from imubench.diagnosis.fit import AGAIN, ENOUGH, Fit, factored, solve
+from imubench.diagnosis.fit import AGAIN, ENOUGH, Fit, search
 from imubench.diagnosis.hypothesis import Prior, State
 from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.spread import Spread
-from imubench.diagnosis.swings import GROUP
+from imubench.diagnosis.swings import GROUP, is_data
+from imubench.diagnosis.system import Step, factored
 from imubench.diagnosis.threads import one_thread
-from imubench.diagnosis.tilt import tilts
+from imubench.diagnosis.tilt import lawful, tilts
 from imubench.recording import Recording
 
 FLOOR = 0.85  # of the declared level: a declared noise is right within 15 %
@@ -31,29 +32,38 @@ LAST = 5  # rounds at most once the motion is free: a quick one settles late
 LOOSENED = 32.0  # times its estimate: what a clean recording needs to leave nothing that goes with the motion
 FAR, FASTER = 0.3, 0.5  # a relative change of a level, above which so much of it is added
 SAME = 0.05  # relative change of every level, and of a law's numbers, that ends the rounds
+FAINT = 1e-6  # damping of the diagonal, that leverages do not show
 FINE = 3e-6  # the solver's `enough` where a law's damping is sought: it changes the cost by next to nothing
 
 
 @one_thread
 def levels(fit: Fit) -> tuple[dict[str, float], dict[str, Array]]:
-    """Return the noise level of every group that `fit.noise` names, and every row's leverage."""
+    """Return the noise level of every group that `fit.noise` names, and the leverage of its rows and of all data."""
     _, solution, parts = factored(fit.model, fit.rows)
-    return _levels(fit, solution, parts)
+    return _levels(fit, solution, parts, fit.noise.keys() | {r.name for r in fit.rows if is_data(r)})
 
 
-def _estimated(fit: Fit) -> tuple[dict[str, float], dict[str, Prior]]:
-    """Return the noise levels that a fit leaves and how its laws lean, without the matrices that these are read off."""
+def _estimated(fit: Fit, step: Step | None, names: Collection[str]) -> tuple[dict[str, float], dict[str, Prior]]:
+    """Return the noise levels of some groups and how laws lean, without the matrices that these are read off.
+
+    `step` led to the fit, where one did: its equations are as good as the fit's own, but for how laws lean.
+    """
+    if step and step.damping < FAINT and not lawful(fit):
+        return _levels(fit, step.solution, step.linear, names)[0], {}
     normal, solution, parts = factored(fit.model, fit.rows)
-    return _levels(fit, solution, parts)[0], tilts(fit, normal, solution, parts)
+    return _levels(fit, solution, parts, names)[0], tilts(fit, normal, solution, parts)
 
 
-def _levels(fit: Fit, solution: Solution, parts: list[Linear]) -> tuple[dict[str, float], dict[str, Array]]:
+def _levels(
+    fit: Fit, solution: Solution, parts: list[Linear], names: Collection[str]
+) -> tuple[dict[str, float], dict[str, Array]]:
+    chosen = [(rows, part) for rows, part in zip(fit.rows, parts, strict=True) if rows.name in names]
     covariance = Spread.of(solution, fit.model.tracks.width)
-    hats = dict(zip((rows.name for rows in fit.rows), covariance.leverages(parts), strict=True))
-    out = {}
-    for rows in fit.rows:
+    out, hats = {}, {}
+    for (rows, _), hat in zip(chosen, covariance.leverages([part for _, part in chosen]), strict=True):
+        hats[rows.name] = hat
         if rows.name in fit.noise:
-            free = max(rows.residual.value.size - float(hats[rows.name].sum()), 1.0)
+            free = max(rows.residual.value.size - float(hat.sum()), 1.0)
             out[rows.name] = max(fit.noise[rows.name] * fit.loose * np.sqrt(2 * rows.cost / free), SMALLEST)
     return out, hats
 
@@ -101,17 +111,15 @@ def fit_with_noise(
     floor |= {name: min(LAW_FLOOR, noise[name]) for name in laws}
     slow = set(floor)
     floor[GROUP] = LAW_FLOOR
-    lawful = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}
-    fit = solve(model, state, noise, anchor, steps=4)
-    for last in [False] * rounds + [True] * motion:
-        found, leaning = _estimated(fit)
-        rough = {name for name in noise if name.startswith("smooth.") and "@" not in name}
-        new = {
-            name: old
-            if name in lawful or (name in rough and not motion) or (only is not None and name not in only)
-            else max(found.get(name, old), floor.get(name, 0.0))
-            for name, old in noise.items()
-        }
+    ruled = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}
+    rough = {name for name in noise if name.startswith("smooth.") and "@" not in name}
+    named = {n for n in noise if n not in ruled and (only is None or n in only)}
+    plan = [(motion, False)] * rounds + ([(True, True)] + [(False, False)] * LAST) * motion
+    now = search(model, state, noise, anchor, steps=4)
+    for free, last in plan:
+        asked = named if free else named - rough
+        found, leaning = _estimated(*now, asked)
+        new = noise | {n: max(found.get(n, noise[n]), floor.get(n, 0.0)) for n in asked}
         # far off they fall slowly, as a free state gives way bit by bit
         for name in slow & new.keys() if only is None else ():
             ratio = new[name] / noise[name]
@@ -123,10 +131,11 @@ def fit_with_noise(
             new |= {name: LOOSENED * new[name] for name in rough}
         change = max(abs(np.log(new[name] / noise[name])) for name in noise)
         model = replace(model, tilts=leaning)
-        noise, begun, before = new, fit.state, fit.state.values
-        del fit  # with its rows: memory
-        fit = solve(model, begun, noise, anchor, steps=AGAIN, enough=FINE if model.tilts else ENOUGH)
+        noise, begun = new, now[0].state
+        del now  # with its rows: memory
+        now = search(model, begun, noise, anchor, steps=AGAIN, enough=FINE if model.tilts else ENOUGH)
+        fit, before = now[0], begun.values
         change = max([change, *(float(np.max(np.abs(fit.state.values[n] - before[n]))) for n in model.tilts or {})])
-        if change < SAME and fit.steps < AGAIN and not motion:
+        if change < SAME and fit.steps < AGAIN and not free:
             break
-    return fit_with_noise(model, fit.state, noise, anchor, LAST) if motion else replace(fit, noise=noise)
+    return replace(now[0], noise=noise)

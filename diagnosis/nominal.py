@@ -25,6 +25,7 @@ BIAS = "gyro_bias"
 ABOVE = 3.0  # times the roughness of the start, where that is more than the first guess
 FREER = 8.0  # times the roughness of a motion that may be held too smooth
 UNRELATED = 1.0  # of follows_motion: no more than by chance
+LITTLE = 0.7  # of what follows the motion: where a freer motion leaves more, it was not held too smooth
 
 
 def nominal_fit(
@@ -92,7 +93,8 @@ def freed(fit: Fit) -> Fit:
     One roughness for rests and quick strokes may be too small for the strokes; what a sensor does of its own shows
     against the other sensors, however rough the motion may be.
     """
-    if max(follows_motion(fit).values(), default=0.0) < RELATED:
+    found = max(follows_motion(fit).values(), default=0.0)
+    if found < RELATED or max(follows_motion(rougher(fit)).values()) > LITTLE * found:
         return fit
     freer = fit_with_noise(fit.model, fit.state, rougher_noise(fit), fit.anchor)
     return freer if max(follows_motion(freer).values()) < UNRELATED else fit

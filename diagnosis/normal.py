@@ -9,6 +9,7 @@ from imubench.diagnosis.blocks import Banded
 from imubench.diagnosis.linear import Linear, Stack
 from imubench.diagnosis.rows import Parameters
 from imubench.diagnosis.splines import SUPPORT, Tracks
+from imubench.diagnosis.threads import side_by_side
 
 KNOTS_PER_BLOCK = 8  # more than SUPPORT, so that a row touches two blocks at most
 RIDGE = 1e-14  # relative: what rounding may take from a diagonal; 1e-12 held the heading, and a mount with it
@@ -49,10 +50,14 @@ class Normal:
         if not self.diagonal.size:
             return
         wide = SUPPORT * parts[0].width
-        for begin, tall, _ in Stack(parts).pieces():
-            products = np.matmul(np.swapaxes(tall[:, :, :wide], 1, 2), tall)
-            block = begin // KNOTS_PER_BLOCK  # a chunk is whole blocks
-            self._spread(block, products)
+        stack = Stack(parts)
+
+        def products(begin: int) -> Array:
+            tall, _ = stack.piece(begin)
+            return np.matmul(np.swapaxes(tall[:, :, :wide], 1, 2), tall)
+
+        for begin, some in zip(stack.begins, side_by_side(products, stack.begins), strict=True):
+            self._spread(begin // KNOTS_PER_BLOCK, some)  # a chunk is whole blocks
 
     def _spread(self, block: int, products: Array) -> None:
         """Add products (knots, 6 w, 6 w + p + 1) from a block on; what reaches beyond one is the next one's."""

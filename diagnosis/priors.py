@@ -77,18 +77,26 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
             first = Moment(model.tracks, state.coefficients, Jet(time[:1, None])).track(ATTITUDE)
             w, x, y, z = anchor
             yield Rows("heading", time[:1], dot(first, np.array([-z, -y, x, w])), np.full(1, HEADING), False)
+    yield from pace_rows(model, state)
+    for h in model.hypotheses:
+        for s in h.effect.states:
+            name = h.key(s.name)
+            yield Rows(f"size.{name}", time, moment.track(name), np.full(s.width, s.std / np.sqrt(step)), False)
+
+
+def pace_rows(model: Model, state: State) -> Iterator[Rows]:
+    """Yield the rows that keep the pace of a joint centre that nobody measured within bounds, where there is one."""
     if VELOCITY in model.tracks.widths:
-        base = model.rig.first(moment, model.gravity(state))
+        time = middles(model)
+        moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
+        base, sensor = model.rig.first(moment, model.gravity(state)), sensor_turn(model, state)
         assert base.turn is not None
         velocity = moment.track(VELOCITY)
         gravity = base.turn.back(model.gravity(state))
         drift = moment.track(VELOCITY, 1) + cross(base.rate, velocity) - base.force - gravity
         yield Rows("drift", time, sensor.back(drift), np.full(3, DRIFT), False)
-        yield Rows("pace", time, sensor.back(velocity), np.full(3, PACE / np.sqrt(step)), False)
-    for h in model.hypotheses:
-        for s in h.effect.states:
-            name = h.key(s.name)
-            yield Rows(f"size.{name}", time, moment.track(name), np.full(s.width, s.std / np.sqrt(step)), False)
+        pace = np.full(3, PACE / np.sqrt(model.tracks.knots.step))
+        yield Rows("pace", time, sensor.back(velocity), pace, False)
 
 
 START_SMOOTH = {

@@ -6,7 +6,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.equations import equation_rows
-from imubench.diagnosis.fit import Fit, all_rows, factored, solve
+from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.model import Model
@@ -16,6 +16,7 @@ from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.score import started
 from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.swings import is_data
+from imubench.diagnosis.system import all_rows, factored
 from imubench.diagnosis.threads import one_thread
 
 STATE_SMOOTH = 1e3  # roughness of an effect's states without a law, before it is estimated

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.diagnosis.coherence import RELATED, follows_motion
+from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.grids import placed
 from imubench.diagnosis.hypothesis import Hypothesis
@@ -15,6 +16,7 @@ from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import natural
 from imubench.diagnosis.refit import evidence_over, log_evidence, refit
 from imubench.diagnosis.score import Score, score
+from imubench.diagnosis.threads import side_by_side
 from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, TRIED, UNEXPLAINED, Trial, misfit
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
@@ -44,8 +46,10 @@ def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]
     say("scoring every effect")
     taken = {h.name for h in fit.model.hypotheses}
     left = [h for h in everything if h.name not in taken]
-    plain, judged = placed(fit, [h for h in left if not h.effect.states])
-    scores = sorted([*score(fit, plain), *judged], key=lambda s: -s.evidence)
+    base = Base.of(fit)
+    plain, judged = placed(base, [h for h in left if not h.effect.states])
+    scores = sorted([*score(fit, plain, base), *judged], key=lambda s: -s.evidence)
+    del base  # with its factors: memory
     tried = [t for t in plain_trials(fit, scores, say) if t.evidence > NEEDED]
     first = with_noise(tried[0].fit) if tried else fit
     if tried and (windows := blind(first, tried[0].hypothesis)):
@@ -67,13 +71,15 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most
     best = max((s.evidence for s in scores), default=0.0)
     chosen = [s for s in scores if s.evidence > max(NEEDED, NEAR * best)][:most]
     base = log_evidence(fit)
-    out = []
-    for s in chosen:
+
+    def tried(s: Score) -> Trial | None:
         say(f"refitting with {s.hypothesis.name}")
-        tried = refit(fit, (*fit.model.hypotheses, s.hypothesis))
-        if not (dated(tried, s.hypothesis) and natural(tried, s.hypothesis)):
-            continue
-        out.append(Trial(s.hypothesis, tried, log_evidence(tried) - base))
+        done = refit(fit, (*fit.model.hypotheses, s.hypothesis))
+        if not (dated(done, s.hypothesis) and natural(done, s.hypothesis)):
+            return None
+        return Trial(s.hypothesis, done, log_evidence(done) - base)
+
+    out = [t for t in side_by_side(tried, chosen) if t is not None]
     return sorted(out, key=lambda t: -t.evidence)
 
 

@@ -6,16 +6,24 @@ promises a gain of g' (M + L)^-1 g / 2, L the prior's information; its Laplace e
 log det(I + L^-1 M) / 2, the price of the freedom. (M + L)^-1 is also the Cramer-Rao bound.
 """
 
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.columns import promise
-from imubench.diagnosis.fit import Fit, all_rows, factored
+from imubench.diagnosis.columns import Base, promise
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, State
+from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.model import Model
+from imubench.diagnosis.rows import Parameters
+from imubench.diagnosis.splines import Tracks
+from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.threads import one_thread
+from imubench.jets import derivatives_by
+
+AT_ONCE = 48  # numbers whose columns are held together
 
 
 @dataclass(frozen=True)
@@ -38,24 +46,50 @@ def started(model: Model, state: State) -> State:
 
 
 @one_thread
-def score(fit: Fit, candidates: list[Hypothesis]) -> list[Score]:
-    """Return the scores of effects without states, best evidence first."""
+def score(fit: Fit, candidates: list[Hypothesis], base: Base | None = None) -> list[Score]:
+    """Return the scores of effects without states, best evidence first; `base` has the fit's factored equations.
+
+    Some at a time: the columns of all, of a long recording, would be more than all the rest that is held.
+    """
     if not candidates:
         return []
-    model = fit.model.with_effects((*fit.model.hypotheses, *candidates))
-    state = started(model, fit.state)
-    rows = all_rows(model, state, fit.noise, fit.anchor, fit.loose)
-    priors = {f"prior.{h.key(p.name)}" for h in candidates for p in h.effect.parameters}
-    normal, solution, _ = factored(model, [r for r in rows if r.name not in priors])
-    fresh = model.parameters.places([h.key(p.name) for h in candidates for p in h.effect.parameters])
-    information, force = solution.reduced(normal.gradient, normal.corner_gradient, fresh)
-    out = []
-    at = 0
+    base, out = base or Base.of(fit), []
+    for some in together(candidates):
+        shared, information, force = reduced(base, some)
+        for h in some:
+            here = shared.places([h.key(p.name) for p in h.effect.parameters])
+            prior = np.concatenate([np.full(p.width, p.std) for p in h.effect.parameters])
+            found = promise(information[np.ix_(here, here)], force[here], prior)
+            out.append(Score(h, found.gain, found.evidence, found.step, found.bound))
+    return sorted(out, key=lambda s: -s.evidence)
+
+
+def reduced(base: Base, some: Sequence[Hypothesis]) -> tuple[Parameters, Array, Array]:
+    """Return the parameters of some effects without states, their information (k, k) and gradient (k,).
+
+    Once motion, geometry and the effects of the fit have followed.
+    """
+    fit = base.fit
+    model = fit.model.with_effects((*fit.model.hypotheses, *some))
+    shared = Parameters({h.key(p.name): p.width for h in some for p in h.effect.parameters})
+    with derivatives_by(shared.widths):
+        rows = all_rows(model, started(model, fit.state), fit.noise, fit.anchor, fit.loose)
+    only = Tracks(model.tracks.knots, {})
+    moved = (r for r in rows if r.name in base.parts and r.residual.blocks)
+    columns = ((r.name, linearise(r, only, shared).border) for r in moved)
+    return shared, *base.reduced(columns, shared.count)
+
+
+def together(candidates: Iterable[Hypothesis]) -> Iterator[list[Hypothesis]]:
+    """Yield effects so many at a time that they have `AT_ONCE` numbers at most, or one that has more."""
+    some: list[Hypothesis] = []
+    count = 0
     for h in candidates:
         width = sum(p.width for p in h.effect.parameters)
-        here = slice(at, at + width)
-        prior = np.concatenate([model.priors[h.key(p.name)].std for p in h.effect.parameters])
-        found = promise(information[here, here], force[here], prior)
-        out.append(Score(h, found.gain, found.evidence, found.step, found.bound))
-        at += width
-    return sorted(out, key=lambda s: -s.evidence)
+        if some and count + width > AT_ONCE:
+            yield some
+            some, count = [], 0
+        some.append(h)
+        count += width
+    if some:
+        yield some

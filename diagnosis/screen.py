@@ -19,19 +19,22 @@ from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.columns import Base, promise
 from imubench.diagnosis.equations import scenes, state_rows
-from imubench.diagnosis.fit import Fit, all_rows, shifted
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.model import Model
+from imubench.diagnosis.narrow import solved
 from imubench.diagnosis.noise import declared
 from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.priors import inside, middles
 from imubench.diagnosis.raw_findings import DECLARED
 from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.score import started
+from imubench.diagnosis.settle import shifted
 from imubench.diagnosis.splines import Moment, Tracks
 from imubench.diagnosis.swings import swing_rows
-from imubench.diagnosis.threads import one_thread
+from imubench.diagnosis.system import all_rows
+from imubench.diagnosis.threads import one_thread, side_by_side
 from imubench.diagnosis.worth import foreseen, tallied, won
 from imubench.jets import Jet, derivatives_by
 
@@ -70,14 +73,17 @@ def driven(base: Base, h: Hypothesis) -> Screened | None:
     fit = base.fit
     start, end = fit.span
     grid = [{name: value} for name, values in h.effect.grid(end - start).items() for value in values] or [{}]
-    found = []
-    for point in grid:
+
+    def at_point(point: dict[str, float]) -> Screened | None:
         at = replace(h, effect=h.effect.starting(**point)) if point else h
         model = fit.model.with_effects((*fit.model.hypotheses, at))
         own = [*(at.key(s.name) for s in h.effect.states), *(at.key(p.name) for p in h.effect.parameters)]
         with suppress(NotPositiveDefiniteError), derivatives_by(own):
             state, sensitivity = obeyed(model, started(model, fit.state), at)
-            found.append(replace(_scored(base, model, state, sensitivity, at), hypothesis=h))
+            return replace(_scored(base, model, state, sensitivity, at), hypothesis=h)
+        return None
+
+    found = [s for s in side_by_side(at_point, grid) if s is not None]
     if not found:
         return None
     best = max(found, key=lambda s: s.evidence)
@@ -91,7 +97,6 @@ def obeyed(model: Model, state: State, h: Hypothesis) -> tuple[State, Array]:
     own = Tracks(model.tracks.knots, {h.key(s.name): s.width for s in h.effect.states})
     shared = Parameters({h.key(p.name): p.width for p in h.effect.parameters})
     step = model.tracks.knots.step
-    sensitivity = np.zeros(0)
     if not own.widths:
         return state, np.zeros((model.tracks.knots.count, 0, shared.count))
     state, passes = followed(model, state, h)
@@ -101,11 +106,11 @@ def obeyed(model: Model, state: State, h: Hypothesis) -> tuple[State, Array]:
         normal.fill(own)
         for s in h.effect.states:
             _held(normal, own, h.key(s.name), SMALL / s.std, step)
-        factor = normal.band.factor()
-        move = factor.solve(-normal.gradient[:, :, None]).reshape(-1, own.width)
-        if turn + 1 == passes:
-            sensitivity = -factor.solve(normal.border)
-        state = shifted(model, state, own, move)
+        last = turn + 1 == passes
+        asked = [normal.gradient[:, :, None], normal.border] if last else [normal.gradient[:, :, None]]
+        moves = -solved(normal, np.concatenate(asked, axis=2), own.width)
+        sensitivity = moves[:, :, 1:]
+        state = shifted(model, state, own, moves[:, :, 0].reshape(-1, own.width))
     return state, sensitivity
 
 
@@ -131,7 +136,7 @@ def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
         normal.add([linearise(Rows("follow", time, track - value, np.ones(own.width)), own, Parameters({}))])
         normal.fill(own)
         _held(normal, own, h.key(name), SMALL, 1.0)
-        move = normal.band.factor().solve(-normal.gradient[:, :, None]).reshape(-1, own.width)
+        move = -solved(normal, normal.gradient[:, :, None], own.width).reshape(-1, own.width)
         coefficients[:, model.tracks.columns(h.key(name))] = move[: own.knots.count]
     return replace(state, coefficients=coefficients), 1
 

@@ -11,6 +11,7 @@ from imubench.diagnosis.blocks import Factor, Solution
 from imubench.diagnosis.linear import CHUNK, Linear, Stack
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK
 from imubench.diagnosis.splines import SUPPORT
+from imubench.diagnosis.threads import side_by_side
 
 
 def windows(diagonal: Array, right: Array, after: Array | None, width: int) -> Array:
@@ -73,12 +74,18 @@ class Spread:
         stack = Stack(parts)
         beyond = -(-len(self.reach) // CHUNK) - -(-stack.knots // CHUNK)  # where no row begins
         inverse = islice(inverse_windows(self.factor, width), beyond, None)
-        for (begin, tall, places), near in zip(stack.pieces(backwards=True), inverse, strict=True):
+
+        def hats(at: tuple[int, Array]) -> Array:
+            (begin, near), (tall, places) = at, stack.piece(at[0])
             local, knots = tall[:, :, :wide], np.arange(begin, begin + len(tall))
             reach = self.reach[knots[:, None] + np.arange(SUPPORT)].reshape(len(tall), wide, p)
             rest = tall[:, :, wide : wide + p] - np.matmul(local, reach)
             hat = np.sum(np.matmul(local, near[: len(tall)]) * local, axis=2)
             hat += np.sum((rest @ self.shared) * rest, axis=2)
             for h, (some, place) in zip(out, places, strict=True):
-                h[some] = hat[place]
-        return [np.clip(h, 0.0, 1.0) for h in out]
+                h[some] = np.clip(hat[place], 0.0, 1.0)
+            return hat
+
+        for _ in side_by_side(hats, zip(reversed(stack.begins), inverse, strict=True)):
+            pass
+        return out

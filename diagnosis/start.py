@@ -8,13 +8,14 @@ from scipy.ndimage import gaussian_filter1d
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.clocks import LAG, coarse, late, on_segment
-from imubench.diagnosis.fit import moved, step
 from imubench.diagnosis.hypothesis import Geometry, Hypothesis, State
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, Rig
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.priors import START_SMOOTH, prior_rows
 from imubench.diagnosis.rows import Rows
+from imubench.diagnosis.settle import moved
 from imubench.diagnosis.splines import Knots, Moment, Tracks
+from imubench.diagnosis.system import Step
 from imubench.diagnosis.threads import one_thread
 from imubench.effects import EFFECTS
 from imubench.effects.timing import TIME_OFFSET
@@ -82,7 +83,8 @@ def _follow(model: Model, state: State, grid: Array, targets: dict[str, Array], 
     moment = Moment(model.tracks, state.coefficients, Jet(grid[:, None]))
     rows = [Rows(n, grid, moment.track(n) - y, np.full(y.shape[1], 1e-3)) for n, y in targets.items()]
     noise = {f"smooth.{n}": START_SMOOTH.get(n, 1e4) for n in model.tracks.widths}
-    return moved(model, state, *step(model, rows + list(prior_rows(model, state, noise, anchor)), 0.0))
+    step = Step.of(model, rows + list(prior_rows(model, state, noise, anchor)))
+    return moved(model, state, step.splines, step.values)
 
 
 def integrated(rate: Array, step: float) -> Array:

@@ -1,19 +1,20 @@
 """What terms promise before any is fitted: their information with motion, geometry and effects free to follow."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.candidate_terms import jumps, terms
-from imubench.diagnosis.coloured import noise_spectra
+from imubench.diagnosis.coloured import Spectra, noise_spectra
+from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.marks import joint
-from imubench.diagnosis.refit import extended
+from imubench.diagnosis.score import reduced, together
 from imubench.diagnosis.slow_noise import colour
 from imubench.diagnosis.terms import CHANNELS, Term, Unknown, UnknownTorque, signals_of
+from imubench.diagnosis.threads import one_thread
 from imubench.recording import Imu
 
 LIKELY = 2  # terms whose triples are searched for a jump, and those that drift
@@ -41,41 +42,42 @@ def promising(fit: Fit) -> tuple[list[Guess], int]:
         return [], 0
     tried = sum(len(set(t.channel)) + 1 for t in every)
     ranked = sorted(every, key=lambda t: -_best(*_plain(fit, t), t).evidence)[:TRIED]
-    guesses = _exact(fit, ranked)
+    base, shown = Base.of(fit), noise_spectra(fit)
+    guesses = _exact(base, shown, ranked)
     guesses.sort(key=lambda g: -g.evidence)
     likely = [g.term for g in guesses if g.evidence > ENOUGH]
     triples = {(t.at, t.part) for i, t in enumerate(likely) if i < LIKELY or t.drift}
     for imu in fit.model.recording.imus:
         for part in CHANNELS:
             if (imu.name, part) in triples:
-                guesses += _jumped(fit, imu, part)
+                guesses += _jumped(base, shown, imu, part)
                 tried += 4 * JUMPS  # of three channels, or all
     return sorted(guesses, key=lambda g: -g.white), 2 * tried  # of two sizes: neighbours are hardly another
 
 
-def _jumped(fit: Fit, imu: Imu, part: str) -> list[Guess]:
+def _jumped(base: Base, shown: Mapping[str, Spectra], imu: Imu, part: str) -> list[Guess]:
     """Return the best jump of one triple, sought on a grid and then on a finer one."""
-    low, high = (float(t) - fit.model.start for t in (imu.time[0], imu.time[-1]))
+    low, high = (float(t) - base.fit.model.start for t in (imu.time[0], imu.time[-1]))
     for _ in range(2):
         step = (high - low) / (JUMPS + 1)
         starts = np.asarray(low + step * np.arange(1, JUMPS + 1), dtype=float)
-        tried = _exact(fit, jumps(fit, imu, part, starts))
+        tried = _exact(base, shown, jumps(base.fit, imu, part, starts))
         best = max(range(JUMPS), key=lambda i: tried[i].evidence)
         low, high = starts[best] - step, starts[best] + step
     return [tried[best]]
 
 
-def _exact(fit: Fit, chosen: Sequence[Term]) -> list[Guess]:
+@one_thread
+def _exact(base: Base, shown: Mapping[str, Spectra], chosen: Sequence[Term]) -> list[Guess]:
     """Return what terms promise once motion, geometry and effects have followed them; a drift, beyond colour."""
-    hypotheses = [hypothesis_of(t, 1.0) for t in chosen]
-    begun = extended(fit, (*fit.model.hypotheses, *hypotheses))
-    both = joint(begun.model, begun.state, fit, hypotheses)
-    shown = noise_spectra(fit) if any(t.drift for t in chosen) else {}
+    made = {hypothesis_of(term, 1.0): term for term in chosen}
     out = []
-    for term, h in zip(chosen, hypotheses, strict=True):
-        at = both.places[h.name]
-        louder = colour(fit, term, shown) if term.drift else 1.0
-        out.append(_best(both.information[np.ix_(at, at)], both.gradient[at], term, louder))
+    for some in together(made):
+        shared, information, gradient = reduced(base, some)
+        for h in some:
+            term, at = made[h], shared.places([h.key(p.name) for p in h.effect.parameters])
+            louder = colour(base.fit, term, shown) if term.drift else 1.0
+            out.append(_best(information[np.ix_(at, at)], gradient[at], term, louder))
     return out
 
 

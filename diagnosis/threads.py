@@ -1,13 +1,25 @@
-"""One BLAS thread: the fit multiplies thousands of small matrices, on which more threads only wait for each other."""
+"""Two cores' work: the fit multiplies thousands of small matrices, on which BLAS threads only wait for each other.
 
-from collections.abc import Callable
+They go to threads by the hundred, with one BLAS thread each.
+"""
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextvars import copy_context
 from functools import cache, wraps
+from threading import current_thread
 from typing import ParamSpec, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
 P = ParamSpec("P")
+S = TypeVar("S")
 T = TypeVar("T")
+
+CORES = min(2, os.cpu_count() or 1)
+NAME = "rows"
 
 
 @cache
@@ -24,3 +36,26 @@ def one_thread(function: Callable[P, T]) -> Callable[P, T]:
             return function(*args, **kwargs)
 
     return limited
+
+
+@cache
+def _pool(process: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(CORES, thread_name_prefix=NAME)
+
+
+def side_by_side(function: Callable[[S], T], items: Iterable[S]) -> Iterator[T]:
+    """Yield what a function makes of items, in their order, a few of them made while the last is looked at.
+
+    Work that is one of several such pieces already does its own pieces itself: its threads would wait for each other.
+    """
+    if CORES < 2 or current_thread().name.startswith(NAME):
+        yield from map(function, items)
+        return
+    pool = _pool(os.getpid())  # threads do not survive a fork
+    under_way: deque[Future[T]] = deque()
+    for item in items:
+        under_way.append(pool.submit(copy_context().run, function, item))
+        if len(under_way) > CORES:
+            yield under_way.popleft().result()
+    while under_way:
+        yield under_way.popleft().result()

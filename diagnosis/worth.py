@@ -17,13 +17,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from imubench.diagnosis.fit import Fit, at_noise_of, factored
+from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import levels
 from imubench.diagnosis.priors import TILT
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.spread import Spread
 from imubench.diagnosis.swings import is_data
+from imubench.diagnosis.system import factored
 
 Told = dict[str, tuple[int, float, float]]
 

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.coloured import influence, parameter_std
-from imubench.diagnosis.fit import factored, solve
+from imubench.diagnosis.fit import solve
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import information, refit
 from imubench.diagnosis.spread import Spread
+from imubench.diagnosis.system import factored
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -6,10 +6,12 @@ from numpy.testing import assert_allclose
 
 from imubench.diagnosis.blocks import Banded, NotPositiveDefiniteError, solve_arrow
 from imubench.diagnosis.linear import linearise
+from imubench.diagnosis.narrow import solved
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK, Normal
 from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.splines import SUPPORT, Knots, Tracks
 from imubench.diagnosis.spread import inverse_windows
+from imubench.diagnosis.threads import side_by_side
 from imubench.jets import CONSTANT, Jet
 
 TRACKS = Tracks(Knots.over(0.0, 1.0, 0.04), {"a": 2, "b": 1})
@@ -130,3 +132,32 @@ def test_the_windows_of_an_inverse_are_the_dense_one_s_blocks(blocks, width):
     for k in range(blocks * KNOTS_PER_BLOCK - SUPPORT + 1):  # knots that a row can begin at
         span = slice(k * width, (k + SUPPORT) * width)
         assert_allclose(found[k], inverse[span, span], rtol=1e-9, atol=1e-15)
+
+
+def test_few_splines_alone_are_solved_as_a_band(system):
+    normal, matrix, gradient, size = system
+    x = solved(normal, np.stack([normal.gradient, 2 * normal.gradient], axis=2), TRACKS.width)
+    exact = np.linalg.solve(matrix[:size, :size], gradient[:size])
+    assert_allclose(x[:, :, 0].reshape(-1)[:size], exact, rtol=1e-8, atol=1e-10)
+    assert_allclose(x[:, :, 1], 2 * x[:, :, 0], rtol=1e-12)
+
+
+def test_what_nothing_holds_is_named_in_a_band_too():
+    normal = Normal.empty(TRACKS, PARAMETERS)
+    with pytest.raises(NotPositiveDefiniteError):
+        solved(normal, normal.gradient[:, :, None], TRACKS.width)
+
+
+def test_pieces_made_side_by_side_keep_their_order_and_do_their_own_pieces_themselves():
+    inner = list(side_by_side(lambda i: list(side_by_side(lambda j: 10 * i + j, range(3))), range(20)))
+    assert inner == [[10 * i, 10 * i + 1, 10 * i + 2] for i in range(20)]
+
+
+def test_what_a_piece_raises_is_raised():
+    def piece(i):
+        if i == 7:
+            raise ValueError("seven")
+        return i
+
+    with pytest.raises(ValueError, match="seven"):
+        list(side_by_side(piece, range(20)))

@@ -11,10 +11,10 @@ from imubench import rotations
 from imubench.diagnosis.begin import begun
 from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.excerpt import cut
-from imubench.diagnosis.fit import all_rows
 from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.pose_rows import Wander, pose_errors, slopes
+from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.thinned import lasting
 from imubench.jets import Jet, Turn
 from imubench.links import Motion

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from imubench.diagnosis.fit import all_rows, moved
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.priors import prior_rows
 from imubench.diagnosis.refit import extended, information
 from imubench.diagnosis.sensor_axes import MOUNTS, left_jacobian, turns_back
+from imubench.diagnosis.settle import moved
+from imubench.diagnosis.system import all_rows
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.excerpt import cut, excerpt, loudest
-from imubench.diagnosis.fit import all_rows, solve
+from imubench.diagnosis.fit import solve
 from imubench.diagnosis.grids import hum, slip
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import LONE, RIVALS, promising, state_trials
@@ -13,6 +13,7 @@ from imubench.diagnosis.rounds import asked
 from imubench.diagnosis.score import started
 from imubench.diagnosis.screen import Base, Screened, screen
 from imubench.diagnosis.select import candidates
+from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.trial import TRIED, Trial
 from imubench.diagnosis.worth import foreseen, tallied, won
 from imubench.effects import EFFECTS, VARIANTS

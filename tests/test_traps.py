@@ -10,14 +10,16 @@ from scipy.stats import chi2
 import imubench.diagnosis.nominal as nominal
 from imubench.diagnosis import gather
 from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.fit import all_rows, moved, solve, step
+from imubench.diagnosis.fit import solve
 from imubench.diagnosis.noise import declared
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.score import score
 from imubench.diagnosis.select import candidates
+from imubench.diagnosis.settle import moved
 from imubench.diagnosis.start import model_of
+from imubench.diagnosis.system import Step, all_rows
 from imubench.diagnosis.trial import UNEXPLAINED, misfit
 from imubench.diagnosis.where import locate
 from imubench.format1 import read
@@ -60,7 +62,8 @@ def test_an_undamped_step_from_far_makes_it_worse_and_the_fit_does_not(tmp_path)
     off = fit.state.coefficients + 0.3 * rng.standard_normal(fit.state.coefficients.shape)
     far = replace(fit.state, coefficients=off)
     rows = all_rows(fit.model, far, fit.noise, fit.anchor)
-    x, values = step(fit.model, rows, 0.0)
+    step = Step.of(fit.model, rows)
+    x, values = step.splines, step.values
     cost = sum(r.cost for r in rows)
     undamped = sum(r.cost for r in all_rows(fit.model, moved(fit.model, far, x, values), fit.noise, fit.anchor))
     assert undamped > cost

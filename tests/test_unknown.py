@@ -6,7 +6,7 @@ import pytest
 from imubench.diagnosis.bases import curve, drifts, kinked, play
 from imubench.diagnosis.candidate_terms import jumps, terms
 from imubench.diagnosis.displaced import displaced
-from imubench.diagnosis.fit import all_rows, solve
+from imubench.diagnosis.fit import solve
 from imubench.diagnosis.fitted_terms import NEEDED
 from imubench.diagnosis.fitted_terms import fitted as in_the_fit
 from imubench.diagnosis.hypothesis import Hypothesis
@@ -16,6 +16,7 @@ from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.result import UNKNOWN
 from imubench.diagnosis.select import select
 from imubench.diagnosis.swings import GROUP
+from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.term_scores import colour, promising
 from imubench.diagnosis.terms import Unknown, UnknownTorque
 from imubench.diagnosis.unknown import unknowns

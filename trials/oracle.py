@@ -9,6 +9,7 @@ finds and the diagnosis misses is the search's.
 from collections.abc import Callable, Iterator
 
 from imubench.diagnosis.begin import Begun
+from imubench.diagnosis.columns import Base
 from imubench.diagnosis.findings import parameters
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.grids import placed
@@ -59,8 +60,9 @@ def fitted(fit: Fit, told: Places) -> Fit:
 def trials(fit: Fit, told: list[Hypothesis], say: Callable[[str], None] = lambda _: None) -> list[Trial]:
     """Return exact refits with one more of some effects."""
     plain, lively = ([h for h in told if bool(h.effect.states) == states] for states in (False, True))
-    at_start, judged = placed(fit, plain)
-    return [*plain_trials(fit, [*score(fit, at_start), *judged], say), *state_trials(fit, lively, say, ANYWAY)]
+    base = Base.of(fit)
+    at_start, judged = placed(base, plain)
+    return [*plain_trials(fit, [*score(fit, at_start, base), *judged], say), *state_trials(fit, lively, say, ANYWAY)]
 
 
 def noises(fit: Fit, told: Places) -> Iterator[Finding]:

@@ -1,0 +1,72 @@
+"""Columns that act from a moment on: what they promise, for many moments from one pass over the rows."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.blocks import tensor
+from imubench.diagnosis.columns import Base, promise
+from imubench.diagnosis.normal import KNOTS_PER_BLOCK
+from imubench.diagnosis.splines import SUPPORT, Knots
+
+TOGETHER = 8  # moments whose columns are held at once
+
+
+@dataclass(frozen=True)
+class After:
+    """Columns that act from a moment on, as what the samples at every knot have to do with them.
+
+    A moment is taken to the next knot, a hundredth of a second away: where to begin is all that is asked.
+    """
+
+    base: Base
+    knots: Knots
+    cross: Array  # (knots, 6, width, r), the samples that start at a knot
+    across: Array  # (knots + 1, p, r), those from a knot on
+    corner: Array  # (knots + 1, r, r)
+    gradient: Array  # (knots + 1, r)
+
+    @classmethod
+    def of(cls, base: Base, columns: Mapping[str, Array]) -> "After":
+        """Return what further columns (n, m, r), whitened, by group of rows, have to do with a fit."""
+        tracks, p = base.fit.model.tracks, base.fit.model.parameters.count
+        count, r = tracks.knots.count, next(iter(columns.values())).shape[2]
+        cross = np.zeros((count, SUPPORT, tracks.width, r))
+        across, corner, gradient = (np.zeros((count + 1, *shape)) for shape in ((p, r), (r, r), (r,)))
+        for group, column in columns.items():
+            part = base.parts[group]
+            for begin, products in part.by_knot(column):
+                cross[begin : begin + len(products)] += products
+            np.add.at(across, part.first, np.einsum("nmp,nmr->npr", part.border, column))
+            np.add.at(corner, part.first, np.einsum("nmp,nmr->npr", column, column))
+            np.add.at(gradient, part.first, np.einsum("nm,nmr->nr", part.residual, column))
+        across, corner, gradient = (np.cumsum(x[::-1], axis=0)[::-1] for x in (across, corner, gradient))
+        return cls(base, tracks.knots, cross, across, corner, gradient)
+
+    def promises(self, moments: Array, prior: Array) -> list[float]:
+        """Return what the columns promise from each of the moments on, in nat."""
+        (count, _, width, r), solution = self.cross.shape, self.base.solution
+        blocks = len(solution.factor.lower)
+        whole = np.zeros((blocks * KNOTS_PER_BLOCK + SUPPORT, width, r))
+        for s in range(SUPPORT):
+            whole[s : s + count] += self.cross[:, s]
+        out = []
+        for some in np.array_split(moments, -(-len(moments) // TOGETHER)):
+            starts = np.clip(np.floor((some - self.knots.start) / self.knots.step).astype(int), 0, count)
+            act = np.zeros((len(whole), width, len(some), r))
+            for i, k in enumerate(starts):
+                act[k + SUPPORT - 1 :, :, i] = whole[k + SUPPORT - 1 :]
+                for s in range(SUPPORT - 1):
+                    act[k + s : k + SUPPORT - 1, :, i] += self.cross[k : k + SUPPORT - 1 - s, s]
+            target = act[: blocks * KNOTS_PER_BLOCK].reshape(blocks, -1, len(some) * r)
+            taken = np.tensordot(self.base.left[0], target, axes=2).reshape(-1, r)
+            front = solution.factor.forward(target)
+            for i, k in enumerate(starts):
+                own = front[k // KNOTS_PER_BLOCK :, :, i * r : i * r + r]
+                rest = self.across[k] - tensor(solution.half[k // KNOTS_PER_BLOCK :], own)
+                schur = self.corner[k] - tensor(own, own) - rest.T @ np.linalg.solve(solution.schur, rest)
+                gradient = self.gradient[k] - taken[i] - self.base.left[1] @ self.across[k]
+                out.append(promise((schur + schur.T) / 2, gradient, prior).evidence)
+        return out
