@@ -12,6 +12,7 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import certain, rougher
 from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.refit import evidence_over, refit
@@ -59,6 +60,9 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             guesses, tried = promising(without)
             over = worth if any(h.effect.states for h in gone) else evidence_over
             price, lost = float(np.log(max(tried / NAMES, 1))), over(without, fit)
+            if terms and lost < 0:  # what came in for another name explains this one's part too
+                fit = with_noise(without)
+                continue
             held: list[tuple[float, Fitted]] = []
             freer = rougher(fit)
             free = gone[0].effect.free

@@ -13,6 +13,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import ROUNDS, against, begun_screened, grown, joined, resolved
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.screen import Screened, screen
+from imubench.diagnosis.threads import side_by_side
 from imubench.diagnosis.trial import FILTER, NEEDED, SCREENED, TRIED, UNEXPLAINED, Trial, misfit
 
 MORE = 2  # rounds for the best of them on the whole recording
@@ -105,13 +106,17 @@ def _one_by_one(
     The next are tried where none was any good, where the best has no law (it explains what any other would), and where
     it leaves much: a rocking mount of 1,221 nat stood for a soft one of 4,100 else.
     """
+
+    def refitted(one: Screened) -> tuple[Trial, list[Screened]] | None:
+        say(f"refitting with {one.hypothesis.name}")
+        with suppress(NotPositiveDefiniteError):
+            return begun_screened(short, [one]), [one]
+        return None
+
     likely: list[Screened] = []
     tried: list[tuple[Trial, list[Screened]]] = []
     for likely in promised:
-        for one in likely:
-            say(f"refitting with {one.hypothesis.name}")
-            with suppress(NotPositiveDefiniteError):
-                tried.append((begun_screened(short, [one]), [one]))
+        tried += [t for t in side_by_side(refitted, likely, short.model.tracks.knots.count) if t is not None]
         best = max((t for t, _ in tried if resolved(t)), key=explained, default=None)
         good = best is not None and best.evidence > NEEDED and best.hypothesis.effect.lawful
         if best is not None and good and (short.model.wander or misfit(best.fit) < UNEXPLAINED):

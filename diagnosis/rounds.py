@@ -79,7 +79,7 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most
             return None
         return Trial(s.hypothesis, done, log_evidence(done) - base)
 
-    out = [t for t in side_by_side(tried, chosen) if t is not None]
+    out = [t for t in side_by_side(tried, chosen, fit.model.tracks.knots.count) if t is not None]
     return sorted(out, key=lambda t: -t.evidence)
 
 

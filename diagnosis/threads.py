@@ -20,6 +20,7 @@ T = TypeVar("T")
 
 CORES = min(2, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
 NAME = "rows"
+MOST_KNOTS = 5000  # of a fit that has another beside it: of 25 s at 200 Hz
 
 
 @cache
@@ -43,12 +44,13 @@ def _pool(process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(CORES, thread_name_prefix=NAME)
 
 
-def side_by_side(function: Callable[[S], T], items: Iterable[S]) -> Iterator[T]:
+def side_by_side(function: Callable[[S], T], items: Iterable[S], knots: int = 0) -> Iterator[T]:
     """Yield what a function makes of items, in their order, a few of them made while the last is looked at.
 
-    Work that is one of several such pieces already does its own pieces itself: its threads would wait for each other.
+    One after the other where each is a fit of so many `knots` that two at once would take too much memory. Work that is
+    one of several such pieces already does its own pieces itself: its threads would wait for each other.
     """
-    if CORES < 2 or current_thread().name.startswith(NAME):
+    if CORES < 2 or knots > MOST_KNOTS or current_thread().name.startswith(NAME):
         yield from map(function, items)
         return
     pool = _pool(os.getpid())  # threads do not survive a fork
