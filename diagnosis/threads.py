@@ -18,7 +18,15 @@ P = ParamSpec("P")
 S = TypeVar("S")
 T = TypeVar("T")
 
-CORES = min(2, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+
+def _cores() -> int:
+    """Return how many cores there are for this process, no more than it was told to use for linear algebra."""
+    here = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    told = os.environ.get("OMP_NUM_THREADS", "")
+    return min(here, int(told)) if told.isdigit() else here
+
+
+CORES = min(2, _cores())
 NAME = "rows"
 MOST_KNOTS = 5000  # of a fit that has another beside it: of 25 s at 200 Hz
 
