@@ -54,7 +54,8 @@ class After:
             whole[s : s + count] += self.cross[:, s]
         out = []
         for some in np.array_split(moments, -(-len(moments) // TOGETHER)):
-            starts = np.clip(np.floor((some - self.knots.start) / self.knots.step).astype(int), 0, count)
+            starts = np.floor((some - self.knots.start) / self.knots.step).astype(int)
+            starts = np.clip(starts, 0, count - SUPPORT + 1)  # no sample starts there or later
             act = np.zeros((len(whole), width, len(some), r))
             for i, k in enumerate(starts):
                 act[k + SUPPORT - 1 :, :, i] = whole[k + SUPPORT - 1 :]

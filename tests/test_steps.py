@@ -80,3 +80,9 @@ def test_a_column_that_the_fit_has_already_promises_nothing(fit):
     assert promise(information, gradient, np.full(3, 0.01)).gain < 1.0
     pull = sum(np.einsum("nmk,nm->k", c, base.parts[n].residual) for n, c in copies)
     assert 0.5 * float(pull @ pull) * 0.01**2 > 10.0  # which alone would promise much
+
+
+def test_columns_that_begin_after_the_last_sample_promise_nothing(fit):
+    columns = {"imu1.gyro": np.ones((*fit.measured[0].residual.value.shape, 2))}
+    end = fit.model.tracks.knots.start + fit.model.tracks.knots.step * fit.model.tracks.knots.count
+    assert After.of(Base.of(fit), columns).promises(end + np.array([-0.05, 0.0, 1.0]), np.ones(2)) == [0.0] * 3
