@@ -62,12 +62,12 @@ class After:
                 for s in range(SUPPORT - 1):
                     act[k + s : k + SUPPORT - 1, :, i] += self.cross[k : k + SUPPORT - 1 - s, s]
             target = act[: blocks * KNOTS_PER_BLOCK].reshape(blocks, -1, len(some) * r)
-            taken = np.tensordot(self.base.left[0], target, axes=2).reshape(-1, r)
+            taken = np.tensordot(self.base.step.splines, target, axes=2).reshape(-1, r)
             front = solution.factor.forward(target)
             for i, k in enumerate(starts):
                 own = front[k // KNOTS_PER_BLOCK :, :, i * r : i * r + r]
                 rest = self.across[k] - tensor(solution.half[k // KNOTS_PER_BLOCK :], own)
                 schur = self.corner[k] - tensor(own, own) - rest.T @ np.linalg.solve(solution.schur, rest)
-                gradient = self.gradient[k] - taken[i] - self.base.left[1] @ self.across[k]
+                gradient = self.gradient[k] + taken[i] + self.base.step.values @ self.across[k]
                 out.append(promise((schur + schur.T) / 2, gradient, prior).evidence)
         return out

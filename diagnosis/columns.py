@@ -10,7 +10,7 @@ from imubench.diagnosis.blocks import Solution
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK
-from imubench.diagnosis.system import factored
+from imubench.diagnosis.system import Step
 from imubench.diagnosis.threads import one_thread
 
 
@@ -20,17 +20,20 @@ class Base:
 
     fit: Fit
     parts: dict[str, Linear]
-    solution: Solution
-    left: tuple[Array, Array]  # splines (m, b) and parameters (p,): from the best state of the quadratic model
+    step: Step  # from the fit to the best state of the quadratic model, and its equations
 
     @classmethod
     @one_thread
     def of(cls, fit: Fit) -> "Base":
         """Return the factored equations at the fit's state."""
-        normal, solution, linear = factored(fit.model, fit.rows)
-        parts = {rows.name: part for rows, part in zip(fit.rows, linear, strict=True)}
-        x, p = solution.solve(normal.gradient[:, :, None], normal.corner_gradient[:, None])
-        return cls(fit, parts, solution, (x[:, :, 0], p[:, 0]))
+        step = Step.of(fit.model, fit.rows)
+        parts = {rows.name: part for rows, part in zip(fit.rows, step.linear, strict=True)}
+        return cls(fit, parts, step)
+
+    @property
+    def solution(self) -> Solution:
+        """The factored equations."""
+        return self.step.solution
 
     def std_of(self, name: str, std: Array) -> Array:
         """Return the standard deviation that the fit gives to rows of a group."""
@@ -47,8 +50,9 @@ class Base:
             across += part.border.reshape(len(flat), p).T @ flat
             corner += flat.T @ flat
             gradient += flat.T @ part.residual.reshape(-1)
-        cross, (x, values) = cross.reshape(blocks, -1, count), self.left
-        gradient -= np.tensordot(x, cross, axes=2) + values @ across  # columns like others would take what these left
+        cross, step = cross.reshape(blocks, -1, count), self.step
+        # columns like others would take what these left
+        gradient += np.tensordot(step.splines, cross, axes=2) + step.values @ across
         return self.solution.complement(cross, across, corner), gradient
 
 

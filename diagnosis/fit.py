@@ -54,12 +54,11 @@ def solve(
     state: State,
     noise: dict[str, float],
     anchor: Array | None = None,
-    loose: float = 1.0,
     steps: int = STEPS,
     enough: float = ENOUGH,
 ) -> Fit:
     """Return the state of least cost, from `state`."""
-    return search(model, state, noise, anchor, loose, steps, enough)[0]
+    return search(model, state, noise, anchor, steps, enough)[0]
 
 
 @one_thread
@@ -68,13 +67,12 @@ def search(
     state: State,
     noise: dict[str, float],
     anchor: Array | None = None,
-    loose: float = 1.0,
     steps: int = STEPS,
     enough: float = ENOUGH,
 ) -> tuple[Fit, Step | None]:
     """Return the state of least cost, from `state`, and the step that led to it, where one did."""
     taken, damping, step = 0, DAMPED, None
-    rows = all_rows(model, state, noise, anchor, loose)
+    rows = all_rows(model, state, noise, anchor)
     cost = sum(r.cost for r in rows)
     least = enough * sum(r.residual.value.size for r in rows if r.counts)
     while taken < steps:
@@ -88,8 +86,8 @@ def search(
                 continue
             for length in LENGTHS:
                 trial = moved(model, state, length * step.splines, length * step.values)
-                trial = settled(model, paced(model, trial), noise, anchor, loose)
-                trial_rows = all_rows(model, trial, noise, anchor, loose)
+                trial = settled(model, paced(model, trial), noise, anchor)
+                trial_rows = all_rows(model, trial, noise, anchor)
                 trial_cost = sum(r.cost for r in trial_rows)
                 if trial_cost < cost:
                     break
@@ -102,7 +100,7 @@ def search(
         gained = before - cost
         if gained < least or (step and abs(gained - step.promised) < FORETOLD * least):
             break
-    return Fit(model, state, noise, cost, taken, anchor, loose, rows), step
+    return Fit(model, state, noise, cost, taken, anchor, rows=rows), step
 
 
 __all__ = ["AGAIN", "ENOUGH", "Fit", "at_noise_of", "search", "solve"]

@@ -8,18 +8,18 @@ from scipy.linalg import solveh_banded
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import RIDGES, NotPositiveDefiniteError
 from imubench.diagnosis.linear import linearise
-from imubench.diagnosis.normal import Normal
+from imubench.diagnosis.normal import KNOTS_PER_BLOCK, Normal
 from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.splines import SUPPORT, Tracks
 
 
-def solved(normal: Normal, rhs: Array, width: int) -> Array:
-    """Return x (m, b, r) of the splines' own equations for right-hand sides (m, b, r); `width` numbers per knot.
+def solved(normal: Normal, rhs: Array) -> Array:
+    """Return x (m, b, r) of the splines' own equations for right-hand sides (m, b, r).
 
     `NotPositiveDefiniteError` where nothing holds a spline.
     """
     (m, b, _), c = normal.diagonal.shape, normal.right.shape[1]
-    below = np.zeros((SUPPORT * width, m, b))  # [d, block, column]: the number d rows under the diagonal
+    below = np.zeros((SUPPORT * (b // KNOTS_PER_BLOCK), m, b))  # [d, block, column]: d rows under the diagonal
     for d, own in enumerate(below):
         if d < b:
             column = np.arange(b - d)
@@ -40,7 +40,7 @@ def eased(only: Tracks, rows: list[Rows], damping: float) -> Array:
     normal = Normal.empty(only, Parameters({}))
     normal.add([linearise(r, only, Parameters({})) for r in rows])
     normal.fill(only, damping)
-    return solved(normal, -normal.gradient[:, :, None], only.width).reshape(-1, only.width)
+    return solved(normal, -normal.gradient[:, :, None]).reshape(-1, only.width)
 
 
 __all__ = ["eased", "solved"]

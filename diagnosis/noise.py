@@ -134,8 +134,8 @@ def fit_with_noise(
         noise, begun = new, now[0].state
         del now  # with its rows: memory
         now = search(model, begun, noise, anchor, steps=AGAIN, enough=FINE if model.tilts else ENOUGH)
-        fit, before = now[0], begun.values
-        change = max([change, *(float(np.max(np.abs(fit.state.values[n] - before[n]))) for n in model.tilts or {})])
-        if change < SAME and fit.steps < AGAIN and not free:
+        after, before = now[0].state.values, begun.values
+        change = max([change, *(float(np.max(np.abs(after[n] - before[n]))) for n in model.tilts or {})])
+        if change < SAME and now[0].steps < AGAIN and not free:
             break
     return replace(now[0], noise=noise)

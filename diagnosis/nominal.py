@@ -12,7 +12,7 @@ from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.fit import AGAIN, Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis, State, segment_of
 from imubench.diagnosis.model import Model
-from imubench.diagnosis.noise import LOOSENED, declared, fit_with_noise
+from imubench.diagnosis.noise import LOOSENED, declared, fit_with_noise, with_noise
 from imubench.diagnosis.pose_rows import Wander
 from imubench.diagnosis.priors import START_SMOOTH, prior_rows
 from imubench.diagnosis.start import blind_start, model_of
@@ -94,9 +94,12 @@ def freed(fit: Fit) -> Fit:
     against the other sensors, however rough the motion may be.
     """
     found = max(follows_motion(fit).values(), default=0.0)
-    if found < RELATED or max(follows_motion(rougher(fit)).values()) > LITTLE * found:
+    if found < RELATED:
         return fit
-    freer = fit_with_noise(fit.model, fit.state, rougher_noise(fit), fit.anchor)
+    freer = rougher(fit)
+    if max(follows_motion(freer).values()) > LITTLE * found:
+        return fit
+    freer = with_noise(freer)
     return freer if max(follows_motion(freer).values()) < UNRELATED else fit
 
 

@@ -108,7 +108,7 @@ def obeyed(model: Model, state: State, h: Hypothesis) -> tuple[State, Array]:
             _held(normal, own, h.key(s.name), SMALL / s.std, step)
         last = turn + 1 == passes
         asked = [normal.gradient[:, :, None], normal.border] if last else [normal.gradient[:, :, None]]
-        moves = -solved(normal, np.concatenate(asked, axis=2), own.width)
+        moves = -solved(normal, np.concatenate(asked, axis=2))
         sensitivity = moves[:, :, 1:]
         state = shifted(model, state, own, moves[:, :, 0].reshape(-1, own.width))
     return state, sensitivity
@@ -136,7 +136,7 @@ def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
         normal.add([linearise(Rows("follow", time, track - value, np.ones(own.width)), own, Parameters({}))])
         normal.fill(own)
         _held(normal, own, h.key(name), SMALL, 1.0)
-        move = -solved(normal, normal.gradient[:, :, None], own.width).reshape(-1, own.width)
+        move = -solved(normal, normal.gradient[:, :, None]).reshape(-1, own.width)
         coefficients[:, model.tracks.columns(h.key(name))] = move[: own.knots.count]
     return replace(state, coefficients=coefficients), 1
 

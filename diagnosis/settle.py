@@ -58,7 +58,7 @@ def paced(model: Model, state: State) -> State:
     return shifted(model, state, only, eased(only, rows, DAMPED))
 
 
-def settled(model: Model, state: State, noise: dict[str, float], anchor: Array | None, loose: float) -> State:
+def settled(model: Model, state: State, noise: dict[str, float], anchor: Array | None, loose: float = 1.0) -> State:
     """Return the state with the effects' own splines solved for everything else as it is.
 
     A spring's law is tight and nearly linear in what hangs on it, but not in both it and the spring's constants:

@@ -75,7 +75,7 @@ class Spread:
         beyond = -(-len(self.reach) // CHUNK) - -(-stack.knots // CHUNK)  # where no row begins
         inverse = islice(inverse_windows(self.factor, width), beyond, None)
 
-        def hats(at: tuple[int, Array]) -> Array:
+        def fill(at: tuple[int, Array]) -> None:
             (begin, near), (tall, places) = at, stack.piece(at[0])
             local, knots = tall[:, :, :wide], np.arange(begin, begin + len(tall))
             reach = self.reach[knots[:, None] + np.arange(SUPPORT)].reshape(len(tall), wide, p)
@@ -84,8 +84,7 @@ class Spread:
             hat += np.sum((rest @ self.shared) * rest, axis=2)
             for h, (some, place) in zip(out, places, strict=True):
                 h[some] = np.clip(hat[place], 0.0, 1.0)
-            return hat
 
-        for _ in side_by_side(hats, zip(reversed(stack.begins), inverse, strict=True)):
+        for _ in side_by_side(fill, zip(reversed(stack.begins), inverse, strict=True)):
             pass
         return out

@@ -63,9 +63,13 @@ def side_by_side(function: Callable[[S], T], items: Iterable[S], knots: int = 0)
         return
     pool = _pool(os.getpid())  # threads do not survive a fork
     under_way: deque[Future[T]] = deque()
-    for item in items:
-        under_way.append(pool.submit(copy_context().run, function, item))
-        if len(under_way) > CORES:
+    try:
+        for item in items:
+            under_way.append(pool.submit(copy_context().run, function, item))
+            if len(under_way) > CORES:
+                yield under_way.popleft().result()
+        while under_way:
             yield under_way.popleft().result()
-    while under_way:
-        yield under_way.popleft().result()
+    finally:  # interrupted, or one has failed: what has not begun is not begun
+        for piece in under_way:
+            piece.cancel()

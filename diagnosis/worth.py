@@ -24,7 +24,7 @@ from imubench.diagnosis.priors import TILT
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.spread import Spread
 from imubench.diagnosis.swings import is_data
-from imubench.diagnosis.system import factored
+from imubench.diagnosis.system import Step
 
 Told = dict[str, tuple[int, float, float]]
 
@@ -73,13 +73,12 @@ def foreseen(model: Model, rows: list[Rows]) -> Told:
 
     A whole step in what is not linear (play turns one sensor against the other) would end anywhere.
     """
-    normal, solution, parts = factored(model, rows)
-    x, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
-    motion, spread = x.reshape(-1, model.tracks.width, 1), Spread.of(solution, model.tracks.width)
-    data = [(r, part) for r, part in zip(rows, parts, strict=True) if is_data(r)]
+    step = Step.of(model, rows)
+    motion, spread = step.splines.reshape(-1, model.tracks.width, 1), Spread.of(step.solution, model.tracks.width)
+    data = [(r, part) for r, part in zip(rows, step.linear, strict=True) if is_data(r)]
     out = {}
     for (r, part), leverage in zip(data, spread.leverages([part for _, part in data]), strict=True):
-        left = part.residual + part.along(motion)[:, :, 0] + part.border @ p[:, 0]
+        left = part.residual + part.along(motion)[:, :, 0] + part.border @ step.values
         out[r.name] = (left.size, float(leverage.sum()), 0.5 * float(np.sum(left**2)))
     return out
 

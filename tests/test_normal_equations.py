@@ -136,7 +136,7 @@ def test_the_windows_of_an_inverse_are_the_dense_one_s_blocks(blocks, width):
 
 def test_few_splines_alone_are_solved_as_a_band(system):
     normal, matrix, gradient, size = system
-    x = solved(normal, np.stack([normal.gradient, 2 * normal.gradient], axis=2), TRACKS.width)
+    x = solved(normal, np.stack([normal.gradient, 2 * normal.gradient], axis=2))
     exact = np.linalg.solve(matrix[:size, :size], gradient[:size])
     assert_allclose(x[:, :, 0].reshape(-1)[:size], exact, rtol=1e-8, atol=1e-10)
     assert_allclose(x[:, :, 1], 2 * x[:, :, 0], rtol=1e-12)
@@ -145,7 +145,7 @@ def test_few_splines_alone_are_solved_as_a_band(system):
 def test_what_nothing_holds_is_named_in_a_band_too():
     normal = Normal.empty(TRACKS, PARAMETERS)
     with pytest.raises(NotPositiveDefiniteError):
-        solved(normal, normal.gradient[:, :, None], TRACKS.width)
+        solved(normal, normal.gradient[:, :, None])
 
 
 def test_pieces_made_side_by_side_keep_their_order_and_do_their_own_pieces_themselves():
