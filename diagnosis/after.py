@@ -8,6 +8,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import tensor
 from imubench.diagnosis.columns import Base, promise
+from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK
 from imubench.diagnosis.splines import SUPPORT, Knots
 
@@ -45,10 +46,15 @@ class After:
         across, corner, gradient = (np.cumsum(x[::-1], axis=0)[::-1] for x in (across, corner, gradient))
         return cls(base, tracks.knots, cross, across, corner, gradient)
 
-    def promises(self, moments: Array, prior: Array) -> list[float]:
-        """Return what the columns promise from each of the moments on, in nat."""
+    def promises(
+        self, moments: Array, prior: Array, begins: Mapping[str, Array] | None = None, within: float = 0.0
+    ) -> list[float]:
+        """Return what the columns promise from each of the moments on, in nat.
+
+        `begins`: what they are instead in the `within` s before the moments, which must not overlap.
+        """
         (count, _, width, r), solution = self.cross.shape, self.base.solution
-        blocks = len(solution.factor.lower)
+        blocks, earlier = len(solution.factor.lower), int(np.ceil(within / self.knots.step)) + 1
         whole = np.zeros((blocks * KNOTS_PER_BLOCK + SUPPORT, width, r))
         for s in range(SUPPORT):
             whole[s : s + count] += self.cross[:, s]
@@ -61,13 +67,27 @@ class After:
                 act[k + SUPPORT - 1 :, :, i] = whole[k + SUPPORT - 1 :]
                 for s in range(SUPPORT - 1):
                     act[k + s : k + SUPPORT - 1, :, i] += self.cross[k : k + SUPPORT - 1 - s, s]
+            across, corner, pull = self.across[starts], self.corner[starts], self.gradient[starts]
+            for group, column in (begins or {}).items():
+                for i, k in enumerate(starts):
+                    part, own = self._just_before(group, k, earlier, column)
+                    part.scatter(own, act[:, :, i])
+                    across[i] += np.einsum("nmp,nmr->pr", part.border, own)
+                    corner[i] += np.einsum("nmr,nms->rs", own, own)
+                    pull[i] += np.einsum("nm,nmr->r", part.residual, own)
             target = act[: blocks * KNOTS_PER_BLOCK].reshape(blocks, -1, len(some) * r)
             taken = np.tensordot(self.base.step.splines, target, axes=2).reshape(-1, r)
             front = solution.factor.forward(target)
-            for i, k in enumerate(starts):
-                own = front[k // KNOTS_PER_BLOCK :, :, i * r : i * r + r]
-                rest = self.across[k] - tensor(solution.half[k // KNOTS_PER_BLOCK :], own)
-                schur = self.corner[k] - tensor(own, own) - rest.T @ np.linalg.solve(solution.schur, rest)
-                gradient = self.gradient[k] + taken[i] + self.base.step.values @ self.across[k]
+            for i, first in enumerate(np.maximum(starts - earlier, 0) // KNOTS_PER_BLOCK):
+                own = front[first:, :, i * r : i * r + r]
+                rest = across[i] - tensor(solution.half[first:], own)
+                schur = corner[i] - tensor(own, own) - rest.T @ np.linalg.solve(solution.schur, rest)
+                gradient = pull[i] + taken[i] + self.base.step.values @ across[i]
                 out.append(promise((schur + schur.T) / 2, gradient, prior).evidence)
         return out
+
+    def _just_before(self, group: str, knot: int, earlier: int, column: Array) -> tuple[Linear, Array]:
+        """Return the rows of a group that start at so many knots before one, and what a column (n, m, r) is there."""
+        part = self.base.parts[group]
+        some = (part.first >= knot - earlier) & (part.first < knot)
+        return part.of(some), column[some]

@@ -1,29 +1,22 @@
 """Effects that are far from linear in one parameter: where to begin with it.
 
-A hum's frequency is read off the residual's spectrum, the moment of a slip off what a fixed mount error would
-explain from each moment on, a stop's angle off a grid of whole stops. From there the score and the refit go on.
+A hum's frequency is read off the residual's spectrum, the moment of a slip off what one at each moment would explain,
+a stop's angle off a grid of whole stops. From there the score and the refit go on.
 """
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import median_filter
 
-from imubench.diagnosis.after import After
 from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.linear import linearise
-from imubench.diagnosis.rows import Parameters
-from imubench.diagnosis.score import Score, started
+from imubench.diagnosis.score import Score
 from imubench.diagnosis.screen import driven
-from imubench.diagnosis.splines import Tracks
+from imubench.diagnosis.slips import slip
 from imubench.diagnosis.threads import one_thread
-from imubench.effects.mounts import SLIP, MountPose, MountShift
 
-APART = (2.0, 0.3, 0.05)  # s between the moments of a slip that are compared, closer and closer
-COARSE = 60  # moments of a long recording, first
 NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
 LOWEST = 1.0  # Hz, under which a hum is part of the motion
 
@@ -67,21 +60,4 @@ def hum(fit: Fit, at: str) -> float:
     return float(frequency[np.argmax(ratio)])
 
 
-def slip(base: Base, at: str) -> float:
-    """Return the moment in s from which on a change of the mount would explain most."""
-    fit = base.fit
-    pose = Hypothesis(MountPose(), at)
-    model = fit.model.with_effects((*fit.model.hypotheses, pose))
-    shared = Parameters({pose.key(p.name): p.width for p in pose.effect.parameters})
-    prior = np.concatenate([np.full(p.width, p.std) for p in MountShift().parameters[:2]])
-    rows = [r for r in model.measured(started(model, fit.state)) if r.name.startswith(f"{at}.")]
-    only = Tracks(model.tracks.knots, {})
-    columns = {r.name: linearise(replace(r, std=base.std_of(r.name, r.std)), only, shared).border for r in rows}
-    after = After.of(base, columns)
-    begin, end = min(float(r.time[0]) for r in rows), max(float(r.time[-1]) for r in rows)
-    apart = APART if end - begin < COARSE * APART[0] else ((end - begin) / COARSE, *APART)
-    moments = np.arange(begin + APART[0], end - APART[0] / 2, apart[0])
-    for wide, close in pairwise(apart):
-        best = moments[int(np.argmax(after.promises(moments + SLIP / 2, prior)))]
-        moments = np.arange(best - wide, best + wide, close)
-    return float(moments[int(np.argmax(after.promises(moments + SLIP / 2, prior)))])
+__all__ = ["hum", "placed"]

@@ -49,7 +49,7 @@ class MountShift(Effect):
     """The sensor slips once."""
 
     name, place, law = "mount_shift", "imu", "as mount_pose, from `time` on, within 0.2 s"
-    parameters = (
+    parameters: tuple[Parameter, ...] = (
         Parameter("rotation", (3,), "rad", 0.1),
         Parameter("translation", (3,), "m", 0.02),
         Parameter("time", (), "s", 0.5),
@@ -62,8 +62,12 @@ class MountShift(Effect):
         start = float(values["time"][0])
         return ((start - LONGEST / 2, start + LONGEST),)
 
+    def began(self, time: Jet, p: Values) -> Jet:
+        """Return when the slip begins that acts at times (n, 1) s."""
+        return p["time"]
+
     def mount(self, link: Link, scene: Scene, p: Values) -> Link:
-        step = slipped(scene.time, p["time"])
+        step = slipped(scene.time, self.began(scene.time, p))
         moved = shift(*(p["translation"] * s for s in step))
         return moved @ link @ small_turn(*(p["rotation"] * s for s in step))
 

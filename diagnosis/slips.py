@@ -1,0 +1,79 @@
+"""When a mount slipped: what a slip at each of many moments would explain, motion and geometry free to follow."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.after import After
+from imubench.diagnosis.columns import Base
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.linear import linearise
+from imubench.diagnosis.rows import Parameters
+from imubench.diagnosis.score import started
+from imubench.diagnosis.splines import Tracks
+from imubench.effects.effect import Values
+from imubench.effects.mounts import SLIP, MountShift
+from imubench.jets import Jet, derivatives_by
+
+APART = (2.0, 0.3, 0.05)  # s between the moments of a slip that are compared, closer and closer
+COARSE = 60  # moments of a long recording, first
+CLEAR = 1.25  # times as long as a slip lasts, from one to the next
+BEFORE = np.array([-1e9])  # s: it has slipped long since
+
+
+class Slips(MountShift):
+    """A slip that begins anew at every one of some moments: its columns are those of each alone, as long as it lasts.
+
+    While it slips a sensor turns by itself, which its gyroscope reads: a mount that is another from a moment on, and
+    does not turn there, explains little of it.
+    """
+
+    name = "slips"  # beside whatever else a fit says of the mount
+    parameters = MountShift.parameters[:2]
+
+    def __init__(self, moments: Array) -> None:
+        self.moments = moments
+
+    def began(self, time: Jet, p: Values) -> Jet:
+        """Return the last of the moments before each time (n, 1) s."""
+        last = np.searchsorted(self.moments, time.value[:, 0], side="right") - 1
+        return Jet(self.moments[np.maximum(last, 0)][:, None])
+
+
+def slip(base: Base, at: str) -> float:
+    """Return the moment in s at which a slip of the mount would explain most, if it began then."""
+    prior = np.concatenate([np.full(p.width, p.std) for p in Slips.parameters])
+    still = slopes(base, Hypothesis(Slips(BEFORE), at))
+    after = After.of(base, still)
+    times = [rows.time for rows in base.fit.rows if rows.name in still]
+    begin, end = min(float(t[0]) for t in times), max(float(t[-1]) for t in times)
+    apart = APART if end - begin < COARSE * APART[0] else ((end - begin) / COARSE, *APART)
+    moments = np.arange(begin + APART[0], end - APART[0] / 2, apart[0])
+
+    def best() -> float:
+        lanes = int(np.ceil(CLEAR * SLIP / (moments[1] - moments[0]))) if len(moments) > 1 else 1
+        promised = np.zeros(len(moments))
+        for lane in range(lanes):
+            some = moments[lane::lanes]
+            promised[lane::lanes] = after.promises(some + SLIP, prior, slopes(base, Hypothesis(Slips(some), at)), SLIP)
+        return float(moments[np.argmax(promised)])
+
+    for wide, close in pairwise(apart):
+        middle = best()
+        moments = np.arange(middle - wide, middle + wide, close)
+    return best()
+
+
+def slopes(base: Base, h: Hypothesis) -> dict[str, Array]:
+    """Return what the parameters of an effect of the mount do to its IMU's whitened readings, (n, m, k) by group."""
+    fit = base.fit
+    model = fit.model.with_effects((*fit.model.hypotheses, h))
+    shared, only = Parameters({h.key(p.name): p.width for p in h.effect.parameters}), Tracks(model.tracks.knots, {})
+    with derivatives_by(shared.widths):
+        rows = list(model.measured(started(model, fit.state), {h.at}))
+    return {r.name: linearise(replace(r, std=base.std_of(r.name, r.std)), only, shared).border for r in rows}
+
+
+__all__ = ["Slips", "slip", "slopes"]
