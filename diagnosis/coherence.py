@@ -15,6 +15,7 @@ from scipy.stats import chi2
 from imubench.arrays import Array
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.quiet import quiet_level
+from imubench.recording import Imu
 
 LAGS = (-6, -3, -1, 0, 1, 3, 6)  # samples
 ABOVE, SLOW = 4.0, 1.0  # times the noise's power; Hz, the least that a motion is asked up to
@@ -30,30 +31,47 @@ def follows_motion(fit: Fit) -> dict[str, float]:
 
     Above 1 the residuals go with the motion.
     """
-    model, state = fit.model, fit.state
-    out = {}
+    model, out = fit.model, {}
     for rows in fit.measured:
         sensor = rows.name.split(".")[0]
         imu = next((i for i in model.recording.imus if i.name == sensor), None)
         if imu is None:
             continue
-        moment = model.moment(state, rows.time + model.start, sensor)
-        segment = model.carrier(state, moment, sensor)
-        motion = segment.child(model.mount(imu, state, moment, segment))
-        n = len(rows.time)
-        signals = [np.broadcast_to(s.value, (n, 3)) for s in (motion.rate, motion.accel, motion.force)]
-        cut = clear_of_noise(signals[0], min(fit.noise[f"{sensor}.gyro"], quiet_level(imu.time, imu.gyro)), imu.rate)
-        cut = min(cut, BELOW * model.humming.get(sensor, np.inf))
+        signals = [*_motion(fit, imu, rows.time + model.start).values()]
+        cut = min(_clear(signals[0], fit, imu, "gyro"), BELOW * model.humming.get(sensor, np.inf))
         out[rows.name] = _gain(rows.whitened, slower(np.concatenate(signals, axis=1), cut, imu.rate))
     return out
 
 
-def clear_of_noise(rate: Array, noise: float, sampling: float) -> float:
-    """Return the frequency in Hz up to which the fitted rates (n, 3) rad/s are more than the gyroscope's noise.
+def clear_at(fit: Fit, name: str) -> float:
+    """Return the frequency in Hz up to which the fitted motion of an IMU, or what pushes it, is more than noise."""
+    imu = fit.model.recording.imu(name)
+    motion = _motion(fit, imu, imu.time)
+    cut = max(_clear(motion["rate"], fit, imu, "gyro"), _clear(motion["force"], fit, imu, "accel"))
+    return min(cut, BELOW * fit.model.humming.get(name, np.inf))
 
-    `noise` is its standard deviation in rad/s, `sampling` in Hz.
+
+def _motion(fit: Fit, imu: Imu, stamps: Array) -> dict[str, Array]:
+    """Return a sensor's rate, angular acceleration and specific force (n, 3) as fitted, at stamps (n,) s."""
+    model, state = fit.model, fit.state
+    moment = model.moment(state, stamps, imu.name)
+    segment = model.carrier(state, moment, imu.name)
+    motion = segment.child(model.mount(imu, state, moment, segment))
+    each = {"rate": motion.rate, "accel": motion.accel, "force": motion.force}
+    return {key: np.broadcast_to(s.value, (len(stamps), 3)) for key, s in each.items()}
+
+
+def _clear(signal: Array, fit: Fit, imu: Imu, part: str) -> float:
+    measured = imu.gyro if part == "gyro" else imu.accel
+    return clear_of_noise(signal, min(fit.noise[f"{imu.name}.{part}"], quiet_level(imu.time, measured)), imu.rate)
+
+
+def clear_of_noise(signal: Array, noise: float, sampling: float) -> float:
+    """Return the frequency in Hz up to which a fitted signal (n, 3) is more than the noise of its sensor.
+
+    `noise` is its standard deviation, in the signal's unit; `sampling` in Hz.
     """
-    f, power = welch(rate, sampling, nperseg=min(256, max(len(rate) // 8, 16)), axis=0)
+    f, power = welch(signal, sampling, nperseg=min(256, max(len(signal) // 8, 16)), axis=0)
     loud = power.sum(axis=1) > ABOVE * 3 * 2 * noise**2 / sampling
     clear = f[loud & (f <= UPPER * sampling)]
     return float(max(clear[-1], SLOW)) if clear.size else SLOW
@@ -80,4 +98,4 @@ def _gain(residual: Array, signals: Array) -> float:
     return float(np.max(np.sum((u.T @ y) ** 2, axis=0)) / chi2.isf(CHANCE, u.shape[1]))
 
 
-__all__ = ["RELATED", "clear_of_noise", "follows_motion", "slower"]
+__all__ = ["RELATED", "clear_at", "clear_of_noise", "follows_motion", "slower"]

@@ -10,6 +10,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.laws import led
 from imubench.diagnosis.lively_fits import calm_for_laws
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import LAW_FLOOR, LOOSENED, fit_with_noise
@@ -17,7 +18,6 @@ from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, log_evidence
 from imubench.diagnosis.result import Finding
 from imubench.diagnosis.samples import sampled
-from imubench.diagnosis.screen import led
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.worth import tallied, won
 from imubench.effects import VARIANTS

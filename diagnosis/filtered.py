@@ -17,10 +17,10 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.delays import late, quick
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.laws import led
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import rougher
 from imubench.diagnosis.refit import extended
-from imubench.diagnosis.screen import led
 from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, UNEXPLAINED, Kept, Trial, misfit
 from imubench.diagnosis.worth import worth
 from imubench.effects import VARIANTS

@@ -12,10 +12,11 @@ from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis, State
+from imubench.diagnosis.laws import led
 from imubench.diagnosis.noise import LAW_FLOOR, declared, fit_with_noise, with_noise
 from imubench.diagnosis.nominal import rougher
 from imubench.diagnosis.refit import extended
-from imubench.diagnosis.screen import Screened, led
+from imubench.diagnosis.screen import Screened
 from imubench.diagnosis.settle import settled
 from imubench.diagnosis.slow_noise import COLOUR, louder_where
 from imubench.diagnosis.system import all_rows

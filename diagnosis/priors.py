@@ -58,18 +58,9 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
         if name in model.priors and name not in (model.fixed or {}):
             jet = variable((name, CONSTANT), state.values[name]) - tilt.start
             yield Rows(f"{TILT}{name}", np.zeros(1), jet, tilt.std, counts=False)
+    yield from smooth_rows(model, state, noise)
     time, step = middles(model), model.tracks.knots.step
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
-    sensor = sensor_turn(model, state)
-    for name, width in model.tracks.widths.items():
-        if name != VELOCITY:
-            density = np.full(width, noise[f"smooth.{name}"] / np.sqrt(step))
-            curved = moment.track(name, SMOOTH.get(name, SMOOTH_ELSE))
-            if name == FORCE:
-                curved = sensor.back(curved)
-            elif name == ATTITUDE:
-                curved = turned(curved, sensor)
-            yield Rows(f"smooth.{name}", time, curved, density, False)
     if ATTITUDE in model.tracks.widths:
         q = moment.track(ATTITUDE)
         yield Rows("norm", time, dot(q, q) - 1.0, np.full(1, UNIT), False)
@@ -82,6 +73,22 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
         for s in h.effect.states:
             name = h.key(s.name)
             yield Rows(f"size.{name}", time, moment.track(name), np.full(s.width, s.std / np.sqrt(step)), False)
+
+
+def smooth_rows(model: Model, state: State, noise: dict[str, float]) -> Iterator[Rows]:
+    """Yield the rows that hold splines smooth, those that `noise` has a roughness of."""
+    time, step = middles(model), model.tracks.knots.step
+    moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
+    sensor = sensor_turn(model, state)
+    for name, width in model.tracks.widths.items():
+        if f"smooth.{name}" in noise:
+            density = np.full(width, noise[f"smooth.{name}"] / np.sqrt(step))
+            curved = moment.track(name, SMOOTH.get(name, SMOOTH_ELSE))
+            if name == FORCE:
+                curved = sensor.back(curved)
+            elif name == ATTITUDE:
+                curved = turned(curved, sensor)
+            yield Rows(f"smooth.{name}", time, curved, density, False)
 
 
 def pace_rows(model: Model, state: State) -> Iterator[Rows]:

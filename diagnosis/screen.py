@@ -1,15 +1,16 @@
 """Effects with states of their own, scored from one fit before any of them is fitted.
 
-A law such as a spring's says what its state x does once the motion is known. The motion of the fit drives the law
-at each point of the effect's grid, one linear solve; the readings with that x in the model less those without are
-one column, and what x does when a parameter moves are more. They are scored as any other parameter's columns are.
-The motion itself is not driven back by x: good enough to choose what is fitted exactly and where that begins.
+A law such as a spring's says what its state x does once the motion is known. The motion of the fit, without what of it
+is noise, drives the law at each point of the effect's grid, one linear solve; the readings with that x in the model
+less those without are one column, and what x does when a parameter moves are more. They are scored as any other
+parameter's columns are. The motion itself is not driven back by x: good enough to choose what is fitted exactly and
+where that begins.
 
 A state without a law (play in a joint) is a spline more in the normal equations, at a few roughnesses; with the noise
 as the fit leaves it and, where that is louder and so may hold what the state is, as it is declared.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -18,31 +19,27 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.columns import Base, promise
-from imubench.diagnosis.equations import scenes, state_rows
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, State
+from imubench.diagnosis.laws import calmed, obeyed
 from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.model import Model
-from imubench.diagnosis.narrow import solved
 from imubench.diagnosis.noise import declared
-from imubench.diagnosis.normal import Normal
-from imubench.diagnosis.priors import inside, middles
+from imubench.diagnosis.priors import middles
 from imubench.diagnosis.raw_findings import DECLARED
-from imubench.diagnosis.rows import Parameters, Rows
+from imubench.diagnosis.rows import Parameters
 from imubench.diagnosis.score import started
-from imubench.diagnosis.settle import shifted
-from imubench.diagnosis.splines import Moment, Tracks
+from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.swings import swing_rows
 from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.threads import one_thread, side_by_side
+from imubench.diagnosis.trial import FILTER
 from imubench.diagnosis.worth import foreseen, tallied, won
-from imubench.jets import Jet, derivatives_by
+from imubench.jets import derivatives_by
 
-SMALL = 1e-3  # of its plausible size: how weakly a driven state is held where its law says little
 ROUGH = (1e2, 1e3, 1e4, 1e5)  # of a free state, in its unit per s^4 and root Hz
 AMOUNT = 0.3  # std about 1 of the share of a driven motion that a recording shows: the fit has taken in some of it
 FAIR = 0.3  # of the best point's promise: of such points that comes first whose amount is nearest to 1
-PASSES = 2  # solves of a law, the second where the first has led
 
 
 @dataclass(frozen=True)
@@ -72,14 +69,15 @@ def driven(base: Base, h: Hypothesis) -> Screened | None:
     """
     fit = base.fit
     start, end = fit.span
+    calm = fit.state if h.effect.place != "imu" or h.effect.name == FILTER else calmed(fit, h.at)
     grid = [{name: value} for name, values in h.effect.grid(end - start).items() for value in values] or [{}]
 
     def at_point(point: dict[str, float]) -> Screened | None:
         at = replace(h, effect=h.effect.starting(**point)) if point else h
         model = fit.model.with_effects((*fit.model.hypotheses, at))
-        own = [*(at.key(s.name) for s in h.effect.states), *(at.key(p.name) for p in h.effect.parameters)]
-        with suppress(NotPositiveDefiniteError), derivatives_by(own):
-            state, sensitivity = obeyed(model, started(model, fit.state), at)
+        names = [*(at.key(s.name) for s in h.effect.states), *(at.key(p.name) for p in h.effect.parameters)]
+        with suppress(NotPositiveDefiniteError), derivatives_by(names):
+            state, sensitivity = obeyed(model, started(model, fit.state), at, started(model, calm))
             return replace(_scored(base, model, state, sensitivity, at), hypothesis=h)
         return None
 
@@ -90,62 +88,6 @@ def driven(base: Base, h: Hypothesis) -> Screened | None:
     fair = [s for s in found if s.evidence >= FAIR * best.evidence] or found
     begin = min(fair, key=lambda s: abs(np.log(max(s.amount, 1e-3))))
     return replace(begin, evidence=best.evidence, best=best.values)
-
-
-def obeyed(model: Model, state: State, h: Hypothesis) -> tuple[State, Array]:
-    """Return the state with h's splines as its law says, and what they do (m, b, p) when a parameter moves."""
-    own = Tracks(model.tracks.knots, {h.key(s.name): s.width for s in h.effect.states})
-    shared = Parameters({h.key(p.name): p.width for p in h.effect.parameters})
-    step = model.tracks.knots.step
-    if not own.widths:
-        return state, np.zeros((model.tracks.knots.count, 0, shared.count))
-    state, passes = followed(model, state, h)
-    for turn in range(passes):
-        normal = Normal.empty(own, shared)
-        normal.add([linearise(r, own, shared) for r in state_rows(model, state, h)])
-        normal.fill(own)
-        for s in h.effect.states:
-            _held(normal, own, h.key(s.name), SMALL / s.std, step)
-        last = turn + 1 == passes
-        asked = [normal.gradient[:, :, None], normal.border] if last else [normal.gradient[:, :, None]]
-        moves = -solved(normal, np.concatenate(asked, axis=2))
-        sensitivity = moves[:, :, 1:]
-        state = shifted(model, state, own, moves[:, :, 0].reshape(-1, own.width))
-    return state, sensitivity
-
-
-def led(model: Model, state: State, hypotheses: Iterable[Hypothesis]) -> State:
-    """Return the state with the splines of effects that obey a law as the motion drives them."""
-    for h in hypotheses:
-        if h.effect.lawful:
-            state = obeyed(model, state, h)[0]
-    return state
-
-
-def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
-    """Return the state with h's splines where the effect itself says they are, and how many solves are left to do."""
-    ((_, scene),) = scenes(model, state, h)
-    told = h.effect.follow(scene, model.values(h, state))
-    if not told:
-        return state, PASSES
-    time, coefficients = inside(model), state.coefficients.copy()
-    for name, value in told.items():
-        own = Tracks(model.tracks.knots, {h.key(name): value.shape[1]})
-        track = Moment(own, np.zeros((own.knots.count, own.width)), Jet(time[:, None])).track(h.key(name))
-        normal = Normal.empty(own, Parameters({}))
-        normal.add([linearise(Rows("follow", time, track - value, np.ones(own.width)), own, Parameters({}))])
-        normal.fill(own)
-        _held(normal, own, h.key(name), SMALL, 1.0)
-        move = -solved(normal, normal.gradient[:, :, None]).reshape(-1, own.width)
-        coefficients[:, model.tracks.columns(h.key(name))] = move[: own.knots.count]
-    return replace(state, coefficients=coefficients), 1
-
-
-def _held(normal: Normal, tracks: Tracks, name: str, weight: float, step: float) -> None:
-    """Hold a spline's coefficients weakly at zero."""
-    b = normal.diagonal.shape[1]
-    at = np.arange(b).reshape(-1, tracks.width)[:, tracks.columns(name)].reshape(-1)
-    normal.diagonal[:, at, at] += step * weight**2
 
 
 def _scored(base: Base, model: Model, state: State, sensitivity: Array, h: Hypothesis) -> Screened:
@@ -195,4 +137,4 @@ def free(base: Base, h: Hypothesis) -> Screened | None:
     return best
 
 
-__all__ = ["Screened", "led", "screen"]
+__all__ = ["Screened", "screen"]

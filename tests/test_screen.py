@@ -1,17 +1,17 @@
-"""Effects with states of their own are found by their laws, on an excerpt; slips and hums where they happen."""
+"""Effects with states of their own are found by their laws, on an excerpt; hums where they are."""
 
 import numpy as np
 import pytest
 
 from imubench.diagnosis.excerpt import cut, excerpt, loudest
 from imubench.diagnosis.fit import solve
-from imubench.diagnosis.grids import hum, slip
+from imubench.diagnosis.grids import hum
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import LONE, RIVALS, promising, state_trials
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.rounds import asked
 from imubench.diagnosis.score import started
-from imubench.diagnosis.screen import Base, Screened, screen
+from imubench.diagnosis.screen import Screened, screen
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.trial import TRIED, Trial
@@ -113,6 +113,18 @@ def test_springs_are_tried_though_a_state_without_a_law_was_good_for_something(t
     assert trials[0].evidence > 2 * pivot.evidence
 
 
+def test_a_spring_that_slow_motion_hardly_moves_promises_what_it_shows(tmp_path):
+    """What of the fitted motion is noise made it ring, and so did a beginning without its sag: -25 nat."""
+    spring = {"frequency": [11.54, 13.31, 13.87], "damping_ratio": 0.114}
+    options = {"rate": 128.0, "rate2": 128.0, "encoder": True, "band": 1.725, "vigour": 0.874, "rest": 0.178}
+    options |= {"gyro_noise": 0.0037, "accel_noise": 0.0382, "misdeclared": 0.0955, "rotation_std": 0.033}
+    make_case(tmp_path / "r", "hinge", [("soft_mount", "imu1", spring)], 20261124, seconds=15.0, **options)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    found = [s for s in screen(fit, lively(fit)) if s.hypothesis.name == "soft_mount@imu1"]
+    assert found[0].evidence > 50.0
+    assert 0.4 < found[0].amount < 1.6  # 1 by the law
+
+
 def test_an_excerpt_is_the_fit_of_its_samples(fitted):
     recording, fit, _ = fitted(("soft_mount", "imu2"))
     short = excerpt(fit, 3.0, 8.0)
@@ -124,12 +136,6 @@ def test_an_excerpt_is_the_fit_of_its_samples(fitted):
     assert part.imus[0].time[0] >= short.model.start + 3.0
     start, end = loudest(fit, 4.0)
     assert end - start == pytest.approx(4.0)
-
-
-def test_a_slip_is_dated(fitted):
-    _, fit, truth = fitted(("mount_shift", "imu2"), seed=100, seconds=15.0)
-    true = float(truth["effects"][0]["parameters"]["time"])
-    assert slip(Base.of(fit), "imu2") == pytest.approx(true - fit.model.start, abs=0.3)  # it takes up to 0.3 s
 
 
 def test_a_hum_is_heard(fitted):
