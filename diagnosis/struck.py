@@ -50,6 +50,7 @@ def struck_again(fit: Fit, struck: Mapping[str, Mask], named: Sequence[Finding])
         peaks = joined(imu.time[struck[imu.name]], TOGETHER, FEWEST)
         if any(f.effect == DRY for f in named):
             peaks = tuple(p for p in peaks if not turns_round(fit, p))
+        peaks = tuple(p for p in peaks if not slips(fit, imu.name, p))
         times = knocks(fit, imu.name, struck[imu.name], peaks) if peaks else np.array([])
         if times.size:
             parameters = {"times": Parameter(times, np.full(times.size, 1 / imu.rate), "s")}
@@ -64,6 +65,19 @@ def turns_round(fit: Fit, window: Window) -> bool:
     if body is None or not any(a <= end and b >= start for a, b in fit.model.recording.free_swings):
         return False
     return bool(turning(fit.model, body, np.linspace(start, end, INSIDE) - fit.model.start).any())
+
+
+def slips(fit: Fit, imu: str, window: Window) -> bool:
+    """Return whether a stretch (s) is where an effect of the fit acts as its law does not say, as a mount that slips.
+
+    Beside it too: it is where a peak begins that such a moment is known by.
+    """
+    start, end = (t - fit.model.start for t in window)
+    for h in fit.model.at(imu):
+        windows = h.effect.blind({p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters})
+        if any(a - BESIDE <= end and b + BESIDE >= start for a, b in windows):
+            return True
+    return False
 
 
 def knocks(fit: Fit, imu: str, struck: Mask, peaks: Sequence[Window]) -> Array:
