@@ -43,8 +43,9 @@ def drifts(time: Array) -> Array:
 
 
 def play(x: Array, width: Array) -> Array:
-    """Return what follows x (n, m) only beyond play of half `width` (m,)."""
-    out, here = np.empty_like(x), x[0]
+    """Return what follows x (n, ..., m) only beyond play of half `width` (..., m): as large as both together."""
+    here = x[0] + np.zeros_like(width)
+    out = np.empty((len(x), *here.shape))
     for i, value in enumerate(x):  # what comes next depends on where it stood
         here = np.minimum(np.maximum(here, value - width), value + width)
         out[i] = here

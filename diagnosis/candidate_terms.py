@@ -21,10 +21,11 @@ from imubench.recording import Imu
 HARMONICS = 12  # of the joint's angle
 
 
-def terms(fit: Fit) -> list[Term]:
-    """Return every term that is tried on a fit."""
-    out = [term for imu in fit.model.recording.imus for term in sensor_terms(fit, imu)]
-    return [term for term in (*out, *torque_terms(fit)) if term.count]
+def terms(fit: Fit) -> Iterator[Term]:
+    """Yield every term that is tried on a fit: of a long recording all of them at once would fill the memory."""
+    for imu in fit.model.recording.imus:
+        yield from (term for term in sensor_terms(fit, imu) if term.count)
+    yield from (term for term in torque_terms(fit) if term.count)
 
 
 def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
@@ -49,19 +50,20 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         unit = fit.noise[f"{imu.name}.{part}"]
         make = _Maker(imu.name, part, time, unit)
         slope = np.gradient(x, time, axis=0)
-        widths = np.std(x, axis=0) * np.array(WIDTHS)[:, None]
-        lags = [play(x, w) - x for w in widths]
+        lags = np.moveaxis(play(x[:, None], np.std(x, axis=0) * np.array(WIDTHS)[:, None]) - x[:, None], 1, 0)
         yield make.each("its own reading", [kinked(x[:, i]) for i in range(3)])
         yield make.each(
             "its own reading and where it came from", [even(*(lag[:, i] for lag in lags)) for i in range(3)]
         )
         signs = [np.tanh(x / np.maximum(share * np.std(x, axis=0), 1e-12)) for share in KINKS]
         yield make.alike("its own reading, by one law for all axes", [x, x * np.abs(x), x**3, *signs])
-        yield make.alike("its own reading and where it came from, by one law for all axes", lags)
-        yield make.every(
-            LATER,
-            even(*x.T, *slope.T, *np.gradient(slope, time, axis=0).T),
-        )
+        yield make.alike("its own reading and where it came from, by one law for all axes", list(lags))
+        bend = np.gradient(slope, time, axis=0)
+        yield make.every(LATER, even(*x.T, *slope.T, *bend.T))
+        for i in range(3):
+            yield make.others(
+                f"the reading of axis {'xyz'[i]}, a little later", i, even(x[:, i], slope[:, i], bend[:, i])
+            )
         yield make.every(TURNING, even(*turning.T))
         yield make.every("shaking", np.concatenate([even(*fast[part].T), even(*fast["accel"].T)], axis=1))
         yield make.every("the accelerometer's shaking", even(*fast["accel"].T))
@@ -89,6 +91,10 @@ class _Maker:
     def every(self, goes_with: str, basis: Array) -> Term:
         """Return the term in which each channel is a function of the same signals (n, k)."""
         return self.each(goes_with, [basis] * 3)
+
+    def others(self, goes_with: str, axis: int, basis: Array) -> Term:
+        """Return the term in which both channels but that of one axis are functions of the same signals (n, k)."""
+        return self.each(goes_with, [basis[:, :0] if i == axis else basis for i in range(3)])
 
     def alike(self, goes_with: str, signals: list[Array]) -> Term:
         """Return the term in which one law adds its signals (n, 3) to all channels."""

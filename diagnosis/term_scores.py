@@ -37,13 +37,14 @@ class Guess:
 
 def promising(fit: Fit) -> tuple[list[Guess], int]:
     """Return terms and single channels of terms, the best evidence on white noise first, and how many were tried."""
-    every = terms(fit)
-    if not every:  # an encoder alone, and no equation of motion
+    tried, ranked = 0, list[tuple[float, Term]]()
+    for term in terms(fit):
+        tried += len(set(term.channel)) + 1
+        ranked = sorted([*ranked, (_best(*_plain(fit, term), term).evidence, term)], key=lambda r: -r[0])[:TRIED]
+    if not ranked:  # an encoder alone, and no equation of motion
         return [], 0
-    tried = sum(len(set(t.channel)) + 1 for t in every)
-    ranked = sorted(every, key=lambda t: -_best(*_plain(fit, t), t).evidence)[:TRIED]
     base, shown = Base.of(fit), noise_spectra(fit)
-    guesses = _exact(base, shown, ranked)
+    guesses = _exact(base, shown, [term for _, term in ranked])
     guesses.sort(key=lambda g: -g.evidence)
     likely = [g.term for g in guesses if g.evidence > ENOUGH]
     triples = {(t.at, t.part) for i, t in enumerate(likely) if i < LIKELY or t.drift}
