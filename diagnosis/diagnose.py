@@ -12,6 +12,7 @@ from imubench.diagnosis.nominal import certain
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, FitQuality, Verdict
 from imubench.diagnosis.select import select
+from imubench.diagnosis.series import named_by_law
 from imubench.diagnosis.struck import struck_again
 from imubench.diagnosis.unknown import Unknowns, unknowns
 from imubench.diagnosis.verdict import beside, missing, verdict_of, with_samples
@@ -33,6 +34,8 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         before = gather.weighed(first, told, samples.white)
         where = locate(gather.traces(before), regressors(first))
         strange = unknowns(chosen.fit, where) if chosen else Unknowns((), fit, ())
+        if chosen and (told_by_law := named_by_law(chosen, strange)) is not chosen:
+            chosen, strange = told_by_law, unknowns(told_by_law.fit, where)
         rest, best = strange.findings, strange.fit
         rounded = {f.at for f in samples.findings if f.effect == "quantisation"}
         rest = tuple(f for f in rest if f.at not in rounded)  # rounding goes with the signal, and is said already

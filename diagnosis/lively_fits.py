@@ -29,6 +29,7 @@ TIGHTER = 0.1  # of a law's level at its floor: tried as well
 DECIDED = 10.0  # times the freedoms: worth so much, a refit is not chosen or refused for them
 SAME = 1.0  # nat, which a tighter law may cost
 DELAYED = 15.0  # nat, that a filter must be worth by its delay alone
+TRIPLES = ("gyro", "accel")  # variants of a filter that delay one against the other: nothing else does
 IMPLAUSIBLE = 4.0  # of its prior's standard deviations, on every axis
 
 
@@ -184,7 +185,8 @@ def resolved(trial: Trial) -> bool:
     for h in found:
         for p in [p for p in h.effect.parameters if p.log]:
             value = fit.state.values[h.key(p.name)]
-            most = rates.get(h.at, np.inf) / (2 if h.effect.name == FILTER else 1)  # a filter above is a delay
+            both = h.effect.name == FILTER and h.effect.variant not in TRIPLES
+            most = rates.get(h.at, np.inf) / (2 if both else 1)  # a filter above is a delay, which has another name
             if p.unit == "Hz" and float(np.exp(value).min()) > most:
                 return False  # not on any axis
             if np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std):
