@@ -19,10 +19,11 @@ from imubench.diagnosis.refit import LAWFUL_SMOOTH
 from imubench.diagnosis.rows import Parameters, Rows
 from imubench.diagnosis.settle import shifted
 from imubench.diagnosis.splines import SUPPORT, Moment, Tracks
+from imubench.diagnosis.trial import FILTER
 from imubench.jets import Jet
 
 SMALL = 1e-6  # of its plausible size: how weakly a driven state is held where nothing says where it is
-TOLD = 1e-3  # of a told state's unit, the same beyond the samples
+TOLD = 1e-3  # the same of a filter's, and of one that the effect itself tells
 PASSES = 2  # solves of a law, the second where the first has led
 
 
@@ -48,7 +49,7 @@ def obeyed(model: Model, state: State, h: Hypothesis, drive: State | None = None
     The motion of `drive` moves them, or else the state's own.
 
     What a law leaves open, how its state begins, is as smooth as a fit would have it: held at zero instead, a mount
-    that sags on its springs rang from the first sample on, at 76 times the noise.
+    that sags on its springs rang from the first sample on, at 76 times the noise. A filter has no sag, and forgets.
     """
     own = Tracks(model.tracks.knots, {h.key(s.name): s.width for s in h.effect.states})
     shared = Parameters({h.key(p.name): p.width for p in h.effect.parameters})
@@ -56,14 +57,15 @@ def obeyed(model: Model, state: State, h: Hypothesis, drive: State | None = None
     if not own.widths:
         return state, np.zeros((model.tracks.knots.count, 0, shared.count))
     begun, (state, passes) = state, followed(model, drive or state, h)
-    levels = {f"smooth.{h.key(s.name)}": LAWFUL_SMOOTH * s.std for s in h.effect.states}
+    filters = h.effect.name == FILTER
+    levels = {} if filters else {f"smooth.{h.key(s.name)}": LAWFUL_SMOOTH * s.std for s in h.effect.states}
     for turn in range(passes):
         normal = Normal.empty(own, shared)
         rows = [*state_rows(model, state, h), *smooth_rows(model, state, levels)]
         normal.add([linearise(r, own, shared) for r in rows])
         normal.fill(own)
         for s in h.effect.states:
-            _held(normal, own, h.key(s.name), SMALL / s.std, step)
+            _held(normal, own, h.key(s.name), (TOLD if filters else SMALL) / s.std, step)
         last = turn + 1 == passes
         asked = [normal.gradient[:, :, None], normal.border] if last else [normal.gradient[:, :, None]]
         moves = -solved(normal, np.concatenate(asked, axis=2))

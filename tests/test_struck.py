@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.raw_findings import joined
+from imubench.diagnosis.refit import extended
 from imubench.diagnosis.samples import sampled
 from imubench.diagnosis.struck import FEWEST, TOGETHER, elsewhere, struck_again
+from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -44,6 +47,16 @@ def test_a_stop_knocks_as_well(tmp_path):
 
     fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.35})])
     assert struck_again(fit, samples.struck, (Stop(),)) == ()
+
+
+def test_the_peak_of_a_slip_is_the_slip_s(tmp_path):
+    """It begins before the slip is dated, and a peak of its own there would be a knock."""
+    fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.35})])
+    (before,) = struck_again(fit, samples.struck, ())
+    first, *others = before.parameters["times"].value
+    slip = Hypothesis(EFFECTS["mount_shift"].starting(time=first + 0.1 - fit.model.start), "imu1")
+    (after,) = struck_again(extended(fit, (*fit.model.hypotheses, slip)), samples.struck, ())
+    assert list(after.parameters["times"].value) == others
 
 
 def test_peaks_near_one_another_are_one_and_single_samples_none():
