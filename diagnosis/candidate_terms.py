@@ -7,11 +7,10 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.bases import KINKS, WIDTHS, curve, drifts, even, kinked, play, shaking
-from imubench.diagnosis.coherence import clear_of_noise, slower
+from imubench.diagnosis.coherence import clear_in, slower
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import HINGE
 from imubench.diagnosis.priors import middles
-from imubench.diagnosis.quiet import quiet_level
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.swings import GROUP, swing_rows
 from imubench.diagnosis.terms import LATER, RATE, TURNING, Term
@@ -41,7 +40,7 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         "accel": np.broadcast_to(reading.accel.value, (n, 3)),
     }
     fast = {"gyro": shaking(sensed["gyro"], imu.rate), "accel": shaking(sensed["accel"], imu.rate)}
-    cut = clear_of_noise(sensed["gyro"], min(fit.noise[f"{imu.name}.gyro"], quiet_level(imu.time, imu.gyro)), imu.rate)
+    cut = clear_in(fit, imu, "gyro", sensed["gyro"])
     sensed = {part: slower(x, cut, imu.rate) for part, x in sensed.items()}
     turning = slower(np.broadcast_to(turning, (n, 3)), cut, imu.rate)
     if model.rig.hinge:

@@ -38,7 +38,7 @@ def follows_motion(fit: Fit) -> dict[str, float]:
         if imu is None:
             continue
         signals = [*_motion(fit, imu, rows.time + model.start).values()]
-        cut = min(_clear(signals[0], fit, imu, "gyro"), BELOW * model.humming.get(sensor, np.inf))
+        cut = min(clear_in(fit, imu, "gyro", signals[0]), BELOW * model.humming.get(sensor, np.inf))
         out[rows.name] = _gain(rows.whitened, slower(np.concatenate(signals, axis=1), cut, imu.rate))
     return out
 
@@ -47,7 +47,7 @@ def clear_at(fit: Fit, name: str) -> float:
     """Return the frequency in Hz up to which the fitted motion of an IMU, or what pushes it, is more than noise."""
     imu = fit.model.recording.imu(name)
     motion = _motion(fit, imu, imu.time)
-    cut = max(_clear(motion["rate"], fit, imu, "gyro"), _clear(motion["force"], fit, imu, "accel"))
+    cut = max(clear_in(fit, imu, part, motion[key]) for key, part in (("rate", "gyro"), ("force", "accel")))
     return min(cut, BELOW * fit.model.humming.get(name, np.inf))
 
 
@@ -61,9 +61,10 @@ def _motion(fit: Fit, imu: Imu, stamps: Array) -> dict[str, Array]:
     return {key: np.broadcast_to(s.value, (len(stamps), 3)) for key, s in each.items()}
 
 
-def _clear(signal: Array, fit: Fit, imu: Imu, part: str) -> float:
-    measured = imu.gyro if part == "gyro" else imu.accel
-    return clear_of_noise(signal, min(fit.noise[f"{imu.name}.{part}"], quiet_level(imu.time, measured)), imu.rate)
+def clear_in(fit: Fit, imu: Imu, part: str, signal: Array) -> float:
+    """Return the frequency in Hz up to which a signal (n, 3) is more than the noise of an IMU's gyro or accel."""
+    noise = min(fit.noise[f"{imu.name}.{part}"], quiet_level(imu.time, getattr(imu, part)))
+    return clear_of_noise(signal, noise, imu.rate)
 
 
 def clear_of_noise(signal: Array, noise: float, sampling: float) -> float:
@@ -98,4 +99,4 @@ def _gain(residual: Array, signals: Array) -> float:
     return float(np.max(np.sum((u.T @ y) ** 2, axis=0)) / chi2.isf(CHANCE, u.shape[1]))
 
 
-__all__ = ["RELATED", "clear_at", "clear_of_noise", "follows_motion", "slower"]
+__all__ = ["RELATED", "clear_at", "clear_in", "clear_of_noise", "follows_motion", "slower"]

@@ -57,15 +57,15 @@ def obeyed(model: Model, state: State, h: Hypothesis, drive: State | None = None
     if not own.widths:
         return state, np.zeros((model.tracks.knots.count, 0, shared.count))
     begun, (state, passes) = state, followed(model, drive or state, h)
-    filters = h.effect.name == FILTER
-    levels = {} if filters else {f"smooth.{h.key(s.name)}": LAWFUL_SMOOTH * s.std for s in h.effect.states}
+    levels = {f"smooth.{h.key(s.name)}": LAWFUL_SMOOTH * s.std for s in h.effect.states}
+    smooth, held = ([], TOLD) if h.effect.name == FILTER else (list(own.widths), SMALL)
     for turn in range(passes):
         normal = Normal.empty(own, shared)
-        rows = [*state_rows(model, state, h), *smooth_rows(model, state, levels)]
+        rows = [*state_rows(model, state, h), *smooth_rows(model, state, levels, smooth)]
         normal.add([linearise(r, own, shared) for r in rows])
         normal.fill(own)
         for s in h.effect.states:
-            _held(normal, own, h.key(s.name), (TOLD if filters else SMALL) / s.std, step)
+            _held(normal, own, h.key(s.name), held / s.std, step)
         last = turn + 1 == passes
         asked = [normal.gradient[:, :, None], normal.border] if last else [normal.gradient[:, :, None]]
         moves = -solved(normal, np.concatenate(asked, axis=2))

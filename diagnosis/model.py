@@ -116,6 +116,10 @@ class Model:
             time = h.effect.clock(time, self.values(h, state))
         return Moment(self.tracks, state.coefficients, time)
 
+    def blind(self, h: Hypothesis, state: State) -> tuple[tuple[float, float], ...]:
+        """Return when an effect acts as its law does not say, (from, to) s on the splines."""
+        return h.effect.blind({p.name: state.values[h.key(p.name)] for p in h.effect.parameters})
+
     def gravity(self, state: State) -> Jet:
         """Return the world's gravity (1, 3) m/s^2."""
         gravity = Jet(self.rig.gravity[None])

@@ -1,6 +1,6 @@
 """What a fit holds to be plausible before it sees a measurement, as rows."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -58,7 +58,7 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
         if name in model.priors and name not in (model.fixed or {}):
             jet = variable((name, CONSTANT), state.values[name]) - tilt.start
             yield Rows(f"{TILT}{name}", np.zeros(1), jet, tilt.std, counts=False)
-    yield from smooth_rows(model, state, noise)
+    yield from smooth_rows(model, state, noise, [name for name in model.tracks.widths if name != VELOCITY])
     time, step = middles(model), model.tracks.knots.step
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     if ATTITUDE in model.tracks.widths:
@@ -75,20 +75,19 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
             yield Rows(f"size.{name}", time, moment.track(name), np.full(s.width, s.std / np.sqrt(step)), False)
 
 
-def smooth_rows(model: Model, state: State, noise: dict[str, float]) -> Iterator[Rows]:
-    """Yield the rows that hold splines smooth, those that `noise` has a roughness of."""
+def smooth_rows(model: Model, state: State, noise: dict[str, float], names: Iterable[str]) -> Iterator[Rows]:
+    """Yield the rows that hold some splines as smooth as `noise` says."""
     time, step = middles(model), model.tracks.knots.step
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     sensor = sensor_turn(model, state)
-    for name, width in model.tracks.widths.items():
-        if f"smooth.{name}" in noise:
-            density = np.full(width, noise[f"smooth.{name}"] / np.sqrt(step))
-            curved = moment.track(name, SMOOTH.get(name, SMOOTH_ELSE))
-            if name == FORCE:
-                curved = sensor.back(curved)
-            elif name == ATTITUDE:
-                curved = turned(curved, sensor)
-            yield Rows(f"smooth.{name}", time, curved, density, False)
+    for name in names:
+        density = np.full(model.tracks.widths[name], noise[f"smooth.{name}"] / np.sqrt(step))
+        curved = moment.track(name, SMOOTH.get(name, SMOOTH_ELSE))
+        if name == FORCE:
+            curved = sensor.back(curved)
+        elif name == ATTITUDE:
+            curved = turned(curved, sensor)
+        yield Rows(f"smooth.{name}", time, curved, density, False)
 
 
 def pace_rows(model: Model, state: State) -> Iterator[Rows]:

@@ -134,7 +134,7 @@ def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], N
 
 def blind(fit: Fit, h: Hypothesis) -> dict[str, NDArray[np.bool_]]:
     """Return the samples that count besides those in which an effect acts as its law does not say; none: all do."""
-    windows = h.effect.blind({p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters})
+    windows = fit.model.blind(h, fit.state)
     masks = {}
     for name, stamps in fit.model.stamps.items():
         if windows and name.split(".")[0] == h.at:

@@ -73,11 +73,8 @@ def slips(fit: Fit, imu: str, window: Window) -> bool:
     Beside it too: it is where a peak begins that such a moment is known by.
     """
     start, end = (t - fit.model.start for t in window)
-    for h in fit.model.at(imu):
-        windows = h.effect.blind({p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters})
-        if any(a - BESIDE <= end and b + BESIDE >= start for a, b in windows):
-            return True
-    return False
+    windows = [w for h in fit.model.at(imu) for w in fit.model.blind(h, fit.state)]
+    return any(a - BESIDE <= end and b + BESIDE >= start for a, b in windows)
 
 
 def knocks(fit: Fit, imu: str, struck: Mask, peaks: Sequence[Window]) -> Array:

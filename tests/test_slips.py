@@ -5,10 +5,9 @@ import pytest
 
 from imubench.diagnosis.after import After
 from imubench.diagnosis.columns import Base, promise
-from imubench.diagnosis.grids import slip
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.slips import BEFORE, Slips, slopes
+from imubench.diagnosis.slips import BEFORE, Slips, slip, slopes
 from imubench.effects.mounts import SLIP
 from imubench.format1 import read
 from imubench.proof.case import make_case
