@@ -25,6 +25,7 @@ from imubench.effects import EFFECTS, possible
 LIKE = 5.0  # nat, up to which a rival counts as equal: odds of 150
 DOUBT = 0.2  # of what an effect explains: a rival that would lose less is refitted, for laws are not linear
 REFITTED = 3  # rivals at most
+SCALE = "accel_scale"
 CLOCKS = ("time_offset", "clock_skew")
 
 
@@ -56,6 +57,7 @@ def alternatives(model: Model, h: Hypothesis) -> list[Hypothesis]:
     if h.effect.name in CLOCKS:
         out += [Hypothesis(h.effect, i.name) for i in recording.imus]
     out = [r for r in out if r.name not in taken and not r.effect.grid(1.0)]
+    out.sort(key=lambda r: r.effect.name != SCALE)  # first, all in one piece: they stand in for gravity together
     return list({r.name: r for r in out}.values())
 
 
@@ -70,7 +72,7 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     smooth = filters(bare, stands, *slow, fit.noise) if slow else {}
     both, wanted, single = _against(fit, (bare, still, added), alternatives(fit.model, h), smooth)
     found = [Rival(one.hypothesis.effect.name, one.hypothesis.at, one.loss) for one in single]
-    scales = [one.hypothesis for one in single if one.hypothesis.effect.name == "accel_scale"]
+    scales = [one.hypothesis for one in single if one.hypothesis.effect.name == SCALE]
     if h.effect.name == "gravity" and scales:
         loss, _ = both.explained(wanted, both.along(*(r.name for r in scales)).sum(axis=1, keepdims=True))
         found += [Rival(r.effect.name, r.at, loss) for r in scales]
@@ -103,7 +105,7 @@ def _refitted(fit: Fit, h: Hypothesis, one: Instead) -> Rival | None:
 def alike(fit: Fit, h: Hypothesis) -> list[Rival]:
     """Return what the recording cannot tell from `h`, a kept effect of the fit, the closest first."""
     found = {(r.effect, r.at): r for r in rivals(fit, h) if r.loss < LIKE}
-    scales = [other for other in fit.model.hypotheses if other.effect.name == "accel_scale"]
+    scales = [other for other in fit.model.hypotheses if other.effect.name == SCALE]
     if h in scales and len(scales) == len(fit.model.recording.imus):
         loss = _all_scaled(fit, scales)
         if loss < LIKE:

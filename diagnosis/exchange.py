@@ -5,7 +5,7 @@ from collections.abc import Callable
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.refit import log_evidence, refit
-from imubench.diagnosis.trial import NEEDED, Kept, Trial
+from imubench.diagnosis.trial import NEEDED, Kept, Passed
 
 TIE, SHARE = 20.0, 0.05  # nat, or of the evidence, within which two effects were as good
 
@@ -24,6 +24,6 @@ def exchanged(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[F
             tried = refit(fit, names)
             if log_evidence(tried) > log_evidence(fit) + NEEDED:
                 fit = with_noise(tried)
-                k = Kept(t.hypothesis, k.evidence, k.heldout, (Trial(k.hypothesis, fit, k.evidence - NEEDED),))
+                k = Kept(t.hypothesis, k.evidence, k.heldout, (Passed(k.hypothesis, k.evidence - NEEDED),))
         out.append(k)
     return fit, out

@@ -21,7 +21,7 @@ from imubench.diagnosis.laws import led
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import rougher
 from imubench.diagnosis.refit import extended
-from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, UNEXPLAINED, Kept, Trial, misfit
+from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, UNEXPLAINED, Kept, Passed, Trial, misfit
 from imubench.diagnosis.worth import worth
 from imubench.effects import VARIANTS
 from imubench.recording import Imu
@@ -61,7 +61,7 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bo
     fit, k, kept = settled, moved, [moved if other is k else other for other in kept]
     plain = rougher(fit)
     tries: list[Trial] = []
-    ties: list[Trial] = []
+    ties: list[Passed] = []
     for effect in effects:
         h = Hypothesis(effect, slow[0].name)
         say(f"trying {h.name} in the place of {k.hypothesis.name}")
@@ -69,12 +69,12 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bo
             tried = _with(fit, rest, h, {h.key("cutoff"): np.array([np.log(cutoff)])})
             smooth, rough = gains((fit, plain), tried)
             tries.append(Trial(h, tried, min(smooth, rough)))
-            ties += [tries[-1]] if max(smooth, rough) > -LIKE else []
+            ties += [Passed(h, tries[-1].evidence)] if max(smooth, rough) > -LIKE else []
     best = max(tries, key=lambda t: t.evidence, default=None)
     if best is None or best.evidence <= NEEDED or (puzzling and misfit(best.fit) > UNEXPLAINED):
         tied = k if puzzling else replace(k, ties=tuple(ties))
         return fit, [tied if other is k else other for other in kept]
-    rivals = (Trial(k.hypothesis, fit, k.evidence), *k.rivals)
+    rivals = (Passed(k.hypothesis, k.evidence), *k.rivals)
     new = replace(k, hypothesis=best.hypothesis, evidence=k.evidence + best.evidence, rivals=rivals)
     return best.fit, [new if other is k else other for other in kept]
 

@@ -13,7 +13,7 @@ from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Rejected, Where
 from imubench.diagnosis.select import Selection
 from imubench.diagnosis.separate import separation
-from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, Trial, misfit
+from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, Passed, misfit
 from imubench.effects import EFFECTS
 
 EVEN = 0.6  # the confidence at most of a law beside which another was worth as much
@@ -54,7 +54,7 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
     return tuple(out)
 
 
-def like(kept: Kept) -> list[Trial]:
+def like(kept: Kept) -> list[Passed]:
     """Return the other laws of its IMU that were worth as much as the kept one: soft springs for rocking ones."""
     h, least = kept.hypothesis, kept.evidence - max(TIE, SHARE * kept.evidence)
     laws = [t for t in kept.rivals if t.hypothesis.effect.lawful and t.hypothesis.at == h.at and t.evidence > least]

@@ -9,7 +9,7 @@ Each half's parameters are one Gauss-Newton step from those of the whole, exact 
 them. With N, B, C, g, h the normal equations of a half at the whole's solution (splines x, parameters p)::
 
     [ N   B ] [ x ]     [ g ]
-    [ B'  C ] [ p ] = - [ h ]      learns p from that half,   N' x' = -(g' + B' p)   follows the other with it.
+    [ B'  C ] [ p ] = - [ h ]      learns p from that half,   x' - N'^-1 B' (p - p')   follows the other with it.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import Solution, solve_arrow
+from imubench.diagnosis.blocks import solve_arrow
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.linear import Linear, linearise
 from imubench.diagnosis.normal import Normal
@@ -72,13 +72,14 @@ def held_out(fit: Fit, span: tuple[float, float] | None = None, most: float = BL
         normal = Normal.empty(model.tracks, model.parameters)
         normal.add([part.of(block % 2 == half) for part, block in zip(parts, blocks, strict=True)] + priors)
         normal.fill(model.tracks)
-        halves.append((normal, solve_arrow(normal.band, normal.border, normal.corner)))
+        halves.append(_told_by(normal))
+        del normal  # with its factors, before the other half's: memory
     cost = np.zeros(count)
-    for half in (0, 1):
-        learnt = _learnt(*halves[half])
-        motion = _followed(*halves[1 - half], learnt)
+    for half, (motion, own_step, follow) in enumerate(halves):
+        learnt = halves[1 - half][1]
+        motion = motion + follow @ (learnt - own_step)
         for part, block in zip(parts, blocks, strict=True):
-            own = block % 2 == 1 - half
+            own = block % 2 == half
             left = _left(part.of(own), motion, learnt, model.tracks.width)
             cost += np.bincount(block[own], 0.5 * np.sum(left**2, axis=1), count)
     return cost
@@ -92,11 +93,11 @@ def predicted(before: Fit, after: Fit, rng: np.random.Generator, most: float = B
     """
     span = before.span
     found = gain(held_out(before, span, most), held_out(after, span, most), rng)
-    told = _told(before) - _told(after)
+    told = _declared(before) - _declared(after)
     return Gain(found.value + told, found.low + told, found.high + told, found.blocks)
 
 
-def _told(fit: Fit) -> float:
+def _declared(fit: Fit) -> float:
     """Return half the squared distances of the geometry from what is declared, in standard deviations."""
     return float(sum(r.cost for r in fit.rows if r.name.startswith("prior.") and "@" not in r.name))
 
@@ -109,16 +110,14 @@ def gain(before: Array, after: Array, rng: np.random.Generator) -> Gain:
     return Gain(float(blocks.sum()), float(low), float(high), blocks)
 
 
-def _learnt(normal: Normal, solution: Solution) -> Array:
-    """Return the step (p,) of the parameters that a half alone would take."""
-    _, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
-    return p[:, 0]
+def _told_by(normal: Normal) -> tuple[Array, Array, Array]:
+    """Return the steps of the splines (m, b) and the parameters (p,) that a half alone asks for.
 
-
-def _followed(normal: Normal, solution: Solution, learnt: Array) -> Array:
-    """Return the step (m, b) of the splines on a half whose parameters are given."""
-    pull = normal.gradient + normal.border @ learnt
-    return solution.factor.solve(-pull[:, :, None])[:, :, 0]
+    With them what the splines do (m, b, p) when a parameter takes another step.
+    """
+    solution = solve_arrow(normal.band, normal.border, normal.corner)
+    x, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
+    return x[:, :, 0], p[:, 0], -solution.factor.backward(solution.half)
 
 
 def _left(part: Linear, motion: Array, learnt: Array, width: int) -> Array:

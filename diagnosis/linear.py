@@ -152,11 +152,8 @@ class Stack:
     def __init__(self, parts: Sequence[Linear]) -> None:
         self.parts = [(part, Order.of(part.first)) for part in parts]
         self.knots = max((order.knots for _, order in self.parts), default=0)
-
-    @property
-    def begins(self) -> range:
-        """The first knots of the pieces."""
-        return range(0, self.knots, CHUNK)
+        first = min((int(order.knot[0]) for _, order in self.parts if len(order.knot)), default=0)
+        self.begins = range(first - first % CHUNK, self.knots, CHUNK)  # the first knots of the pieces
 
     def piece(self, begin: int) -> tuple[Array, list[tuple[Whole | slice, Place]]]:
         """Return the rows at some knots from one of `begins` on, (knots, rows, 6 width + p + 1), the residual last.

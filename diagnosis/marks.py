@@ -7,14 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import solve_arrow
+from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.model import Model
-from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.rows import Parameters, Rows
+from imubench.diagnosis.score import together
+from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.threads import one_thread
 from imubench.jets import CONSTANT, Jet
@@ -51,26 +52,28 @@ class Joint:
 
 @one_thread
 def joint(model: Model, state: State, fit: Fit, fresh: Sequence[Hypothesis], columns: Columns | None = None) -> Joint:
-    """Return the information of hypotheses in `model`, and of columns, at a state, with a fit's noise."""
+    """Return the information of hypotheses without states in `model`, and of columns, at a state, with a fit's noise.
+
+    Of hypotheses some at a time, each with every column: what those of different pieces have in common is left out.
+    """
     extra = columns or {}
-    own = {h.key(p.name) for h in fresh for p in h.effect.parameters}
-    widths = model.parameters.widths | dict.fromkeys(extra, 1)
-    parameters = Parameters(widths)
+    own = {h.key(p.name): p.width for h in fresh for p in h.effect.parameters}
     rows = all_rows(model, state, fit.noise, fit.anchor, fit.loose)
     kept = [_marked(r, extra) for r in rows if r.name not in {f"prior.{n}" for n in own}]
-    normal = Normal.empty(model.tracks, parameters)
-    normal.add([linearise(r, model.tracks, parameters) for r in kept])
-    normal.fill(model.tracks)
-    solution = solve_arrow(normal.band, normal.border, normal.corner)
-    names = [h.key(p.name) for h in fresh for p in h.effect.parameters] + list(extra)
-    information, gradient = solution.reduced(normal.gradient, normal.corner_gradient, parameters.places(names))
-    prior = [model.priors[n].std for n in names if n in own] + [np.full(len(extra), np.inf)]
-    places, at = {}, 0
-    for name, width in [(h.name + h.tag, sum(p.width for p in h.effect.parameters)) for h in fresh] + [
-        (n, 1) for n in extra
-    ]:
-        places[name] = np.arange(at, at + width)
-        at += width
+    others = model.with_effects(tuple(h for h in model.hypotheses if h not in fresh))
+    base, none = Base.of(replace(fit, model=others, rows=kept)), Tracks(model.tracks.knots, {})
+    every = Parameters(own | dict.fromkeys(extra, 1))
+    information, gradient = np.zeros((every.count, every.count)), np.zeros(every.count)
+    for some in list(together(fresh)) or [[]]:
+        names = [h.key(p.name) for h in some for p in h.effect.parameters] + list(extra)
+        shared = Parameters({n: every.widths[n] for n in names})
+        touched = (r for r in kept if any(n in shared.widths for n, _ in r.residual.blocks))
+        told = ((r.name, linearise(r, none, shared).border) for r in touched)
+        at = every.places(names)
+        information[np.ix_(at, at)], gradient[at] = base.reduced(told, shared.count)
+    prior = [model.priors[n].std for n in own] + [np.full(len(extra), np.inf)]
+    places = {h.name + h.tag: every.places([h.key(p.name) for p in h.effect.parameters]) for h in fresh}
+    places |= {n: every.places([n]) for n in extra}
     return Joint(places, (information + information.T) / 2, gradient, np.concatenate(prior))
 
 

@@ -18,7 +18,7 @@ from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import SEED, prune
 from imubench.diagnosis.rounds import Round, asked, attempted
 from imubench.diagnosis.terms import FRICTION
-from imubench.diagnosis.trial import CLOCK, Kept
+from imubench.diagnosis.trial import CLOCK, Kept, Passed
 from imubench.effects import possible
 
 MOST = 5  # effects in one diagnosis
@@ -51,6 +51,8 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
     while len(kept) < MOST:
         now, before = attempted(fit, asked_for, say), len(kept)
         fit, kept, refused = entered(now, kept, rng, say)
+        lively = now.lively
+        del now  # with all its fits: memory
         rejected += refused
         if len(kept) > before:
             late = any(k.hypothesis.effect.name == CLOCK for k in kept[before:])
@@ -59,7 +61,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             fit, kept = mixed(fit, kept, say) if rubs else (fit, kept)
             fit, kept = quickly(fit, kept, say) if late else (fit, kept)
             asked_for = everything
-        elif refused and not now.lively:
+        elif refused and not lively:
             asked_for = [h for h in everything if h.effect.states]
         else:
             break
@@ -89,7 +91,7 @@ def entered(
         refused.append((best.hypothesis, won.value))
     else:
         return all_together(now, kept, refused, rng, say)
-    others = tuple(t for t in now.tried if t is not best and not t.also)
+    others = tuple(Passed(t.hypothesis, t.evidence) for t in now.tried if t is not best and not t.also)
     kept = [*kept, *(Kept(h, best.evidence, won, others) for h in (best.hypothesis, *best.also))]
     for trial in now.together if best is now.tried[0] else []:
         won = foretold(better, trial.fit, rng)

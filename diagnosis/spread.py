@@ -85,6 +85,6 @@ class Spread:
             for h, (some, place) in zip(out, places, strict=True):
                 h[some] = np.clip(hat[place], 0.0, 1.0)
 
-        for _ in side_by_side(fill, zip(reversed(stack.begins), inverse, strict=True)):
+        for _ in side_by_side(fill, zip(reversed(stack.begins), inverse, strict=False)):  # down to the first row
             pass
         return out

@@ -29,14 +29,22 @@ class Trial:
 
 
 @dataclass(frozen=True)
+class Passed:
+    """An effect that was passed over for another one, without its fit: a long recording's has a hundred megabytes."""
+
+    hypothesis: Hypothesis
+    evidence: float  # nat
+
+
+@dataclass(frozen=True)
 class Kept:
     """An effect that stays."""
 
     hypothesis: Hypothesis
     evidence: float  # nat, over the model without it
     heldout: Gain
-    rivals: tuple[Trial, ...]  # refitted in its round, in its place
-    ties: tuple[Trial, ...] = ()  # what in the end was as good in its place; their evidence is over the fit with it
+    rivals: tuple[Passed, ...]  # refitted in its round, in its place
+    ties: tuple[Passed, ...] = ()  # what in the end was as good in its place; their evidence is over the fit with it
 
     @classmethod
     def unjudged(cls, h: Hypothesis) -> "Kept":

@@ -12,6 +12,7 @@ from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.score import score
+from imubench.diagnosis.system import all_rows, factored
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -70,6 +71,13 @@ def test_joint_information_is_that_of_the_scores(tmp_path):
     others = [Hypothesis(EFFECTS[name], "imu2") for name in ("gyro_bias", "accel_scale")]
     begun = extended(fit, (h, *others))
     both = joint(begun.model, begun.state, fit, others)
+    rows = all_rows(begun.model, begun.state, fit.noise, fit.anchor, fit.loose)
+    own = [h.key(p.name) for h in others for p in h.effect.parameters]
+    normal, solution, _ = factored(begun.model, [r for r in rows if r.name not in {f"prior.{n}" for n in own}])
+    places = begun.model.parameters.places(own)
+    information, gradient = solution.reduced(normal.gradient, normal.corner_gradient, places)
+    np.testing.assert_allclose(both.information, information, rtol=1e-6, atol=1e-6 * np.abs(information).max())
+    np.testing.assert_allclose(both.gradient, gradient, rtol=1e-6, atol=1e-6 * np.abs(gradient).max())
     for s in score(fit, others):
         at = both.places[s.hypothesis.name]
         found = promise(both.information[np.ix_(at, at)], both.gradient[at], both.prior[at])

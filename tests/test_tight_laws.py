@@ -15,7 +15,7 @@ from imubench.diagnosis.refit import extended
 from imubench.diagnosis.rounds import stateful
 from imubench.diagnosis.screen import screen
 from imubench.diagnosis.select import candidates
-from imubench.diagnosis.trial import FILTER, Kept, Trial
+from imubench.diagnosis.trial import FILTER, Kept, Passed
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -73,5 +73,5 @@ def test_springs_are_asked_beside_a_rival_without_states_and_filters_are_not(cle
 )
 def test_springs_of_another_kind_that_were_worth_as_much_are_their_like(clean, evidence, at, rival):
     h, other = Hypothesis(EFFECTS["rocking_mount"], "imu2"), Hypothesis(EFFECTS["soft_mount"], at)
-    kept = Kept(h, 58.0, Gain(100.0, 50.0, 150.0, np.full(8, 12.0)), (Trial(other, clean, evidence),))
+    kept = Kept(h, 58.0, Gain(100.0, 50.0, 150.0, np.full(8, 12.0)), (Passed(other, evidence),))
     assert [t.hypothesis.name for t in like(kept)] == (["soft_mount@imu2"] if rival else [])
