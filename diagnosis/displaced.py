@@ -22,6 +22,7 @@ from imubench.diagnosis.trial import FILTER
 from imubench.diagnosis.worth import worth
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
+CLOSE = 0.01  # of what a name explains: an unfitted promise says no less (what it goes with, 10 ms late, is nearly it)
 TURNS = 0.2  # of what play explains that never comes back: a mount that turns slowly may explain so much less
 QUICK = 0.1  # of its power: what a slow turn leaves of such play (of two creeping mounts 0.002 and 0.005, of play 0.6)
 MOVED = ("mount_shift", "mount_pose")
@@ -64,12 +65,13 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
                 fit = with_noise(without)
                 continue
             held: list[tuple[float, Fitted]] = []
-            freer = rougher(fit)
             free = gone[0].effect.free
-            enough = 1 - TURNS if turns else 1 - MUCH if free else 1.0
+            enough = 1 - TURNS if turns else 1 - MUCH if free else 1 + CLOSE
             likely = [g for g in guesses if g.white > enough * lost and (g.term.timed or not turns)]
             likely = [g for g in likely if not g.term.holds(gone[0].effect.name)]
-            for guess in rivals(likely, fit, gone):
+            asked = list(rivals(likely, fit, gone))
+            freer = rougher(fit) if asked else fit
+            for guess in asked:
                 done = fitted(without, guess, price)
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
                 if done.heldout.foretells() and more > (-TURNS * lost if turns else -NEEDED if free else 0.0):
