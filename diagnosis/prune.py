@@ -133,7 +133,11 @@ def about_zero(fit: Fit, gone: Sequence[Hypothesis], covariance: Array) -> float
 
     covariance (p, p) is of all the fit's parameters.
     """
-    names = [h.key(p.name) for h in gone for p in h.effect.parameters]
+    return at_centre(fit, [h.key(p.name) for h in gone for p in h.effect.parameters], covariance)
+
+
+def at_centre(fit: Fit, names: Sequence[str], covariance: Array) -> float:
+    """Return the same of some parameters by name."""
     at = fit.model.parameters.places(names)
     priors = [fit.model.priors[name] for name in names]
     away = np.concatenate([fit.state.values[name] for name in names])
