@@ -23,14 +23,17 @@ from imubench.diagnosis.refit import refit
 from imubench.diagnosis.screen import screen
 from imubench.diagnosis.select import MOST, Selection, candidates, foretold
 from imubench.diagnosis.terms import SERIES, Unknown
-from imubench.diagnosis.trial import TRIED, Kept, Trial
+from imubench.diagnosis.trial import FILTER, TRIED, Kept, Trial
 from imubench.diagnosis.unknown import Unknowns
 from imubench.diagnosis.worth import weighed, worth
 
 
 def named_by_law(selection: Selection, strange: Unknowns, say: Callable[[str], None] = lambda _: None) -> Selection:
-    """Return the selection, with the filter or the spring that is worth more than a series of `strange`, if one is."""
-    for term in strange.fit.model.hypotheses:
+    """Return the selection, with the filter or the spring that is worth more than a series of `strange`, if one is.
+
+    Beside a pose whose errors wander a series is theirs, and so would be a law's (a filter of 825 nat, and no offset).
+    """
+    for term in strange.fit.model.hypotheses if not selection.fit.model.wander else ():
         if isinstance(term.effect, Unknown) and term.effect.term.goes_with in SERIES and len(selection.kept) < MOST:
             say(f"looking whether a law says what {term.name} is")
             best = by_law(selection.fit, term.at)
@@ -52,7 +55,17 @@ def by_law(fit: Fit, at: str) -> Trial | None:
     for some in screen(fit, [h for h in asked if h.effect.variant != "isotropic"])[:TRIED]:
         with suppress(NotPositiveDefiniteError):
             trials.append(begun_screened(fit, [some], rounds=ROUNDS + MORE))
-    return max((t for t in trials if resolved(t)), key=lambda t: t.evidence, default=None)
+    return max((t for t in trials if resolved(t) and rings(t)), key=lambda t: t.evidence, default=None)
+
+
+def rings(trial: Trial) -> bool:
+    """Return whether samples show springs swing, on an axis at least: what gives way without is the series itself.
+
+    A real IMU, screwed on, had springs of 24, 46 and 92 Hz at 40 samples a second.
+    """
+    h, fit = trial.hypothesis, trial.fit
+    swing = [np.exp(fit.state.values[h.key(p.name)]).min() for p in h.effect.parameters if p.unit == "Hz"]
+    return h.effect.name == FILTER or all(f < fit.model.recording.imu(h.at).rate / 2 for f in swing)
 
 
 def with_series(fit: Fit, term: Hypothesis) -> Fit:

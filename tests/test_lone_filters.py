@@ -48,6 +48,6 @@ def test_a_filter_whose_cutoff_is_not_known_is_none(tmp_path):
     fit, filters = limb(tmp_path, seed=2058391797, rate=100.0, rate2=100.0, **told, **more, **noise)
     (both,) = [s for s in screen(fit, filters) if len(s.hypothesis.effect.states) == 2]
     trial = begun_screened(fit, [both])
-    assert trial.evidence > NEEDED
+    assert trial.evidence > 0.0  # nat: what it explains is not all that speaks against it
     assert not resolved(trial)
     assert not state_trials(fit, filters, lambda _: None)
