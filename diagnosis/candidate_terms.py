@@ -71,6 +71,7 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
             yield make.every("the hinge angle", curve(angle))
             yield make.every("the hinge rate", kinked(rate))
     late = drifts(time)
+    late = late - late.mean(axis=0)  # the mount is where it is on average
     turned = [np.einsum("nk,nij->nijk", late, skew(x)).reshape(n, 3, -1) for x in sensed.values()]
     unit = 0.01  # rad, of a mount that turns
     signals = {part: unit * s for part, s in zip(sensed, turned, strict=True)}

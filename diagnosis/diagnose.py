@@ -44,6 +44,8 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         now |= {f"{f.at}.{f.effect.removesuffix('_noise')}": float(f.parameters["std"].value) for f in noises}
         after = gather.weighed(best, now)
         kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
+        whole = chosen is not None and all((k.hypothesis.effect.name, k.hypothesis.at) in kept for k in chosen.kept)
+        plain = chosen.fit if chosen and whole else best  # that the findings' numbers are of: a term may hold a mount's
         fitted = tuple(f for f in (findings(chosen) if chosen else ()) if (f.effect, f.at) in kept)
         named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
         named += struck_again(best, samples.struck, named) if chosen else ()
@@ -51,8 +53,8 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
     evidence = Evidence(
         recording,
         traces,
-        gather.played(best),
-        gather.mounts(best),
+        gather.played(plain),
+        gather.mounts(plain),
         before.levels,
         motion_before=gather.played(first) if named else None,
         notes=(

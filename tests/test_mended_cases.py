@@ -30,6 +30,10 @@ CASES = {
         *(1014141228, 300, 14, 15.0),
         {("axis_coupling", "joint"), ("gyro_bias", "imu1"), ("low_pass", "imu1")},
     ),
+    "springs that bend, whatever a linear step foretells": (
+        *(3064914, 300, 38, 15.0),
+        {("soft_mount", "imu1"), ("unknown", "imu1")},
+    ),
     "a spring that looked like a lighter body": (
         *(4021, 40, 2, 40.0),
         {("joint_spring", "joint"), ("viscous_friction", "joint"), ("gyro_scale", "imu2")},

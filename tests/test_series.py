@@ -1,8 +1,15 @@
 """A series without a name gives way to the spring or the filter whose series it is, and to no other."""
 
+import numpy as np
 import pytest
 
 from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.refit import extended
+from imubench.diagnosis.series import rings
+from imubench.diagnosis.trial import Trial
+from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -26,6 +33,14 @@ def test_a_weak_spring_is_told_by_its_law(tmp_path):
     spring = {"frequency": [11.536154051201535, 13.307013434826802, 13.869591574941193]}
     told = found(tmp_path, "soft_mount", spring | {"damping_ratio": 0.11441427391417897}, 2081949720)
     assert [(f.effect, f.at) for f in told] == [("soft_mount", "imu1")]
+
+
+@pytest.mark.parametrize(("frequency", "slow"), [([92.4, 45.8, 24.0], False), ([92.4, 45.8, 11.0], True)])
+def test_springs_above_what_samples_show_are_a_series(tmp_path, frequency, slow):
+    make_case(tmp_path / "r", "hinge", [], 3, seconds=4.0, rate=40.0)
+    h = Hypothesis(EFFECTS["rocking_mount"], "imu2")
+    begun = extended(nominal_fit(read(tmp_path / "r")[0]), (h,), {"rocking_mount@imu2.frequency": np.log(frequency)})
+    assert rings(Trial(h, begun, 70.0)) == slow
 
 
 @pytest.mark.slow
