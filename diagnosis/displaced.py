@@ -58,12 +58,13 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
         say(f"looking whether something without a name explains more than {' and '.join(h.name for h in gone)}")
         with suppress(NotPositiveDefiniteError):
             without = refit(fit, tuple(h for h in fit.model.hypotheses if h not in gone), steps=4)
-            guesses, tried = promising(without)
             over = worth if any(h.effect.states for h in gone) else evidence_over
-            price, lost = float(np.log(max(tried / NAMES, 1))), over(without, fit)
+            lost = over(without, fit)
             if terms and lost < 0:  # what came in for another name explains this one's part too
                 fit = with_noise(without)
                 continue
+            guesses, tried = promising(without)
+            price = float(np.log(max(tried / NAMES, 1)))
             held: list[tuple[float, Fitted]] = []
             free = gone[0].effect.free
             enough = 1 - TURNS if turns else 1 - MUCH if free else 1 + CLOSE
