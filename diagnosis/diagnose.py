@@ -1,22 +1,25 @@
 """From a recording to a diagnosis: fit the motion, weigh what is left, locate it, say what it is."""
 
+from collections.abc import Collection
 from time import perf_counter
 
 from imubench.diagnosis import gather
 from imubench.diagnosis.begin import begun
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.findings import findings, rejected
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.left_out import left_out_change
 from imubench.diagnosis.noise import declared, declared_by
 from imubench.diagnosis.nominal import certain
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, FitQuality, Verdict
-from imubench.diagnosis.select import select
+from imubench.diagnosis.select import Selection, select
 from imubench.diagnosis.series import named_by_law
 from imubench.diagnosis.struck import struck_again
 from imubench.diagnosis.unknown import Unknowns, unknowns
 from imubench.diagnosis.verdict import beside, missing, verdict_of, with_samples
 from imubench.diagnosis.where import locate
+from imubench.effects.effect import Effect
 from imubench.progress import Step, silent
 from imubench.recording import Recording
 
@@ -44,8 +47,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         now |= {f"{f.at}.{f.effect.removesuffix('_noise')}": float(f.parameters["std"].value) for f in noises}
         after = gather.weighed(best, now)
         kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
-        whole = chosen is not None and all((k.hypothesis.effect.name, k.hypothesis.at) in kept for k in chosen.kept)
-        plain = chosen.fit if chosen and whole else best  # that the findings' numbers are of: a term may hold a mount's
+        plain = numbered(chosen, kept) or best
         fitted = tuple(f for f in (findings(chosen) if chosen else ()) if (f.effect, f.at) in kept)
         named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
         named += struck_again(best, samples.struck, named) if chosen else ()
@@ -79,6 +81,17 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         unseen,
     )
     return diagnosis, evidence
+
+
+def numbered(chosen: Selection | None, kept: Collection[tuple[str, str]]) -> Fit | None:
+    """Return the fit that the findings' numbers are of, in which no term without a name holds a share of a mount's.
+
+    None where a name that moves a sensor or a joint is not `kept`: then the terms say where these are.
+    """
+    if chosen is None:
+        return None
+    gone = [k.hypothesis.effect for k in chosen.kept if (k.hypothesis.effect.name, k.hypothesis.at) not in kept]
+    return chosen.fit if all(type(effect).error is not Effect.error for effect in gone) else None
 
 
 __all__ = ["diagnose"]
