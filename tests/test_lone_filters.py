@@ -39,15 +39,27 @@ def test_a_filter_that_is_there_explains_something_beside_a_rougher_motion_too(t
     assert np.exp(best.fit.state.values[best.hypothesis.key("cutoff")][0]) == pytest.approx(4.0, rel=0.1)
 
 
-@pytest.mark.slow
-def test_a_filter_whose_cutoff_is_not_known_is_none(tmp_path):
-    """It was called a filter of 18 Hz with a confidence of 0.96, its cutoff known within 80 %."""
+@pytest.fixture(scope="module")
+def unknown(tmp_path_factory):
+    """A clean limb, its filters, and the refit with that of both triples."""
     told = {"gyro_noise": 0.0044242, "accel_noise": 0.0293242, "declare_noise": True, "rotation_std": 0.029033}
     more = {"band": 3.71361765202161, "vigour": 0.6716713967192729, "rest": 0.12411952014467907, "gaps": 1}
     noise = {"colour": 0.13660008968550577, "misdeclared": 0.14776560122707308, "position_std": 0.005844836}
-    fit, filters = limb(tmp_path, seed=2058391797, rate=100.0, rate2=100.0, **told, **more, **noise)
+    folder = tmp_path_factory.mktemp("limb")
+    fit, filters = limb(folder, seed=2058391797, rate=100.0, rate2=100.0, **told, **more, **noise)
     (both,) = [s for s in screen(fit, filters) if len(s.hypothesis.effect.states) == 2]
-    trial = begun_screened(fit, [both])
-    assert trial.evidence > 0.0  # nat: what it explains is not all that speaks against it
+    return fit, filters, begun_screened(fit, [both])
+
+
+@pytest.mark.slow
+def test_a_filter_whose_cutoff_is_not_known_is_none(unknown):
+    """It was called a filter of 18 Hz with a confidence of 0.96, its cutoff known within 80 %."""
+    fit, filters, trial = unknown
     assert not resolved(trial)
     assert not state_trials(fit, filters, lambda _: None)
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(strict=True, reason="4.2 nat, 5 needed: the cutoff alone no longer has to refuse it")
+def test_a_filter_whose_cutoff_is_not_known_has_evidence(unknown):
+    assert unknown[2].evidence > NEEDED
