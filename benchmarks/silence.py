@@ -1,5 +1,7 @@
 """How often a diagnosis speaks where nothing is left out.  python -m benchmarks silence
 
+`python -m benchmarks.silence SEED WORKERS` takes recordings that nobody has seen.
+
 Recordings without an effect by the independent generator: every rig, motion up to 10 Hz, rests, gaps, clocks and rates
 of their own, geometry wrong by what is declared; their noise white, coloured (5 to 20 % of its power), declared up to
 15 % wrong, or declared half or double. An alarm is a finding of confidence 0.5 or more; that a sensor is twice as
@@ -37,6 +39,7 @@ class Silence:
     """One recording without an effect, and what was said of it."""
 
     number: int
+    seed: int
     noise: str
     rig: str
     options: dict[str, Any]
@@ -57,27 +60,27 @@ def recordings(count: int, seed: int) -> Iterator[Silence]:
             options["misdeclared"] = float(rng.uniform(-0.15, 0.15))
         elif noise == "declared half or double":
             options["misdeclared"] = float(rng.choice([-0.5, 1.0]))
-        yield Silence(i, noise, str(options.pop("rig")), options)
+        yield Silence(i, seed + i, noise, str(options.pop("rig")), options)
 
 
 def asked(one: Silence) -> Silence:
     """Return the recording with what was said of it."""
     with tempfile.TemporaryDirectory() as scratch:
-        make_case(Path(scratch) / "r", one.rig, [], SEED + one.number, **one.options)
+        make_case(Path(scratch) / "r", one.rig, [], one.seed, **one.options)
         found, _ = diagnose(read(Path(scratch) / "r")[0])
     fine = NOISES if one.noise == "declared half or double" else ()
     said = tuple(f"{f.effect} at {f.at}" for f in found.findings if f.confidence >= SAID and f.effect not in fine)
     return replace(one, said=said)
 
 
-def run(count: int = RECORDINGS) -> list[Row]:
-    """Return a row for each kind of noise; alarms are told as they come."""
+def run(count: int = RECORDINGS, seed: int = SEED, workers: int | None = None) -> list[Row]:
+    """Return a row for each kind of noise; what was said is told as it comes."""
     done = []
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for one in pool.map(asked, recordings(count, SEED)):
+    with ProcessPoolExecutor(workers or os.cpu_count()) as pool:
+        for one in pool.map(asked, recordings(count, seed)):
             done.append(one)
-            if one.said:
-                print(f"{one.number} of {count}: {one.rig}, {one.noise}: {', '.join(one.said)}", file=sys.stderr)
+            said = ", ".join(one.said) or "silent"
+            print(f"{len(done)} of {count}: {one.rig}, {one.noise}: {said}", file=sys.stderr, flush=True)
     rows = []
     for noise, most in MOST.items():
         of = [one for one in done if one.noise == noise]
@@ -94,3 +97,7 @@ def run(count: int = RECORDINGS) -> list[Row]:
             )
         )
     return rows
+
+
+if __name__ == "__main__":
+    print(*run(seed=int(sys.argv[1]), workers=int(sys.argv[2])), sep="\n")

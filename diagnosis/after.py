@@ -12,7 +12,7 @@ from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK
 from imubench.diagnosis.splines import SUPPORT, Knots
 
-TOGETHER = 8  # moments whose columns are held at once
+TOGETHER = 2  # moments whose columns are held at once
 
 
 @dataclass(frozen=True)
@@ -84,6 +84,7 @@ class After:
                 schur = corner[i] - tensor(own, own) - rest.T @ np.linalg.solve(solution.schur, rest)
                 gradient = pull[i] + taken[i] + self.base.step.values @ across[i]
                 out.append(promise((schur + schur.T) / 2, gradient, prior).evidence)
+            del act, target, front  # before the next ones are made: memory
         return out
 
     def _just_before(self, group: str, knot: int, earlier: int, column: Array) -> tuple[Linear, Array]:

@@ -14,7 +14,7 @@ from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.rows import Parameters, Rows
-from imubench.diagnosis.score import together
+from imubench.diagnosis.score import AT_ONCE, together
 from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.threads import one_thread
@@ -64,7 +64,7 @@ def joint(model: Model, state: State, fit: Fit, fresh: Sequence[Hypothesis], col
     base, none = Base.of(replace(fit, model=others, rows=kept)), Tracks(model.tracks.knots, {})
     every = Parameters(own | dict.fromkeys(extra, 1))
     information, gradient = np.zeros((every.count, every.count)), np.zeros(every.count)
-    for some in list(together(fresh)) or [[]]:
+    for some in list(together(fresh, AT_ONCE)) or [[]]:
         names = [h.key(p.name) for h in some for p in h.effect.parameters] + list(extra)
         shared = Parameters({n: every.widths[n] for n in names})
         touched = (r for r in kept if any(n in shared.widths for n, _ in r.residual.blocks))

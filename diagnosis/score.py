@@ -23,7 +23,8 @@ from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.threads import one_thread
 from imubench.jets import derivatives_by
 
-AT_ONCE = 48  # numbers whose columns are held together
+AT_ONCE = 48  # numbers whose columns are held together, where these
+HELD = 8_000_000  # numbers, are not exceeded
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def score(fit: Fit, candidates: list[Hypothesis], base: Base | None = None) -> l
     if not candidates:
         return []
     base, out = base or Base.of(fit), []
-    for some in together(candidates):
+    for some in together(candidates, at_once(base)):
         shared, information, force = reduced(base, some)
         for h in some:
             here = shared.places([h.key(p.name) for p in h.effect.parameters])
@@ -80,13 +81,19 @@ def reduced(base: Base, some: Sequence[Hypothesis]) -> tuple[Parameters, Array, 
     return shared, *base.reduced(columns, shared.count)
 
 
-def together(candidates: Iterable[Hypothesis]) -> Iterator[list[Hypothesis]]:
-    """Yield effects so many at a time that they have `AT_ONCE` numbers at most, or one that has more."""
+def at_once(base: Base) -> int:
+    """Return how many parameters' columns may be held together: as many numbers each as a fit has coefficients."""
+    tracks = base.fit.model.tracks
+    return min(AT_ONCE, HELD // max(tracks.knots.count * tracks.width, 1))
+
+
+def together(candidates: Iterable[Hypothesis], most: int) -> Iterator[list[Hypothesis]]:
+    """Yield effects so many at a time that they have `most` numbers, or one that has more."""
     some: list[Hypothesis] = []
     count = 0
     for h in candidates:
         width = sum(p.width for p in h.effect.parameters)
-        if some and count + width > AT_ONCE:
+        if some and count + width > most:
             yield some
             some, count = [], 0
         some.append(h)

@@ -11,7 +11,7 @@ from imubench.diagnosis.coloured import Spectra, noise_spectra
 from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.score import reduced, together
+from imubench.diagnosis.score import at_once, reduced, together
 from imubench.diagnosis.slow_noise import colour
 from imubench.diagnosis.terms import CHANNELS, Term, Unknown, UnknownTorque, signals_of
 from imubench.diagnosis.threads import one_thread
@@ -46,7 +46,8 @@ def promising(fit: Fit) -> tuple[list[Guess], int]:
             ranked = sorted([*ranked, (_best(*_plain(fit, term), term).evidence, term)], key=lambda r: -r[0])[:TRIED]
     if not ranked:  # an encoder alone, and no equation of motion
         return [], 0
-    base, shown = Base.of(fit), noise_spectra(fit)
+    shown = noise_spectra(fit)  # first: it holds factors of its own while it is made
+    base = Base.of(fit)
     guesses = _exact(base, shown, [*(term for _, term in ranked), *turning])
     guesses.sort(key=lambda g: -g.evidence)
     likely = [g.term for g in guesses if g.evidence > ENOUGH]
@@ -76,7 +77,7 @@ def _exact(base: Base, shown: Mapping[str, Spectra], chosen: Sequence[Term]) -> 
     """Return what terms promise once motion, geometry and effects have followed them; a drift, beyond colour."""
     made = {hypothesis_of(term, 1.0): term for term in chosen}
     out = []
-    for some in together(made):
+    for some in together(made, at_once(base)):
         shared, information, gradient = reduced(base, some)
         for h in some:
             term, at = made[h], shared.places([h.key(p.name) for p in h.effect.parameters])

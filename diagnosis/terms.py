@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.fit import Fit
@@ -27,6 +28,10 @@ LATER = "how the sensor turns and is pushed, a little later"
 SERIES = (TURNING, LATER)  # what a delay or a filter does to first order, and to second
 
 
+Held = NDArray[np.float32] | Array
+"""Signals as a term holds them: in single precision, for twenty of them in a long recording are half a gigabyte."""
+
+
 @dataclass(frozen=True)
 class Term:
     """Signals that something unknown may consist of."""
@@ -35,10 +40,13 @@ class Term:
     part: str  # gyro, accel, torque, or both of an IMU
     goes_with: str  # in words
     time: Array  # (n,) s on the splines
-    signals: Mapping[str, Array]  # gyro, accel (n, 3, k) in their units, or torque (n, k)
+    signals: Mapping[str, Held]  # gyro, accel (n, 3, k) in their units, or torque (n, k)
     channel: tuple[int, ...]  # of each signal: the channel that it enters, -1 for several
     drift: bool = False  # so slow that its own fit takes what colour the noise has there
     timed: bool = False  # a function of time: what it is in one second only the seconds beside it tell
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "signals", {part: s.astype(np.float32) for part, s in self.signals.items()})
 
     @property
     def count(self) -> int:
@@ -111,7 +119,7 @@ def signals_of(fit: Fit, term: Term) -> list[tuple[Rows, Array]]:
     return out
 
 
-def interpolated(time: Array, known: Array, values: Array) -> Array:
+def interpolated(time: Array, known: Array, values: Held) -> Array:
     """Return values (n, m) at times (n,), straight between those at the known times, held beyond."""
     after = np.clip(np.searchsorted(known, time), 1, len(known) - 1)
     share = np.clip((time - known[after - 1]) / (known[after] - known[after - 1]), 0.0, 1.0)[:, None]

@@ -119,7 +119,7 @@ def sizes(found: Fitted) -> dict[str, Parameter]:
     weight = fit.state.values[h.key("weight")]
     out = {}
     for part, signal in found.term.signals.items():
-        flat = signal.reshape(-1, found.term.count)
+        flat = signal.astype(float).reshape(-1, found.term.count)
         square = flat.T @ flat / len(signal)
         size = float(np.linalg.norm(flat @ weight)) / len(signal) ** 0.5
         slope = square @ weight / max(size, 1e-300)
