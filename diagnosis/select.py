@@ -15,7 +15,7 @@ from imubench.diagnosis.merged import merged
 from imubench.diagnosis.mixture import mixed, together
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.prune import SEED, prune
+from imubench.diagnosis.prune import SEED, natural, prune
 from imubench.diagnosis.rounds import Round, asked, attempted
 from imubench.diagnosis.terms import FRICTION
 from imubench.diagnosis.trial import CLOCK, Kept, Passed
@@ -74,6 +74,9 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
     if fit.model.tilts:
         say("settling springs and dampers")
         fit = as_tight(with_noise(fit, SETTLED))
+        if not all(natural(fit, k.hypothesis) for k in kept):
+            fit, kept, more = prune(fit, kept, say)
+            dropped += more
     return Selection(fit, tuple(together(fit, kept)), (*rejected, *dropped))
 
 

@@ -7,7 +7,7 @@ from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.prune import about_zero, in_colour, prune, spare
+from imubench.diagnosis.prune import about_zero, in_colour, natural, prune, spare
 from imubench.diagnosis.refit import information, refit
 from imubench.diagnosis.trial import NEEDED, Kept
 from imubench.effects import EFFECTS
@@ -37,6 +37,16 @@ def test_no_clock_stays_in_a_fit_that_began_with_two(tmp_path):
     begun = [Kept(h, np.inf, NOTHING, ()) for h in fit.model.hypotheses]
     left, kept, dropped = prune(fit, begun, lambda _: None)
     assert len(begun) == len(dropped) == 2
+    assert not kept and not left.model.hypotheses
+
+
+def test_a_filter_that_delays_by_nothing_is_dropped_as_worth_nothing(tmp_path):
+    """Far above the motion its states are what they are driven by: the samples do not know its cutoff."""
+    fit = fitted_with(tmp_path, [("low_pass", "imu2")])
+    (h,) = fit.model.hypotheses
+    assert not natural(fit, h)
+    left, kept, dropped = prune(fit, [Kept(h, 40.0, NOTHING, ())], lambda _: None)
+    assert dropped == [(h, 0.0)]
     assert not kept and not left.model.hypotheses
 
 
