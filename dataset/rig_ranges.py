@@ -34,7 +34,7 @@ SPRING_NUMBERS: Mapping[str, tuple[object, float, bool]] = {
 }
 KEYS = ("family", "weight", "base", "mount_rotation", "soft", "rocking", "soft_probability", "rocking_probability")
 GYRATION = 0.015  # m, of an IMU in its box about its pivot
-FARTHEST = 0.0085  # m, of a com along each axis: within the radius of gyration however the three come
+FARTHEST = 0.006  # m, of a com along each axis: a mount's body can be so however the three come
 FASTEST = 200.0  # Hz, of a spring: its integration takes 200 steps a period
 
 

@@ -22,7 +22,7 @@ from imubench.errors import InputError
 from imubench.format1.tables import write_table
 from imubench.recording import Recording
 from imubench.sim.compile import specify
-from imubench.sim.rigs import STANDARD_RIGS, Mount, Rig, Segment, springs
+from imubench.sim.rigs import HEAVIEST, STANDARD_RIGS, Mount, Rig, Segment, springs
 
 FORMAT = 1
 SENSORS, MOTION = "imus.toml", "motion.csv"
@@ -91,8 +91,8 @@ def _mount(pose: Pose, found: Mapping[str, Mapping[str, Array]]) -> Mount:
     if rocking is not None:
         com = rocking.get("com", np.zeros(3))
         gyration = float(rocking.get("gyration", mount.gyration))
-        # Only com / gyration^2 shows, and a body has its centre of mass within its radius of gyration.
-        smaller = min(1.0, 0.9 * gyration / max(float(np.linalg.norm(com)), 1e-12))
+        # Only com / gyration^2 shows, and a body that turns about every axis alike is no heavier on one side than so.
+        smaller = min(1.0, 0.99 * HEAVIEST * gyration / max(float(np.linalg.norm(com)), 1e-12))
         mount = replace(
             mount,
             rotation=springs(rocking["frequency"], rocking["damping_ratio"]),

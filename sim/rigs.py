@@ -13,6 +13,8 @@ from imubench.models import RIG_FILES
 from imubench.recording import RIGS, STANDARD_GRAVITY, positive
 from imubench.sim.signals import Signal
 
+HEAVIEST = 0.7  # of a mount's gyration radius k, that its com c may lie off: m (k^2 - c^2), twice, and m k^2 are a body's
+
 
 @dataclass(frozen=True)
 class Spring:
@@ -79,10 +81,10 @@ class Mount:
         object.__setattr__(self, "quaternion", frozen_quaternion(self.quaternion, "mount.quaternion"))
         positive(self.mass, "mount.mass")
         positive(self.gyration, "mount.gyration")
-        if np.linalg.norm(self.com) >= self.gyration:
+        if np.linalg.norm(self.com) >= HEAVIEST * self.gyration:
             raise InputError(
-                f"mount.com: expected less than the gyration radius {self.gyration:g} m from the pivot, "
-                f"got {np.linalg.norm(self.com):g} m"
+                f"mount.com: expected less than {HEAVIEST * self.gyration:.3g} m from the pivot, "
+                f"{HEAVIEST:g} of the gyration radius, got {np.linalg.norm(self.com):g} m"
             )
         if self.slides and self.sprung:
             raise InputError("mount: expected springs or a prescribed path, got both")

@@ -43,7 +43,7 @@ def test_a_family_is_enough():
         (RIG + "base = 'loose'", r"rig\[0\].base 'loose'; known: free, fixed"),
         ("[[rig]]\nfamily = 'free'\nbase = 'fixed'", "expected a hinge for base = 'fixed', got free"),
         (RIG + "soft = { frequency = [1, 900] }", r"rig\[0\].soft.frequency: expected numbers <= 200, got"),
-        (RIG + "rocking = { com = [-0.02, 0.02] }", r"rig\[0\].rocking.com: expected numbers >= -0.0085 and <= 0.0085"),
+        (RIG + "rocking = { com = [-0.02, 0.02] }", r"rig\[0\].rocking.com: expected numbers >= -0.006 and <= 0.006"),
         (RIG + "soft_probability = 1.5", r"soft_probability: expected numbers >= 0 and <= 1, got 1.5"),
         (RIG + "[[motion]]\nkind = 'dance'", r"motion\[0\].kind 'dance'; known: random, olsson2020, pendulum, file"),
         (RIG + "[[motion]]\nkind = 'pendulum'", r"rig\[0\]: expected a motion that a free hinge can do, got pendulum"),

@@ -15,7 +15,7 @@ from imubench.sim.rigs import Mount, Segment, springs
     [
         (lambda: Mount(quaternion=np.array([1.0, 1, 0, 0])), "expected a unit quaternion"),
         (lambda: Mount(position=np.zeros(2)), "expected shape"),
-        (lambda: Mount(com=np.array([0.02, 0, 0])), "less than the gyration radius"),
+        (lambda: Mount(com=np.array([0.02, 0, 0])), "expected less than 0.0105 m from the pivot"),
         (lambda: Mount(mass=-1.0), "mount.mass: expected a number > 0"),
         (lambda: springs(0.0, 0.1), "expected frequencies > 0"),
         (lambda: Segment(1.0, np.zeros(3), np.array([1.0, 1.0, 3.0])), "moments that a body can have"),
