@@ -13,7 +13,7 @@ from imubench.models import RIG_FILES
 from imubench.recording import RIGS, STANDARD_GRAVITY, positive
 from imubench.sim.signals import Signal
 
-HEAVIEST = 0.7  # of a mount's gyration radius k, that its com c may lie off: m (k^2 - c^2), twice, and m k^2 are a body's
+HEAVIEST = 0.7  # of a mount's gyration radius k: with its com so far off, m (k^2 - c^2), twice, and m k^2 are a body's
 
 
 @dataclass(frozen=True)
