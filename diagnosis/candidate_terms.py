@@ -13,7 +13,7 @@ from imubench.diagnosis.kinematics import HINGE
 from imubench.diagnosis.priors import middles
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.swings import GROUP, swing_rows
-from imubench.diagnosis.terms import LATER, RATE, TURNING, Term
+from imubench.diagnosis.terms import JUMP, LATER, RATE, TURNING, Term
 from imubench.jets import Jet, skew
 from imubench.recording import Imu
 
@@ -116,7 +116,7 @@ def jumps(fit: Fit, imu: Imu, part: str, starts: Array) -> list[Term]:
     """Return jumps of one triple's readings at times (m,) s on the splines."""
     time = imu.time - fit.model.start
     make = _Maker(imu.name, part, time, fit.noise[f"{imu.name}.{part}"])
-    words = [f"time: a jump at {start + fit.model.start:.2f} s" for start in starts]
+    words = [f"{JUMP} at {start + fit.model.start:.2f} s" for start in starts]
     steps = [1.0 * (time >= start)[:, None] for start in starts]
     return [replace(make.every(w, x), drift=True, timed=True) for w, x in zip(words, steps, strict=True)]
 

@@ -24,6 +24,7 @@ CHANNELS = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "ac
 RATE = "the joint's rate"
 FRICTION = ("viscous_friction", "dry_friction", "air_drag")
 TURNING = "angular acceleration"
+JUMP = "time: a jump"
 LATER = "how the sensor turns and is pushed, a little later"
 SERIES = (TURNING, LATER)  # what a delay or a filter does to first order, and to second
 
@@ -52,6 +53,11 @@ class Term:
     def count(self) -> int:
         """How many weights it has."""
         return len(self.channel)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether it is a step, once."""
+        return self.goes_with.startswith(JUMP)
 
     def holds(self, effect: str) -> bool:
         """Return whether it holds a law of friction, a torque with the rate: neither stands in for the other."""

@@ -34,6 +34,8 @@ CASES = {
         *(3064914, 300, 38, 15.0),
         {("soft_mount", "imu1"), ("unknown", "imu1")},
     ),
+    "hysteresis, which a filter that breaks its law held": (4896999, 300, 8, 15.0, {("unknown", "imu2")}),
+    "a bias that jumps, which a moving pivot held": (4896999, 300, 18, 15.0, {("unknown", "imu1")}),
     "a spring that looked like a lighter body": (
         *(4021, 40, 2, 40.0),
         {("joint_spring", "joint"), ("viscous_friction", "joint"), ("gyro_scale", "imu2")},
