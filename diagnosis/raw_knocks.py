@@ -6,7 +6,8 @@ keeps noise out. A motion that starts, stops or turns raises the level on at lea
 
 What a hand does above 15 Hz has a heavy tail: small bumps of handling, in a quick recording by the dozen. If N peaks
 that are no knocks exceed four times the level, a tail with any variance at all leaves at most N (4 / r)^2 beyond r
-times; a knock lies where that is under 0.05. Peaks below are left out of a fit and not called knocks.
+times; a knock lies where that is under 0.05. Several alike may lie nearer, where no smaller peak is beside them. Peaks below
+are left out of a fit and not called knocks.
 A step or a kink, as where a held limb is let go, is neither.
 """
 
@@ -29,6 +30,7 @@ NEAR, FAR = 0.15, 1.0  # s, from a peak: the local level is taken between them, 
 ALARM = 1e-3  # per recording, of stationary noise
 STEADY = 36.0  # of power: six times in amplitude, from which a peak is left out of a fit
 HEAVY, BEYOND = 4.0, 0.05  # ratio of amplitude from which a tail is counted, number allowed beyond a knock's
+FAR_OFF = 2.5  # times that ratio, from which on peaks without a tail are looked at
 TOGETHER, ECHO, FAINT = 0.2, 0.35, 0.1  # s, s, of the amplitude: nearer peaks are one knock, fainter ones its echo
 FAST = 80.0  # Hz, a rate from which a knock spans samples and a single wild one is none
 OVER, ASTRAY = 0.05, 0.35  # s, a change takes no longer on either side of a peak; of it, how far it strays
@@ -93,8 +95,13 @@ def alone(peaks: Peaks, power: Array, rate: float) -> Peaks:
 
 
 def apart_from(ratios: Array) -> float:
-    """Return the ratio beyond which peaks are too many for the tail of the others."""
+    """Return the ratio beyond which peaks are too many for the tail of the others, or of each other.
+
+    Where all N peaks are beyond r, none lies between: a tail does that with a probability of (4 / r)^2N at most.
+    """
     ordered = np.sort(ratios)[::-1]
+    if ordered.size and ordered[-1] > FAR_OFF * HEAVY and (HEAVY / ordered[-1]) ** (2 * ordered.size) < ALARM:
+        return FAR_OFF * HEAVY
     knocks = 0  # the largest are; each that is leaves a shorter tail to the others
     while True:
         threshold = HEAVY * float(np.sqrt(max(1, ordered.size - knocks) / BEYOND))
@@ -134,12 +141,19 @@ def single(stretch: Stretch, peak: int, taps: Array, limit: float, size: int) ->
 def stepped(accel: Array, peak: int, rate: float) -> bool:
     """Return whether the reading only goes over from one value to another, as where a held limb is let go.
 
-    A knock leaves the straight way between the values before and after it, and by more than these differ.
+    A knock leaves the straight way between the values before and after it, and by more than these differ; the slope
+    that they share is the motion's.
     """
     near, far = max(2, round(OVER * rate)), max(4, round(2 * OVER * rate))
-    before = accel[max(0, peak - far) : peak - near + 1].mean(axis=0)
-    change = accel[peak + near : peak + far + 1].mean(axis=0) - before
-    way = accel[max(0, peak - near) : peak + near + 1] - before
+    start, end = max(0, peak - far), peak + far + 1
+    piece = accel[start:end]
+    before, after = np.arange(0, max(peak - near - start, 0) + 1), np.arange(peak + near - start, len(piece))
+    slopes = [np.polyfit(part, piece[part], 1)[0] for part in (before, after) if len(part) > 2]
+    if len(slopes) == 2:
+        piece = piece - np.mean(slopes, axis=0) * np.arange(len(piece))[:, None]
+    low = piece[before].mean(axis=0)
+    change = piece[after].mean(axis=0) - low
+    way = piece[max(0, peak - near - start) : peak + near + 1 - start] - low
     share = np.clip(way @ change / max(float(change @ change), 1e-12), 0, 1)
     off = np.linalg.norm(way - share[:, None] * change, axis=1)
     return bool(off.max() < ASTRAY * np.linalg.norm(change))

@@ -10,6 +10,7 @@ from imubench.convert.broad import convert as convert_broad
 from imubench.convert.diodem import convert as convert_diodem
 from imubench.diagnosis.raw import check, check_encoder
 from imubench.diagnosis.raw_grid import stretches
+from imubench.diagnosis.raw_knocks import apart_from, stepped
 from imubench.diagnosis.raw_noise import white_level
 from imubench.diagnosis.raw_samples import lattice
 from imubench.recording import Encoder, Imu
@@ -449,3 +450,22 @@ def test_real_diodem_says_nothing(segments, mount, recordings):
         told = replace(sensor, gyro_noise_std=GYRO, accel_noise_std=ACCEL)  # a tenth of what motion leaves above 12 Hz
         checks = check(sensor)
         assert checks.findings == () and check(told).findings == () and not checks.masks[f"{sensor.name}.accel"].any()
+
+
+def test_knocks_alike_need_no_tail_to_stand_out_of_but_a_tail_hides_them():
+    alike = np.array([20.3, 15.6, 25.2, 17.2])
+    assert (alike > apart_from(alike)).all()
+    bumps = np.array([4.2, 4.5, 5.0, 5.5, 6.0, 7.0])
+    assert not (alike > apart_from(np.concatenate([alike, bumps]))).any()
+    one = np.array([17.2])
+    assert not (one > apart_from(one)).any()
+
+
+@pytest.mark.parametrize("slope", [0.0, 20.0])
+def test_a_knock_on_a_ramp_is_no_step(slope):
+    time = np.arange(0, 1, 0.01)
+    accel = slope * time[:, None] * np.array([1.0, -0.5, 0.2])
+    knocked = accel.copy()
+    knocked[50:52] += [0.6, 0.3, 0.0]
+    assert not stepped(knocked, 50, 100.0)
+    assert stepped(accel + 0.6 * (time >= 0.5)[:, None], 50, 100.0)

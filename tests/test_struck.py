@@ -26,7 +26,7 @@ def quick_limb(folder, effects, seed=1198967575):
 
 
 def test_knocks_that_the_raw_samples_doubt_are_found_beside_the_fit(tmp_path):
-    fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.35})])
+    fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.3})])
     assert not samples.findings
     (found,) = struck_again(fit, samples.struck, ())
     assert (found.effect, found.at) == ("impacts", "imu1")
@@ -45,13 +45,13 @@ def test_a_stop_knocks_as_well(tmp_path):
     class Stop:
         effect, at = "end_stop", "joint"
 
-    fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.35})])
+    fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.3})])
     assert struck_again(fit, samples.struck, (Stop(),)) == ()
 
 
 def test_the_peak_of_a_slip_is_the_slip_s(tmp_path):
     """It begins before the slip is dated, and a peak of its own there would be a knock."""
-    fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.35})])
+    fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.3})])
     (before,) = struck_again(fit, samples.struck, ())
     first, *others = before.parameters["times"].value
     slip = Hypothesis(EFFECTS["mount_shift"].starting(time=first + 0.1 - fit.model.start), "imu1")
