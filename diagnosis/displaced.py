@@ -94,14 +94,17 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> It
     """Yield the best term where effects are, and the best one elsewhere if an effect could as well be there.
 
     What is slow may be the noise's colour, or a drift, which has a name: such a term is held against that name alone. A
-    jump is held against splines without a law as well: three numbers and a time are no curve.
+    jump is held against splines without a law as well, for three numbers and a time are no curve, and a slow curve of a
+    gyroscope's, which is nothing that a joint does.
     """
     own = {seen_at(h) for h in gone}
     if len(gone) == 1 and gone[0].effect.name in DRIFTS:
         yield from [g for g in guesses if g.term.drift and g.term.at in own][:1]
     steady = [g for g in guesses if not g.term.drift]
     if any(h.effect.states for h in gone):  # it takes what is at either IMU
-        yield from [g for g in guesses if g.term.jumps and gone[0].effect.free][:1]
+        if gone[0].effect.free:
+            yield from [g for g in guesses if g.term.jumps][:1]
+            yield from [g for g in guesses if g.term.drift and not g.term.jumps and g.term.part == "gyro"][:1]
         yield from (next(g for g in steady if g.term.at == at) for at in dict.fromkeys(g.term.at for g in steady))
         return
     best = next((g for g in steady if g.term.at in own), None)

@@ -6,8 +6,8 @@ keeps noise out. A motion that starts, stops or turns raises the level on at lea
 
 What a hand does above 15 Hz has a heavy tail: small bumps of handling, in a quick recording by the dozen. If N peaks
 that are no knocks exceed four times the level, a tail with any variance at all leaves at most N (4 / r)^2 beyond r
-times; a knock lies where that is under 0.05. Several alike may lie nearer, where no smaller peak is beside them. Peaks below
-are left out of a fit and not called knocks.
+times; a knock lies where that is under 0.05. Several alike may lie nearer, where no smaller peak is beside them. Peaks
+below are left out of a fit and not called knocks.
 A step or a kink, as where a held limb is let go, is neither.
 """
 
