@@ -17,7 +17,8 @@ from imubench.effects.effect import Values
 from imubench.effects.mounts import SLIP, MountShift
 from imubench.jets import Jet, derivatives_by
 
-APART = (2.0, 0.3, 0.05)  # s between the moments of a slip that are compared, closer and closer
+APART = (2.0, 0.3, 0.1, 0.05)  # s between the moments of a slip that are compared, closer and closer
+AROUND = 2  # of these to either side are looked at anew: a peak is as narrow as a slip is short
 COARSE = 60  # moments of a long recording, first
 CLEAR = 1.25  # times as long as a slip lasts, from one to the next
 BEFORE = np.array([-1e9])  # s: it has slipped long since
@@ -62,7 +63,8 @@ def slip(base: Base, at: str) -> float:
 
     for wide, close in pairwise(apart):
         middle = best()
-        moments = np.arange(middle - wide, middle + wide, close)
+        reach = wide if wide > APART[1] else AROUND * wide
+        moments = np.arange(middle - reach, middle + reach + close / 2, close)
     return best()
 
 

@@ -36,6 +36,11 @@ CASES = {
     ),
     "hysteresis, which a filter that breaks its law held": (4896999, 300, 8, 15.0, {("unknown", "imu2")}),
     "a bias that jumps, which a moving pivot held": (4896999, 300, 18, 15.0, {("unknown", "imu1")}),
+    "a slip dated beside its own peak": (4896999, 300, 84, 15.0, {("mount_shift", "imu1")}),
+    "a gyroscope's walk, which a moving pivot held": (
+        *(4896999, 300, 34, 15.0),
+        {("gyro_drift", "imu1"), ("unknown", "imu1")},
+    ),
     "a spring that looked like a lighter body": (
         *(4021, 40, 2, 40.0),
         {("joint_spring", "joint"), ("viscous_friction", "joint"), ("gyro_scale", "imu2")},
