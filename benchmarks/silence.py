@@ -38,7 +38,6 @@ MOST = {"white": 0.01, "coloured": 0.03, "declared up to 15 % wrong": 0.03, "dec
 class Silence:
     """One recording without an effect, and what was said of it."""
 
-    number: int
     seed: int
     noise: str
     rig: str
@@ -60,7 +59,7 @@ def recordings(count: int, seed: int) -> Iterator[Silence]:
             options["misdeclared"] = float(rng.uniform(-0.15, 0.15))
         elif noise == "declared half or double":
             options["misdeclared"] = float(rng.choice([-0.5, 1.0]))
-        yield Silence(i, seed + i, noise, str(options.pop("rig")), options)
+        yield Silence(seed + i, noise, str(options.pop("rig")), options)
 
 
 def asked(one: Silence) -> Silence:

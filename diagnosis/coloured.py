@@ -62,6 +62,11 @@ def parameter_std(fit: Fit) -> dict[str, Array]:
     return {name: std[fit.model.parameters.columns(name)] * doubts.get(name, 1.0) for name in fit.model.priors}
 
 
+def off_none(fit: Fit, key: str) -> float:
+    """Return by how many standard deviations a number is off none whose logarithm is fitted: a filter's delay, say."""
+    return 1 / float(np.max(parameter_std(fit)[key]))
+
+
 @one_thread
 def noise_spectra(fit: Fit) -> dict[str, Spectra]:
     """Return the colour of every group of measurements, and of the equation of motion in free swings."""
@@ -118,4 +123,4 @@ def spectra(left: Array, white: Array) -> Spectra:
     return Spectra(np.array(edges, dtype=float), np.maximum(ratio, LEAST), seen)
 
 
-__all__ = ["Spectra", "influence", "noise_spectra", "parameter_std", "spectra", "white_residuals"]
+__all__ = ["Spectra", "influence", "noise_spectra", "off_none", "parameter_std", "spectra", "white_residuals"]

@@ -67,15 +67,14 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             price = float(np.log(max(tried / NAMES, 1)))
             held: list[tuple[float, Fitted]] = []
             free, strained = gone[0].effect.free, breaks_its_law(fit, gone[0])
-            enough = 1 - TURNS if turns else 1 - MUCH if free or strained else 1 + CLOSE
-            likely = [g for g in guesses if g.white > enough * lost and (g.term.timed or not turns)]
+            enough, less = margins(lost, turns, free, strained)
+            likely = [g for g in guesses if g.white > enough and (g.term.timed or not turns)]
             likely = [g for g in likely if not g.term.holds(gone[0].effect.name)]
             asked = list(rivals(likely, fit, gone))
             freer = rougher(fit) if asked else fit
             for guess in asked:
                 done = fitted(without, guess, price)
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
-                less = TURNS * lost if turns else NEEDED if free else CLOSE * lost if strained else 0.0
                 if done.heldout.foretells() and more > -less:
                     held.append((more, done))
             more, best = max(held, key=lambda f: f[0], default=(0.0, None))
@@ -88,6 +87,18 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             elif (best and not (filters and series)) or wanders(guesses, gone, lost):
                 doubted += gone
     return Displaced(terms, fit, tuple(doubted))
+
+
+def margins(lost: float, turns: bool, free: bool, strained: bool) -> tuple[float, float]:
+    """Return the nat that a term must promise in the place of what names are worth, and by how many it may fall short.
+
+    Short once it is fitted: of names that only turn slowly, have no law, or break theirs.
+    """
+    if turns:
+        return (1 - TURNS) * lost, TURNS * lost
+    if free or strained:
+        return (1 - MUCH) * lost, NEEDED if free else CLOSE * lost
+    return (1 + CLOSE) * lost, 0.0
 
 
 def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> Iterator[Guess]:

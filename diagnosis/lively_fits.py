@@ -8,7 +8,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
-from imubench.diagnosis.coloured import parameter_std
+from imubench.diagnosis.coloured import off_none
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis, State
@@ -191,7 +191,7 @@ def resolved(trial: Trial) -> bool:
                 return False  # not on any axis
             if np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std):
                 return False
-            if h.effect.name == FILTER and 0.5 / float(np.max(parameter_std(fit)[h.key(p.name)])) ** 2 < DELAYED:
+            if h.effect.name == FILTER and 0.5 * off_none(fit, h.key(p.name)) ** 2 < DELAYED:
                 return False
     return all(left < max(DOUBTED, LEFT * drive) for left, drive in laws(fit, found))
 

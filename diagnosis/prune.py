@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.coloured import parameter_std
+from imubench.diagnosis.coloured import off_none, parameter_std
 from imubench.diagnosis.excerpt import excerpt, loudest
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import predicted
@@ -46,8 +46,7 @@ def weakest(
     fit: Fit, kept: list[Kept], covariance: Array, say: Callable[[str], None]
 ) -> tuple[list[Kept], tuple[Kept, Fit] | None]:
     """Return the effects with what they are worth now, and the weakest one to spare with the fit without it."""
-    certain = all(NEEDED < k.evidence < np.inf and natural(fit, k.hypothesis) for k in kept)
-    if len(kept) <= 1 and certain:
+    if len(kept) <= 1 and all(NEEDED < k.evidence < np.inf and natural(fit, k.hypothesis) for k in kept):
         return kept, None
     judged = []
     for k in kept:
@@ -102,7 +101,7 @@ def natural(fit: Fit, h: Hypothesis) -> bool:
     A filter of 24 Hz, its cutoff known within 17 %, on a clean pendulum was one of 36 Hz within 44 % once its law's
     noise had settled: its states had taken in noise, and its delay was none.
     """
-    if h.effect.name == FILTER and np.max(parameter_std(fit)[h.key("cutoff")]) > 1 / DELAYS:
+    if h.effect.name == FILTER and off_none(fit, h.key("cutoff")) < DELAYS:
         return False
     sided = [h.key(p.name) for p in h.effect.parameters if p.sided]
     return all(bool(np.all(fit.state.values[name] >= 0.0)) for name in sided)

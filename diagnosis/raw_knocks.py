@@ -142,18 +142,17 @@ def stepped(accel: Array, peak: int, rate: float) -> bool:
     """Return whether the reading only goes over from one value to another, as where a held limb is let go.
 
     A knock leaves the straight way between the values before and after it, and by more than these differ; the slope
-    that they share is the motion's.
+    that they share is the motion's. A peak is farther from the ends of a stretch than all that is looked at.
     """
     near, far = max(2, round(OVER * rate)), max(4, round(2 * OVER * rate))
-    start, end = max(0, peak - far), peak + far + 1
-    piece = accel[start:end]
-    before, after = np.arange(0, max(peak - near - start, 0) + 1), np.arange(peak + near - start, len(piece))
-    slopes = [np.polyfit(part, piece[part], 1)[0] for part in (before, after) if len(part) > 2]
-    if len(slopes) == 2:
-        piece = piece - np.mean(slopes, axis=0) * np.arange(len(piece))[:, None]
+    place = np.arange(-far, far + 1)
+    before, after, between = place <= -near, place >= near, np.abs(place) <= near
+    piece = accel[peak + place]
+    slope = np.mean([np.polyfit(place[part], piece[part], 1)[0] for part in (before, after)], axis=0)
+    piece = piece - slope * place[:, None]
     low = piece[before].mean(axis=0)
     change = piece[after].mean(axis=0) - low
-    way = piece[max(0, peak - near - start) : peak + near + 1 - start] - low
+    way = piece[between] - low
     share = np.clip(way @ change / max(float(change @ change), 1e-12), 0, 1)
     off = np.linalg.norm(way - share[:, None] * change, axis=1)
     return bool(off.max() < ASTRAY * np.linalg.norm(change))
