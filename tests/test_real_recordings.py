@@ -130,7 +130,7 @@ def loose_joint(recordings):
     return made
 
 
-WHOLE, PART, REST = (0.0, 67.0), (20.0, 45.0), (45.0, 67.0)  # s
+WHOLE, PART, LATTER = (0.0, 67.0), (20.0, 45.0), (45.0, 67.0)  # s
 
 
 def but_for_part(reason):
@@ -184,11 +184,11 @@ def correlations(recording, reference, start, end):
     return [float(np.corrcoef(found[:, i], optical[:, i])[0, 1]) for i in (0, 1)]
 
 
-@pytest.mark.parametrize("window", [WHOLE, PART, REST])
+@pytest.mark.parametrize("window", [WHOLE, PART, LATTER])
 def test_the_motion_across_a_loose_joint_is_the_optical_one(across, window):
     assert across(window)[1] > 0.95
 
 
-@pytest.mark.parametrize("window", [REST, *but_for_part("0.946 about the axis across which it moves less")])
+@pytest.mark.parametrize("window", [LATTER, *but_for_part("0.946 about the axis across which it moves less")])
 def test_the_motion_across_a_loose_joint_about_the_other_axis_too(across, window):
     assert across(window)[0] > 0.95
