@@ -127,6 +127,11 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
             loss = worth(_without(short, h), short)
         if loss > CERTAIN:
             return loss, None
+    return spared(fit, h)
+
+
+def spared(fit: Fit, h: Hypothesis) -> tuple[float, Fit]:
+    """Return the nat that it costs to do without an effect, and the fit without it."""
     without = _without(fit, h)
     return (worth if h.effect.states else evidence_over)(without, fit), without
 

@@ -20,13 +20,13 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.loud import loud
-from imubench.diagnosis.refit import evidence_over, information, refit
+from imubench.diagnosis.prune import spared
+from imubench.diagnosis.refit import information
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import Finding, Parameter, Where
 from imubench.diagnosis.term_scores import ENOUGH, Guess, promising
 from imubench.diagnosis.terms import CHANNELS, Term, Unknown, signals_of
 from imubench.diagnosis.where import locate, shares
-from imubench.diagnosis.worth import worth
 
 REFITTED = 2  # terms at least, where they promise enough, until one is good
 RIVAL = 0.5  # of the best one's promise, from which the best of another place is fitted too
@@ -102,16 +102,10 @@ def superseded(before: Fit, new: Fitted, terms: Sequence[Term], say: Callable[[s
     for h in [h for h in named if not any(t.holds(h.effect.name) for t in terms)]:
         say(f"trying to do without {h.name}")
         with suppress(NotPositiveDefiniteError):
-            without, nat = spared(fit, h)
-            if nat < ENOUGH and MUCH * spared(before, h)[1] < new.evidence:
+            nat, without = spared(fit, h)
+            if nat < ENOUGH and MUCH * spared(before, h)[0] < new.evidence:
                 fit = without
     return fit
-
-
-def spared(fit: Fit, h: Hypothesis) -> tuple[Fit, float]:
-    """Return the fit without one of its effects, and the nat that this costs."""
-    without = refit(fit, tuple(other for other in fit.model.hypotheses if other != h), steps=4)
-    return without, (worth if h.effect.states else evidence_over)(without, fit)
 
 
 def finding(found: Fitted) -> Finding:
