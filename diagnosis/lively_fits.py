@@ -121,7 +121,7 @@ def judged(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> tuple[Trial, f
     if won > NEEDED and any(h.effect.name == FILTER for h in hypotheses):
         beside = worth(rougher(fit), rougher(tried))
         won = won if beside > NEEDED else min(won, beside)
-    if not any(h.effect.lawful for h in hypotheses):
+    if won > 0 and not any(h.effect.lawful for h in hypotheses):
         won -= min(of_colour(tried, hypotheses, freedoms), won * 2 * COLOUR / max(taken(fit, tried), COLOUR))
     return Trial(hypotheses[0], tried, won, tuple(hypotheses[1:])), freedoms
 

@@ -20,6 +20,7 @@ from imubench.diagnosis.worth import worth
 CERTAIN = 30.0  # nat that an effect is worth without looking closer
 DELAYS = 3.0  # of its standard deviations, that a filter's delay must be
 SPLINES = 15.0  # nat that an effect with a life of its own must be worth
+POSE = "mount_pose"  # what one IMU has is soon said of the other
 SEED = 20201  # of the bootstrap, so that a diagnosis repeats itself
 
 
@@ -75,7 +76,8 @@ def in_colour(fit: Fit, kept: list[Kept], covariance: Array, std: dict[str, Arra
 
     covariance (p, p) and std are what `information` says of the fit. A clock's offset has the evidence of a rougher
     motion, if that is less: one held too smooth is late where it turns (-0.6 ms, 9 standard deviations, on a clean free
-    body; -0.05, 1.4, beside the rougher).
+    body; -0.05, 1.4, beside the rougher). So has the pose of a second IMU, and of its cost alone: a smooth motion has
+    more room about a short lever, and 64 nat were of that, where a displaced IMU had the other one displaced too.
     """
     linear = [k for k in kept if linear_in(k.hypothesis)]
     if not linear:
@@ -87,7 +89,15 @@ def in_colour(fit: Fit, kept: list[Kept], covariance: Array, std: dict[str, Arra
     told = {k.hypothesis: min(k.evidence, about_zero(fit, [k.hypothesis], covariance)) for k in linear}
     for h in [h for h in told if h.effect.name == CLOCK]:
         told[h] = min(told[h], about_zero(rougher(fit), [h], covariance))
+    poses = [h for h in told if h.effect.name == POSE]
+    for h in poses if len(poses) > 1 else []:
+        told[h] = min(told[h], costs_more(rougher(_without(fit, h)), rougher(fit)))
     return [replace(k, evidence=told.get(k.hypothesis, k.evidence)) for k in kept]
+
+
+def costs_more(without: Fit, fit: Fit) -> float:
+    """Return the nat by which one fit's rows, samples and priors, cost more than another's."""
+    return sum(r.cost for r in without.rows) - sum(r.cost for r in fit.rows)
 
 
 def linear_in(h: Hypothesis) -> bool:

@@ -24,6 +24,7 @@ JUMPS = ("dry_friction", "end_stop")  # torques with a jump
 BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
 AHEAD = 3  # effects without states that are tried together before one with states is
 SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
+AKIN = 0.9  # of the best's evidence, from which on one at its place tells what the best does
 LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
 HINTED = 30.0  # nat that a screening must promise where nothing else says that a sensor moves on its own
 SHARE = 0.08  # of what is left
@@ -88,15 +89,21 @@ def asked(tried: list[Trial]) -> list[tuple[Trial, float]]:
 
     The best, and the best without states, which a spline that takes in everything hides; with those as good as it. One
     that is less good must gain of what it promises as large a share. Last the best with states, if it was not the best.
+    What is nearly as good (`akin`) must only gain: it is asked for what is so like the best.
     """
     plain = [t for t in tried if not t.hypothesis.effect.states]
     out = [(t, 0.0) for t in tried[:1]]
     for t in (t for t in plain if t is not tried[0]):
-        if t.evidence > plain[0].evidence - NEEDED:
+        if t.evidence > plain[0].evidence - NEEDED or akin(t, plain[0]):
             out.append((t, 0.0))
         elif t.evidence > SECOND * plain[0].evidence:
             out.append((t, SECOND * t.evidence))
     return out + [(t, 0.0) for t in tried[1:] if t.hypothesis.effect.states and t.evidence > NEEDED][:1]
+
+
+def akin(trial: Trial, best: Trial) -> bool:
+    """Return whether a trial explains at its place nearly as much as the best does."""
+    return trial.hypothesis.at == best.hypothesis.at and trial.evidence > AKIN * best.evidence
 
 
 def dated(fit: Fit, h: Hypothesis) -> bool:
@@ -195,4 +202,4 @@ def suspicious(fit: Fit) -> bool:
     return not alive and max(follows_motion(fit).values(), default=0.0) > RELATED
 
 
-__all__ = ["Round", "asked", "attempted", "plain_trials"]
+__all__ = ["Round", "akin", "asked", "attempted", "plain_trials"]

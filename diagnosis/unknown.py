@@ -39,7 +39,7 @@ class Unknowns:
 
     findings: tuple[Finding, ...]
     fit: Fit  # with terms for it; without the names that only stood in for them
-    doubted: tuple[Hypothesis, ...]  # names that a term explains as well
+    doubted: tuple[Hypothesis, ...]  # names that something without one explains as well
 
 
 def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] = lambda _: None) -> Unknowns:
@@ -47,7 +47,7 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
 
     `where` says where the nominal fit's residuals were; it serves where no term is found for what is left.
     """
-    springs = bent(fit, say)
+    springs, unsure = bent(fit, say)
     held = displaced(springs[-1].fit if springs else fit, say)
     found, fit = held.terms, held.fit
     while len(found) < MOST:
@@ -63,7 +63,7 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
             out.append(finding(f))
     loose = [h for h in unheld(fit) if h.at not in {o.at for o in out}]
     out += [left_by(h, fit) for h in loose]
-    doubted = (*held.doubted, *(b.hypothesis for b in springs), *loose)
+    doubted = (*held.doubted, *unsure, *loose)
     return Unknowns((*out, *loud(fit, where, {f.at for f in out})), fit, doubted)
 
 

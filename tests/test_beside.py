@@ -1,12 +1,14 @@
 """A name is doubted where something without a name at its place is worth much."""
 
+import numpy as np
 import pytest
 
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.result import UNKNOWN, Finding, Interval
+from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter
 from imubench.diagnosis.samples import Sampled
-from imubench.diagnosis.verdict import DOUBTFUL, STRANGE, beside, verdict_of, with_samples
+from imubench.diagnosis.verdict import DOUBTFUL, STRANGE, beside, beside_rounding, verdict_of, with_samples
 from imubench.effects import EFFECTS
+from imubench.recording import Imu, Recording
 
 
 def said(effect, at, gain, confidence=0.98):
@@ -57,3 +59,20 @@ def test_what_is_there_whatever_else_is_is_not_doubted():
     assert f.confidence == bias.confidence
     (f,) = beside((bias,), (said(UNKNOWN, "imu1", 1000.0),))
     assert f.confidence < bias.confidence
+
+
+@pytest.mark.parametrize(
+    ("effect", "at", "gain", "sure"),
+    [
+        ("soft_mount", "imu1", 228.0, DOUBTFUL),  # of 1,800 numbers up to 900 nat may be rounding's
+        ("soft_mount", "imu1", 20000.0, 0.98),
+        ("soft_mount", "imu2", 228.0, 0.98),
+        ("accel_scale", "imu1", 228.0, 0.98),
+    ],
+)
+def test_springs_worth_no_more_than_rounding_may_give_are_doubted(effect, at, gain, sure):
+    time = np.arange(600) / 100.0
+    imus = tuple(Imu(name, time, np.zeros((600, 3)), np.zeros((600, 3)), 100.0) for name in ("imu1", "imu2"))
+    rounded = Finding("quantisation", "imu1", 0.99, {"step": Parameter(0.6, 0.001, "m/s^2")}, Interval(0.0, (0.0, 0.0)))
+    found, same = beside_rounding((said(effect, at, gain), rounded), Recording("r", "hinge", imus))
+    assert (found.confidence, same) == (sure, rounded)

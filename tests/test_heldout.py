@@ -56,6 +56,8 @@ def test_one_linear_step_predicts_as_fitting_each_half_does(tmp_path):
         ([8.0, -2.0, -1.0, 0.5, -2.0, -1.0, 0.0, -1.5], False),
         ([300.0, -80.0, -90.0, 20.0, -100.0, -70.0, -20.0, -60.0], False),
         ([3.0, 2.0, 4.0, 3.0, 2.0, 3.0, 4.0, 2.0], True),
+        ([11.6, 1.5, -1.2, 0.4, -0.7, -0.6, 0.2, 2.3], True),  # a clock's skew, most of it at the end
+        ([6.0, 1.5, -1.2, 0.4, -0.7, -0.6, 0.2, 2.3], False),
     ],
 )
 def test_what_acts_in_one_block_foretells_and_what_harms_the_others_does_not(blocks, surely):

@@ -6,6 +6,7 @@ Beside the misalignment and the filter of one case a term of what the filter lea
 import pytest
 
 from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.verdict import DOUBTFUL
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from imubench.proof.mixture import make, mixture
@@ -48,6 +49,15 @@ CASES = {
         *(4896999, 300, 52, 15.0),
         {("low_pass", "imu2"), ("gyro_misalignment", "imu2"), ("dropouts", "imu2"), ("unknown", "imu2")},
     ),
+    "a g-sensitivity that no half of the recording tells from a bias": (
+        *(4896999, 300, 12, 15.0),
+        {("g_sensitivity", "imu1")},
+    ),
+    "a clock's skew, most of it seen at the end": (4896999, 300, 83, 15.0, {("clock_skew", "imu1")}),
+    "an IMU displaced, and not the other one too": (
+        *(4896999, 300, 279, 15.0),
+        {("impacts", "imu1"), ("g_sensitivity", "imu2"), ("mount_pose", "imu1")},
+    ),
     "a spring that looked like a lighter body": (
         *(4021, 40, 2, 40.0),
         {("joint_spring", "joint"), ("viscous_friction", "joint"), ("gyro_scale", "imu2")},
@@ -70,6 +80,21 @@ def test_case(name, tmp_path):
     make(shortened(mixture(seed, count)[number], seconds), tmp_path / "r")
     said, _ = diagnose(read(tmp_path / "r")[0])
     assert {(f.effect, f.at) for f in said.findings} == expected
+
+
+@pytest.mark.parametrize("number", [71, 133, 179])
+def test_springs_that_may_bend_are_in_doubt(number, tmp_path):
+    make(shortened(mixture(4896999, 300)[number], 15.0), tmp_path / "r")
+    said, _ = diagnose(read(tmp_path / "r")[0])
+    assert all(f.confidence <= DOUBTFUL for f in said.findings if f.effect == "soft_mount")
+
+
+def test_springs_of_rounding_are_in_doubt(tmp_path):
+    make(shortened(mixture(4896999, 300)[288], 15.0), tmp_path / "r")
+    said, _ = diagnose(read(tmp_path / "r")[0])
+    confidence = {f.effect: f.confidence for f in said.findings}
+    assert confidence["quantisation"] > 0.9
+    assert confidence.get("soft_mount", 0.0) <= DOUBTFUL
 
 
 def test_clocks_that_seemed_late_before_the_fit_are_let_go_of(tmp_path):
