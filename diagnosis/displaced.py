@@ -14,7 +14,7 @@ from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import certain, rougher
-from imubench.diagnosis.priors import states_inside
+from imubench.diagnosis.priors import inside, states_inside
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.term_scores import Guess, promising
 from imubench.diagnosis.terms import FRICTION, SERIES
@@ -25,7 +25,8 @@ MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its pl
 CLOSE = 0.01  # of what a name explains: an unfitted promise says no less (what it goes with, 10 ms late, is nearly it)
 TURNS = 0.2  # of what play explains that never comes back: a mount that turns slowly may explain so much less
 QUICK = 0.1  # of its power: what a slow turn leaves of such play (of two creeping mounts 0.002 and 0.005, of play 0.6)
-MOVED = ("mount_shift", "mount_pose")
+SLIP = "mount_shift"
+MOVED = (SLIP, "mount_pose")
 DRIFTS = ("gyro_drift", "accel_drift")
 SLOW = (*DRIFTS, "gyro_bias", "accel_bias")
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
@@ -150,11 +151,16 @@ def wanders(guesses: Sequence[Guess], gone: Sequence[Hypothesis], lost: float) -
 
 
 def only_turns(fit: Fit, h: Hypothesis) -> bool:
-    """Return whether a joint's play is a slow turn, as of a mount that creeps: play goes to and fro with the motion."""
+    """Return whether a joint's play is a slow turn, as of a mount that creeps: play goes to and fro with the motion.
+
+    Where a slip is in the fit it has taken a step from the turn, or given it one.
+    """
     if h.effect.name != "joint_play":
         return False
     turned = np.concatenate([*states_inside(fit.model, fit.state, h).values()], axis=1)
-    slow = drifts(np.arange(len(turned), dtype=float) * float(fit.model.tracks.knots.step))
+    time = inside(fit.model)
+    slips = [fit.state.values[o.key("time")] for o in fit.model.hypotheses if o.effect.name == SLIP]
+    slow = np.column_stack([drifts(time), *(time > t for t in slips)])
     off = turned - turned[:1]
     left = off - slow @ np.linalg.lstsq(slow, off, rcond=None)[0]
     return float(np.sum(left**2)) < QUICK * float(np.sum((turned - turned.mean(axis=0)) ** 2))

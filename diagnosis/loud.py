@@ -47,6 +47,13 @@ def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
     return out
 
 
+def left_over(fit: Fit) -> float:
+    """Return the nat that noise costs at its declared levels beyond what it may be louder than them."""
+    told, numbers = declared(fit.model), {r.name: r.residual.value.size for r in fit.measured}
+    power = {n: (fit.noise[n] / std) ** 2 / ALLOWED for n, std in told.items() if n in fit.noise and n in numbers}
+    return sum(0.5 * numbers[n] * max(p - 1.0, 0.0) for n, p in power.items())
+
+
 def flat(spectra: Spectra) -> bool:
     """Return whether the noise is white as far as its bands tell; at least two have to."""
     told = spectra.seen > VISIBLE
@@ -79,4 +86,4 @@ def louder(fit: Fit, rows: Rows, leverage: Array) -> Finding:
     return Finding(f"{part}_noise", at, SURELY, {"std": size}, Interval(0.0, (0.0, 0.0)))
 
 
-__all__ = ["ALLOWED", "flat", "loud", "louder", "steady"]
+__all__ = ["ALLOWED", "flat", "left_over", "loud", "louder", "steady"]

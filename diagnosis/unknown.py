@@ -19,11 +19,11 @@ from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.loud import loud
+from imubench.diagnosis.loud import left_over, loud
 from imubench.diagnosis.prune import spared
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.regressors import regressors
-from imubench.diagnosis.result import Finding, Parameter, Where
+from imubench.diagnosis.result import UNKNOWN, Finding, Parameter, Where
 from imubench.diagnosis.term_scores import ENOUGH, Guess, promising
 from imubench.diagnosis.terms import CHANNELS, Term, Unknown, signals_of
 from imubench.diagnosis.where import locate, shares
@@ -63,8 +63,9 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
             out.append(finding(f))
     loose = [h for h in unheld(fit) if h.at not in {o.at for o in out}]
     out += [left_by(h, fit) for h in loose]
-    doubted = (*held.doubted, *unsure, *loose)
-    return Unknowns((*out, *loud(fit, where, {f.at for f in out})), fit, doubted)
+    noisy = loud(fit, where, {f.at for f in out})
+    sunk = drowned(fit, say) if any(f.effect == UNKNOWN for f in noisy) else []
+    return Unknowns((*out, *noisy), fit, (*held.doubted, *unsure, *loose, *sunk))
 
 
 def found_in(fit: Fit) -> Fitted | None:
@@ -106,6 +107,20 @@ def superseded(before: Fit, new: Fitted, terms: Sequence[Term], say: Callable[[s
             if nat < ENOUGH and MUCH * spared(before, h)[0] < new.evidence:
                 fit = without
     return fit
+
+
+def drowned(fit: Fit, say: Callable[[str], None] = lambda _: None) -> list[Hypothesis]:
+    """Return the names of a fit that are worth less than what it leaves: beside that they explain next to nothing.
+
+    A bias of 34 nat and a drift of 12 at the other IMU gained 1,174 on held-out data of an accelerometer that rectifies
+    its shaking, of which 16,600 were left.
+    """
+    most, out = left_over(fit), []
+    for h in [h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown)]:
+        say(f"trying to do without {h.name}")
+        with suppress(NotPositiveDefiniteError):
+            out += [h] if spared(fit, h)[0] < most else []
+    return out
 
 
 def finding(found: Fitted) -> Finding:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.loud import ALLOWED, loud
+from imubench.diagnosis.loud import ALLOWED, left_over, loud
 from imubench.diagnosis.noise import declared, levels
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.result import UNKNOWN, Where
@@ -30,6 +30,15 @@ def noisier(recording, added):
 
 def test_what_is_declared_is_not_loud(clean):
     assert loud(nominal_fit(clean), [WHERE], set()) == []
+
+
+def test_what_is_left_over_is_what_costs_more_than_noise_may(clean):
+    assert left_over(nominal_fit(clean)) == 0.0
+    fit = noisier(clean, lambda i: 0.02 * np.sin(2 * np.pi * 31.0 * i.time)[:, None] * np.ones(3))
+    told = declared(fit.model)["imu2.gyro"]
+    power = (fit.noise["imu2.gyro"] / told) ** 2
+    assert power > 2 * ALLOWED
+    assert left_over(fit) == pytest.approx(0.5 * clean.imus[1].gyro.size * (power / ALLOWED - 1), rel=0.1)
 
 
 def test_louder_white_noise_has_its_name_and_size(clean):

@@ -29,6 +29,7 @@ CASES = {
     ),
     "springs with which the fit resounds": (31025185, 300, 179, 15.0, {("rocking_mount", "imu1")}),
     "an exponential creep, no drift": (1014141228, 300, 21, 15.0, {("unknown", "imu2")}),
+    "a creep of which a slip had a step, and the joint the rest": (20261125, 300, 67, 15.0, {("unknown", "imu2")}),
     "a bias that jumps, at its own IMU": (1014141228, 300, 22, 15.0, {("unknown", "imu1")}),
     "a filter, a bias and a coupling that need each other": (
         *(1014141228, 300, 14, 15.0),
@@ -87,6 +88,13 @@ def test_springs_that_may_bend_are_in_doubt(number, tmp_path):
     make(shortened(mixture(4896999, 300)[number], 15.0), tmp_path / "r")
     said, _ = diagnose(read(tmp_path / "r")[0])
     assert all(f.confidence <= DOUBTFUL for f in said.findings if f.effect == "soft_mount")
+
+
+def test_names_worth_less_than_what_is_left_are_in_doubt(tmp_path):
+    make(shortened(mixture(20261125, 300)[34], 15.0), tmp_path / "r")
+    said, _ = diagnose(read(tmp_path / "r")[0])
+    assert any(not f.named for f in said.findings)
+    assert all(f.confidence <= DOUBTFUL for f in said.findings if f.named)
 
 
 def test_springs_of_rounding_are_in_doubt(tmp_path):

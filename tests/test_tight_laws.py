@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.findings import like
+from imubench.diagnosis.fit import solve
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import begun_screened, judged, tightened
@@ -16,6 +17,7 @@ from imubench.diagnosis.rounds import stateful
 from imubench.diagnosis.screen import screen
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.trial import FILTER, Kept, Passed
+from imubench.diagnosis.worth import worth
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -28,6 +30,17 @@ def clean(tmp_path_factory):
     folder = tmp_path_factory.mktemp("clean") / "r"
     make_case(folder, "hinge", [], 5, seconds=8.0, rate=50.0)
     return nominal_fit(read(folder)[0])
+
+
+def test_a_spline_that_is_worth_less_than_nothing_stays_so(clean):
+    """What slow noise may have given it is taken off what it gains, and off no loss."""
+    h = Hypothesis(EFFECTS["joint_play"], "joint")
+    begun = extended(clean, (*clean.model.hypotheses, h))
+    rough = dict.fromkeys((f"smooth.{h.key(s.name)}" for s in h.effect.states), 1e3)
+    tried = solve(begun.model, begun.state, begun.noise | rough, clean.anchor)
+    nat = worth(clean, tried)
+    assert nat < 0
+    assert judged(clean, [h], tried)[0].evidence == pytest.approx(nat)
 
 
 @pytest.mark.slow
