@@ -8,7 +8,7 @@ import numpy as np
 from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.filtered import filtered, quickly
 from imubench.diagnosis.fit import Fit, at_noise_of
-from imubench.diagnosis.heldout import Gain, predicted
+from imubench.diagnosis.heldout import Gain, by_halves, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import as_tight
 from imubench.diagnosis.merged import merged
@@ -18,7 +18,7 @@ from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import SEED, natural, prune
 from imubench.diagnosis.rounds import Round, akin, asked, attempted
 from imubench.diagnosis.terms import FRICTION
-from imubench.diagnosis.trial import CLOCK, Kept, Passed
+from imubench.diagnosis.trial import CLOCK, Kept, Passed, Trial
 from imubench.effects import possible
 
 MOST = 5  # effects in one diagnosis
@@ -94,7 +94,11 @@ def entered(
         say(f"predicting held-out data with {best.hypothesis.name}")
         better = now.first if best is now.tried[0] else with_noise(best.fit)
         won = foretold(now.fit, better, rng)
-        if won.foretells(least):
+        foretells = won.foretells(least)
+        if not foretells and unseen(best, won):
+            won = in_halves(now.fit, better, rng)
+            foretells = won.clear()
+        if foretells:
             if top and top.value > 0 and akin(best, now.tried[0]):
                 best, won, better, refused = now.tried[0], top, now.first, []
             break
@@ -139,6 +143,16 @@ def all_together(
 def foretold(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
     """Return what a fit with more in it gains on held-out data, both at its noise levels."""
     return predicted(at_noise_of(fit, better), better, rng)
+
+
+def unseen(best: Trial, won: Gain) -> bool:
+    """Return whether blocks are too short to show an effect: they cannot have gained what it is worth to the whole."""
+    return not best.hypothesis.effect.states and won.high < best.evidence
+
+
+def in_halves(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
+    """Return what a fit with more in it gains in each half of the recording from the other, at its noise."""
+    return by_halves(at_noise_of(fit, better), better, rng)
 
 
 __all__ = ["Selection", "candidates", "select"]

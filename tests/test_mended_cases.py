@@ -54,6 +54,10 @@ CASES = {
         *(4896999, 300, 12, 15.0),
         {("g_sensitivity", "imu1")},
     ),
+    "a g-sensitivity that adds up, and shows in no short block": (
+        *(20261125, 300, 55, 15.0),
+        {("mount_shift", "imu1"), ("g_sensitivity", "imu1"), ("accel_bias", "imu1")},
+    ),
     "a clock's skew, most of it seen at the end": (4896999, 300, 83, 15.0, {("clock_skew", "imu1")}),
     "an IMU displaced, and not the other one too": (
         *(4896999, 300, 279, 15.0),
