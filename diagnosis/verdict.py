@@ -116,4 +116,4 @@ def missing(recording: Recording) -> tuple[Unseen, ...]:
     return tuple(out)
 
 
-__all__ = ["DOUBTFUL", "STRANGE", "beside", "beside_rounding", "missing", "verdict_of", "with_samples"]
+__all__ = ["DOUBTFUL", "FOUND", "STRANGE", "beside", "beside_rounding", "missing", "verdict_of", "with_samples"]
