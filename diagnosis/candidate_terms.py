@@ -13,7 +13,7 @@ from imubench.diagnosis.kinematics import HINGE
 from imubench.diagnosis.priors import middles
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.swings import GROUP, swing_rows
-from imubench.diagnosis.terms import JUMP, LATER, RATE, TURNING, Term
+from imubench.diagnosis.terms import JUMP, LATE, LATER, RATE, TURNING, Term
 from imubench.jets import Jet, skew
 from imubench.recording import Imu
 
@@ -60,9 +60,7 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         bend = np.gradient(slope, time, axis=0)
         yield make.every(LATER, even(*x.T, *slope.T, *bend.T))
         for i in range(3):
-            yield make.others(
-                f"the reading of axis {'xyz'[i]}, a little later", i, even(x[:, i], slope[:, i], bend[:, i])
-            )
+            yield make.others(f"the reading of axis {'xyz'[i]}, {LATE}", i, even(x[:, i], slope[:, i], bend[:, i]))
         yield make.every(TURNING, even(*turning.T))
         yield make.every("shaking", np.concatenate([even(*fast[part].T), even(*fast["accel"].T)], axis=1))
         yield make.every("the accelerometer's shaking", even(*fast["accel"].T))

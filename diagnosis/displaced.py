@@ -87,7 +87,9 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
                 terms, fit = [*terms, best if free else replace(best, evidence=more)], best.fit
             elif (best and not (filters and series)) or wanders(guesses, gone, lost):
                 doubted += gone
-    return Displaced(terms, fit, tuple(doubted))
+    at = {h.at for h in doubted if h.effect.name in SLOW}
+    slips = [h for h in fit.model.hypotheses if h.effect.name == SLIP and h.at in at]  # what wanders jumps as well
+    return Displaced(terms, fit, (*doubted, *slips))
 
 
 def margins(lost: float, turns: bool, free: bool, strained: bool) -> tuple[float, float]:

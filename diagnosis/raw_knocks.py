@@ -59,7 +59,7 @@ def knocks(stretches: tuple[Stretch, ...], rate: float, skip: Mask, step: float)
     size = int(LENGTH * rate) | 1
     taps = firwin(size, CUT, pass_zero=False, window=("kaiser", BETA), fs=rate)
     total = sum(s.time.size for s in stretches)
-    limit = max(STEADY, float(f_ratio.isf(ALARM / total, 3, 3 * (1 - 2 * CUT / rate) * (FAR - NEAR) * rate)))
+    limit = max(STEADY, beyond_chance(total, rate))
     inside, wild = np.zeros(skip.size, dtype=bool), np.zeros(skip.size, dtype=bool)
     times, ratios = [], []
     for stretch in stretches:
@@ -86,6 +86,11 @@ def knocks(stretches: tuple[Stretch, ...], rate: float, skip: Mask, step: float)
     each = np.array(ratios)
     apart = each > apart_from(each)
     return Knocks(np.array(times)[apart], each[apart], inside, wild)
+
+
+def beyond_chance(total: int, rate: float) -> float:
+    """Return the power over the local level that noise exceeds in one of 1000 recordings of `total` samples."""
+    return float(f_ratio.isf(ALARM / total, 3, 3 * (1 - 2 * CUT / rate) * (FAR - NEAR) * rate))
 
 
 def alone(peaks: Peaks, power: Array, rate: float) -> Peaks:

@@ -12,7 +12,11 @@ from imubench.diagnosis.pose_rows import Wander
 from imubench.diagnosis.raw_findings import RawFinding
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.thinned import lasting
-from imubench.recording import Recording
+from imubench.recording import Imu, Recording
+
+KNOCK, LINE = 0.035, 0.045  # s: a knock is over after the one, and straight lines are laid over the other
+JOLT = 1.0  # rad/s that a gyroscope jumps where a segment is struck
+DOUBTED = 0.6  # confidence in knocks of a sensor then
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,8 @@ def sampled(recording: Recording) -> Sampled:
     of_poses, wander = lasting(recording)
     masks |= of_poses
     stops = [f for f in said if f.effect == "impacts" and stop_like(recording, f)]
-    firm = tuple(_finding(f) for f in said if f not in stops)
+    stops = [replace(f, confidence=DOUBTED) if jolted(recording.imu(f.at), f) else f for f in stops]
+    firm = tuple(_finding(f) for f in said if f.effect != "impacts" or not stop_like(recording, f))
     struck = {name.split(".")[0]: mask for c in checks for name, mask in c.struck.items() if mask.any()}
     white = {name: std for c in checks for name, std in c.white.items()}
     return Sampled(
@@ -68,6 +73,23 @@ def stop_like(recording: Recording, knocks: RawFinding) -> bool:
     times = np.atleast_1d(knocks.parameters["times"][0])
     inside = [any(a <= t <= b for a, b in recording.free_swings) for t in times]
     return recording.body is not None and bool(inside) and all(inside)
+
+
+def jolted(imu: Imu, knocks: RawFinding) -> bool:
+    """Return whether the gyroscope jumps where most knocks are: what strikes a sensor alone turns no segment.
+
+    Lines through what it reads before and after meet with a step of 2 and 4 rad/s where a pendulum strikes a stop.
+    """
+    steps = []
+    for start in np.atleast_1d(knocks.parameters["times"][0]):
+        ends = []
+        for at in (start - LINE, start + KNOCK):
+            near = (imu.time >= at) & (imu.time <= at + LINE)
+            if near.sum() > 1:
+                ends.append(np.polyfit(imu.time[near] - start - KNOCK / 2, imu.gyro[near], 1)[1])
+        if len(ends) == 2:
+            steps.append(float(np.linalg.norm(ends[1] - ends[0])))
+    return bool(steps) and float(np.median(steps)) > JOLT
 
 
 def _finding(f: RawFinding) -> Finding:

@@ -19,7 +19,7 @@ from imubench.recording import Imu
 
 LIKELY = 2  # terms whose triples are searched for a jump, and those that drift
 JUMPS = 20  # times of a jump that are tried, twice
-TRIED = 8  # terms whose information is taken exactly, besides the sensors that turn slowly
+TRIED = 8  # terms whose information is taken exactly, besides those that the motion follows
 SIZES = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)  # of weights, in noise standard deviations
 SEEN = 0.4  # of a signal's power that motion cannot follow, a first guess to rank by
 ENOUGH = 5.0  # nat that an effect has to be worth beside a term
@@ -36,19 +36,24 @@ class Guess:
 
 
 def promising(fit: Fit) -> tuple[list[Guess], int]:
-    """Return terms and single channels of terms, the best evidence on white noise first, and how many were tried."""
-    tried, turning, ranked = 0, list[Term](), list[tuple[float, Term]]()
+    """Return terms and single channels of terms, the best evidence on white noise first, and how many were tried.
+
+    Terms are ranked by the residuals that they go with, and the best taken exactly. Those that the motion follows leave
+    none of their own: what moves both parts of an IMU, and what a lone gyroscope reads. They are taken exactly, all.
+    """
+    tried, followed, ranked = 0, list[Term](), list[tuple[float, Term]]()
+    alone = len(fit.model.recording.imus) == 1
     for term in terms(fit):
         tried += len(set(term.channel)) + 1
-        if term.part == "both":  # what it promises lies in what the motion cannot follow of its two parts together
-            turning.append(term)
+        if term.part == "both" or (term.part == "gyro" and alone):
+            followed.append(term)
         else:
             ranked = sorted([*ranked, (_best(*_plain(fit, term), term).evidence, term)], key=lambda r: -r[0])[:TRIED]
     if not ranked:  # an encoder alone, and no equation of motion
         return [], 0
     shown = noise_spectra(fit)  # first: it holds factors of its own while it is made
     base = Base.of(fit)
-    guesses = _exact(base, shown, [*(term for _, term in ranked), *turning])
+    guesses = _exact(base, shown, [*(term for _, term in ranked), *followed])
     guesses.sort(key=lambda g: -g.evidence)
     likely = [g.term for g in guesses if g.evidence > ENOUGH]
     triples = {(t.at, t.part) for i, t in enumerate(likely) if i < LIKELY or t.drift}

@@ -25,7 +25,8 @@ RATE = "the joint's rate"
 FRICTION = ("viscous_friction", "dry_friction", "air_drag")
 TURNING = "angular acceleration"
 JUMP = "time: a jump"
-LATER = "how the sensor turns and is pushed, a little later"
+LATE = "a little later"
+LATER = f"how the sensor turns and is pushed, {LATE}"
 SERIES = (TURNING, LATER)  # what a delay or a filter does to first order, and to second
 
 

@@ -9,16 +9,19 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.kinematics import Rig
 from imubench.diagnosis.result import Finding, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
+from imubench.diagnosis.terms import CHANNELS, LATE
 from imubench.effects import EFFECTS
 from imubench.recording import Recording
 
 KNOCKING = ("end_stop", "joint_play")  # what knocks by itself
 HUM = "vibration"
+SPRINGS = ("soft_mount", "rocking_mount")
 FOUND = 0.5  # the confidence from which on a name is one
 STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s
 MUCH = 0.1  # of what a name is worth on held-out data
 DOUBTFUL = 0.6  # the confidence at most of a name that something without one equals: 7 of 11 in 300 blind trials
+SHARP = 0.5  # of what is regular in rounding, left by the noise: more, and noise does not blur the steps
 ROUNDED = 0.5  # nat for each rounded number, that a state may gain of rounding, which changes as slowly as it does
 STRANGE = 0.2  # of one beside an unknown that is worth as much: 2 of 15
 
@@ -48,38 +51,61 @@ def beside(
 
     So do `doubted`, and those at whose place something without a name is worth much: it may be all. A state without a
     law explains what is anywhere, and what is worth more than a name may be at the other IMU and seem to be at this.
-    Effects that are there whatever else is (`certain`) are not doubted.
+    Springs beside a joint's spline that is worth more may ring of what it rounds off: play jumps. A misalignment beside
+    what its axes read a little later may be that too, as cross-talk is. Effects that are there whatever else is
+    (`certain`) are not doubted.
     """
     equalled = {(h.effect.name, h.at) for h in doubted}
+    loose = max((f.heldout_gain.value for f in named if f.at == "joint" and _free(f)), default=0.0)
 
     def sure(f: Finding) -> float:
         if f.effect in certain:
             return 1.0
-        effect = EFFECTS.get(f.effect)
-        free = effect is not None and effect.free
-        worth = [(u.heldout_gain.value, MUCH if free or u.at == f.at else 1.0) for u in rest]
+        worth = [(u.heldout_gain.value, MUCH if _free(f) or u.at == f.at else 1.0) for u in rest]
         if any(gain > share * f.heldout_gain.value for gain, share in worth):
             return STRANGE
-        return DOUBTFUL if (f.effect, f.at) in equalled else 1.0
+        rings = f.effect in SPRINGS and loose > f.heldout_gain.value
+        return DOUBTFUL if rings or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
 
     return tuple(_at_most(f, sure(f)) for f in named)
 
 
 def beside_rounding(named: tuple[Finding, ...], recording: Recording) -> tuple[Finding, ...]:
-    """Return named findings, motions of an IMU doubted where its rounding may be all that they explain.
+    """Return named findings, motions of an IMU or beside a lone one doubted where rounding may be all they explain.
 
     A reading that stays on a step while the sensor turns slowly is off by what goes with the motion, no white noise: on
-    one rounded to 0.6 m/s^2 springs were worth 228 nat that were not there.
+    one rounded to 0.6 m/s^2 springs were worth 228 nat that were not there. Noise of std s blurs steps of d: of what
+    is regular in their error exp(-2 (pi s / d)^2) is left. Where most of it is, three names in 25 rounded recordings
+    were all of it.
     """
-    units = {f.at: f.parameters["step"].unit for f in named if f.effect == "quantisation"}
-    imus = [i for i in recording.imus if i.name in units]
-    numbers = {i.name: (i.gyro if units[i.name] == "rad/s" else i.accel).size for i in imus}
+    numbers, regular = {}, {}
+    for rounded in (f for f in named if f.effect == "quantisation"):
+        imu, step = recording.imu(rounded.at), rounded.parameters["step"]
+        x, std = (imu.gyro, imu.gyro_noise_std) if step.unit == "rad/s" else (imu.accel, imu.accel_noise_std)
+        for at in (imu.name, "joint") if len(recording.imus) == 1 else (imu.name,):
+            numbers[at] = x.size
+            regular[at] = float(np.exp(-2 * (np.pi * (std or 0.0) / float(step.value)) ** 2))
 
-    def doubted(f: Finding) -> bool:
+    def sure(f: Finding) -> float:
         effect = EFFECTS.get(f.effect)
-        return effect is not None and bool(effect.states) and f.heldout_gain.value < ROUNDED * numbers.get(f.at, 0)
+        lasting = effect is not None and bool(effect.states) and f.heldout_gain.value < ROUNDED * numbers.get(f.at, 0)
+        return (STRANGE if regular[f.at] > SHARP else DOUBTFUL) if lasting else 1.0
 
-    return tuple(_at_most(f, DOUBTFUL) if doubted(f) else f for f in named)
+    return tuple(_at_most(f, sure(f)) for f in named)
+
+
+def _late(f: Finding, rest: tuple[Finding, ...]) -> bool:
+    """Return whether something without a name is what the axes of a misalignment read, a little later."""
+    if not f.effect.endswith("_misalignment"):
+        return False
+    channels = CHANNELS[f.effect.removesuffix("_misalignment")]
+    places = [u.where for u in rest if u.at == f.at and u.where is not None]
+    return any(w.depends_on.endswith(LATE) and any(c in channels for c in w.channels) for w in places)
+
+
+def _free(f: Finding) -> bool:
+    effect = EFFECTS.get(f.effect)
+    return effect is not None and effect.free
 
 
 def _at_most(f: Finding, sure: float) -> Finding:

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter
+from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.verdict import DOUBTFUL, STRANGE, beside, beside_rounding, verdict_of, with_samples
 from imubench.effects import EFFECTS
 from imubench.recording import Imu, Recording
 
 
-def said(effect, at, gain, confidence=0.98):
-    return Finding(effect, at, confidence, {}, Interval(gain, (gain, gain)))
+def said(effect, at, gain, confidence=0.98, where=None):
+    return Finding(effect, at, confidence, {}, Interval(gain, (gain, gain)), where=where)
 
 
 @pytest.mark.parametrize(
@@ -62,17 +62,52 @@ def test_what_is_there_whatever_else_is_is_not_doubted():
 
 
 @pytest.mark.parametrize(
-    ("effect", "at", "gain", "sure"),
+    ("effect", "at", "gain", "std", "sure"),
     [
-        ("soft_mount", "imu1", 228.0, DOUBTFUL),  # of 1,800 numbers up to 900 nat may be rounding's
-        ("soft_mount", "imu1", 20000.0, 0.98),
-        ("soft_mount", "imu2", 228.0, 0.98),
-        ("accel_scale", "imu1", 228.0, 0.98),
+        ("soft_mount", "imu1", 228.0, 0.03, STRANGE),  # of 1,800 numbers up to 900 nat may be rounding's
+        ("soft_mount", "imu1", 228.0, None, STRANGE),
+        ("soft_mount", "imu1", 228.0, 0.15, DOUBTFUL),  # noise that blurs steps of 0.6 m/s^2
+        ("soft_mount", "imu1", 20000.0, 0.03, 0.98),
+        ("soft_mount", "imu2", 228.0, 0.03, 0.98),
+        ("moving_pivot", "joint", 228.0, 0.03, 0.98),
+        ("accel_scale", "imu1", 228.0, 0.03, 0.98),
     ],
 )
-def test_springs_worth_no_more_than_rounding_may_give_are_doubted(effect, at, gain, sure):
-    time = np.arange(600) / 100.0
-    imus = tuple(Imu(name, time, np.zeros((600, 3)), np.zeros((600, 3)), 100.0) for name in ("imu1", "imu2"))
-    rounded = Finding("quantisation", "imu1", 0.99, {"step": Parameter(0.6, 0.001, "m/s^2")}, Interval(0.0, (0.0, 0.0)))
-    found, same = beside_rounding((said(effect, at, gain), rounded), Recording("r", "hinge", imus))
-    assert (found.confidence, same) == (sure, rounded)
+def test_springs_worth_no_more_than_rounding_may_give_are_doubted(effect, at, gain, std, sure):
+    found, same = beside_rounding((said(effect, at, gain), ROUNDED), rounded_recording("hinge", ("imu1", "imu2"), std))
+    assert (found.confidence, same) == (sure, ROUNDED)
+
+
+def test_a_pivot_that_only_a_rounded_sensor_shows_is_doubted():
+    alone = rounded_recording("pendulum", ("imu1",), 0.03)
+    (found, _) = beside_rounding((said("moving_pivot", "joint", 228.0), ROUNDED), alone)
+    assert found.confidence == STRANGE
+
+
+ROUNDED = Finding("quantisation", "imu1", 0.99, {"step": Parameter(0.6, 0.001, "m/s^2")}, Interval(0.0, (0.0, 0.0)))
+
+
+def rounded_recording(rig, names, std):
+    """IMUs of 600 samples whose accelerometers have white noise of `std`."""
+    time, none = np.arange(600) / 100.0, np.zeros((600, 3))
+    return Recording("r", rig, tuple(Imu(n, time, none, none, 100.0, accel_noise_std=std) for n in names))
+
+
+@pytest.mark.parametrize(
+    ("words", "channel", "sure"),
+    [
+        ("the reading of axis x, a little later", "gyr_y", DOUBTFUL),
+        ("the reading of axis x, a little later", "acc_y", 0.98),
+        ("shaking", "gyr_y", 0.98),
+    ],
+)
+def test_a_misalignment_beside_what_its_axes_read_a_little_later_is_doubted(words, channel, sure):
+    late = said(UNKNOWN, "imu1", 50.0, where=Where("imu1", {channel: 1.0}, (), (), words, 1.0))
+    (f,) = beside((said("gyro_misalignment", "imu1", 4000.0),), (late,))
+    assert f.confidence == sure
+
+
+@pytest.mark.parametrize(("gain", "sure"), [(3000.0, DOUBTFUL), (20000.0, 0.98)])
+def test_springs_beside_a_joint_s_spline_that_is_worth_more_are_doubted(gain, sure):
+    play, springs = beside((said("joint_play", "joint", 10000.0), said("rocking_mount", "imu2", gain)), ())
+    assert (play.confidence, springs.confidence) == (0.98, sure)

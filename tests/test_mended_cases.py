@@ -64,6 +64,12 @@ CASES = {
         *(4896999, 300, 279, 15.0),
         {("impacts", "imu1"), ("g_sensitivity", "imu2"), ("mount_pose", "imu1")},
     ),
+    "cross-talk on a pendulum, whose motion follows its gyroscope": (25387302, 300, 48, 15.0, {("unknown", "imu1")}),
+    "a pivot and springs that were an accelerometer's steps": (25387302, 300, 55, 15.0, {("quantisation", "imu1")}),
+    "knocks too faint for the raw samples": (
+        *(25387302, 300, 187, 15.0),
+        {("mount_shift", "imu2"), ("gyro_scale", "imu1"), ("impacts", "imu1")},
+    ),
     "a spring that looked like a lighter body": (
         *(4021, 40, 2, 40.0),
         {("joint_spring", "joint"), ("viscous_friction", "joint"), ("gyro_scale", "imu2")},
@@ -93,6 +99,12 @@ def test_springs_that_may_bend_are_in_doubt(number, tmp_path):
     make(shortened(mixture(4896999, 300)[number], 15.0), tmp_path / "r")
     said, _ = diagnose(read(tmp_path / "r")[0])
     assert all(f.confidence <= DOUBTFUL for f in said.findings if f.effect == "soft_mount")
+
+
+def test_a_slip_beside_what_wanders_is_in_doubt(tmp_path):
+    make(shortened(mixture(25387302, 300)[280], 15.0), tmp_path / "r")
+    said, _ = diagnose(read(tmp_path / "r")[0])
+    assert all(f.confidence <= DOUBTFUL for f in said.findings if f.named)
 
 
 def test_names_worth_less_than_what_is_left_are_in_doubt(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.samples import sampled
+from imubench.diagnosis.samples import DOUBTED, sampled
 from imubench.diagnosis.stops import Stop, settled_between, stop_of
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -44,3 +44,13 @@ def test_knocks_at_any_angle_are_no_stop(tmp_path):
 def test_contacts_are_cut_out_of_swings():
     stop = Stop(0.5, 0.01, np.array([2.0]), ((1.9, 2.2), (3.0, 5.0)))
     assert stop.swings(((1.0, 4.0), (4.5, 6.0))) == ((1.0, 1.9), (2.2, 3.0), (5.0, 6.0))
+
+
+@pytest.mark.parametrize(("effect", "struck"), [("end_stop", True), ("impacts", False)])
+def test_where_the_gyroscope_jumps_the_segment_was_struck(effect, struck, tmp_path):
+    """A pendulum has no hinge angle to read a stop off; its knocks are told from a sensor's by what turns with them."""
+    at = "joint" if effect == "end_stop" else "imu1"
+    make_case(tmp_path / "r", "pendulum", [(effect, at)], 203, seconds=20.0, swing=True)
+    samples = sampled(read(tmp_path / "r")[0])
+    said = [f for f in (*samples.findings, *samples.unless_stopped) if f.effect == "impacts"]
+    assert [f.confidence <= DOUBTED for f in said] == [struck]

@@ -3,15 +3,19 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.faint_knocks import faint_knocks
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.raw_findings import joined
 from imubench.diagnosis.refit import extended
+from imubench.diagnosis.result import Finding, Interval
 from imubench.diagnosis.samples import sampled
-from imubench.diagnosis.struck import FEWEST, TOGETHER, elsewhere, struck_again
+from imubench.diagnosis.struck import FEWEST, TOGETHER, struck_again
+from imubench.diagnosis.unmoved import elsewhere
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
+from imubench.recording import Imu
 
 QUICK = {"band": 6.995, "vigour": 0.783, "rest": 0.178, "rate": 128.0, "gyro_noise": 0.00161, "accel_noise": 0.01044}
 TIMES = [2.1, 4.6, 6.1, 8.4, 10.8, 12.7]
@@ -57,6 +61,45 @@ def test_the_peak_of_a_slip_is_the_slip_s(tmp_path):
     slip = Hypothesis(EFFECTS["mount_shift"].starting(time=first + 0.1 - fit.model.start), "imu1")
     (after,) = struck_again(extended(fit, (*fit.model.hypotheses, slip)), samples.struck, ())
     assert list(after.parameters["times"].value) == others
+
+
+FAINT = {"band": 3.0, "rate": 100.0, "gyro_noise": 0.002, "accel_noise": 0.02}
+
+
+def hinge(folder, effects, **options):
+    """A hinge in a calm hand: the fit, what the raw samples say, and the peaks that they leave out."""
+    make_case(folder / "r", "hinge", effects, 77, seconds=15.0, **(FAINT | options))
+    recording = read(folder / "r")[0]
+    samples = sampled(recording)
+    return nominal_fit(samples.heard(recording), samples.masks), samples
+
+
+def test_several_knocks_too_faint_for_the_raw_samples_are_found_together(tmp_path):
+    fit, samples = hinge(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.2})])
+    assert not [f for f in samples.findings if f.effect == "impacts"]
+    (found,) = struck_again(fit, samples.struck, ())
+    assert (found.effect, found.at) == ("impacts", "imu1")
+    times = found.parameters["times"].value
+    assert len(times) >= 3
+    assert all(np.min(np.abs(np.array(TIMES) - t)) < 0.06 for t in times)
+    lost = Finding("dropouts", "imu1", 0.99, {}, Interval(0.0, (0.0, 0.0)))
+    assert struck_again(fit, samples.struck, (lost,)) == ()
+
+
+def test_a_calm_hand_has_no_faint_knocks(tmp_path):
+    fit, samples = hinge(tmp_path, [])
+    assert struck_again(fit, samples.struck, ()) == ()
+
+
+@pytest.mark.parametrize(("count", "found"), [(1, 0), (4, 4)])
+def test_one_faint_peak_may_be_anything(count, found):
+    rng = np.random.default_rng(5)
+    time = np.arange(0, 20, 0.01)
+    accel = 0.02 * rng.standard_normal((time.size, 3)) + np.array([0.0, 0.0, 9.81])
+    for start in 4.0 * np.arange(count) + 3.0:
+        accel[round(100 * start) + np.arange(3)] += 0.24 * np.sin(np.pi * np.arange(1, 4) / 4)[:, None]
+    imu = Imu("imu1", time, np.zeros_like(accel), accel, 100.0)
+    assert len(faint_knocks(imu, np.zeros(time.size, dtype=bool), 0.0)) == found
 
 
 def test_peaks_near_one_another_are_one_and_single_samples_none():
