@@ -60,9 +60,11 @@ def struck_again(fit: Fit, struck: Mapping[str, Mask], named: Sequence[Finding])
 def faint(fit: Fit, imu: Imu, struck: Mask, named: Sequence[Finding]) -> Array:
     """Return when knocks (s) begin that are too faint for the raw samples; none where samples are lost or swing freely.
 
-    What a gap is filled with is no sample, and the equation of a swing does not know what may hold a segment up.
+    What a gap is filled with is no sample, and the equation of a swing does not know what may hold a segment up. Beside
+    a pose whose errors wander nobody knows an IMU's noise: a phone's quick turns had peaks that no motion explained.
     """
-    if fit.model.recording.body is not None or any((f.effect, f.at) == (LOST, imu.name) for f in named):
+    unsure = fit.model.wander or fit.model.recording.body is not None
+    if unsure or any((f.effect, f.at) == (LOST, imu.name) for f in named):
         return np.array([])
     known = counted(fit, imu.name)
     steps = [f.parameters["step"] for f in named if (f.effect, f.at) == (ROUNDED, imu.name)]
