@@ -100,6 +100,7 @@ def test_a_cogging_joint_is_found_by_its_angle(swinging):
         ("hysteresis", "imu2", 6, {}, "its own reading and where it came from"),
         ("rectification", "imu1", 7, {"strength": "strong"}, "shaking"),
         ("cross_talk", "imu2", 8, {}, "how the sensor turns and is pushed, a little later"),
+        ("cross_talk", "imu1", 8, {"rig": "pendulum", "band": 8.0, "strength": "strong"}, ""),
         ("dead_band", "imu1", 9, {}, "its own reading"),
         ("thermal_walk", "imu2", 20, {}, "time"),
         ("creep", "imu1", 11, {}, "time: the sensor turns slowly"),
