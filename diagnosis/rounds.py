@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from imubench.diagnosis.coherence import RELATED, follows_motion
+from imubench.diagnosis.alive import HINTED, before_plain, promised_by_law, stateful, suspicious
 from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.grids import placed
@@ -14,21 +14,17 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import state_trials
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import natural
-from imubench.diagnosis.refit import evidence_over, log_evidence, refit
+from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.score import Score, score
 from imubench.diagnosis.threads import side_by_side
-from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, TRIED, UNEXPLAINED, Trial, misfit
+from imubench.diagnosis.trial import NEEDED, TRIED, Trial, misfit
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
-JUMPS = ("dry_friction", "end_stop")  # torques with a jump
 BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
 AHEAD = 3  # effects without states that are tried together before one with states is
 SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
 AKIN = 0.9  # of the best's evidence, from which on one at its place tells what the best does
 LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
-HINTED = 30.0  # nat that a screening must promise where nothing else says that a sensor moves on its own
-SHARE = 0.08  # of what is left
-TWICE = 2.0  # times what effects without states explain: from there a spline without a law comes before them
 
 
 @dataclass(frozen=True)
@@ -113,12 +109,6 @@ def dated(fit: Fit, h: Hypothesis) -> bool:
     return all(bool(np.all((t > start + BESIDE) & (t < end - BESIDE))) for t in moments)
 
 
-def before_plain(lively: Trial, fit: Fit, further: Fit) -> bool:
-    """Return whether an effect with states explains more than those without that made `further` of the fit."""
-    plainly = evidence_over(fit, further)
-    return lively.evidence > max(NEEDED, plainly if lively.hypothesis.effect.lawful else TWICE * plainly)
-
-
 def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], None]) -> list[Trial]:
     """Return more effects without states than the one in `better`, while each takes much of what is left before it.
 
@@ -155,51 +145,6 @@ def blinded(fit: Fit, counted: dict[str, NDArray[np.bool_]]) -> Fit:
     known = fit.model.masks or {}
     masks = known | {name: mask & known.get(name, mask) for name, mask in counted.items()}
     return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=3)
-
-
-def stateful(fit: Fit, left: list[Hypothesis], moving: bool, rivalled: bool) -> list[Hypothesis]:
-    """Return the effects with states that a round tries: all where something seems to have a motion of its own.
-
-    Else those that obey a law: a mount on stiff springs leaves 1.05 of the noise, and goes with the motion no more than
-    what is misaligned does. Springs alone where they have a rival without states: they seem to be one, gyroscope scales
-    of 40 nat for a rocking mount of 79. None beside another at an IMU, which leaves more than its law says: foam had a
-    soft mount of 28 nat beside the rocking one of 47,000. No filter beside a clock's offset that leaves little: it
-    would take the delay too, and is held against it in the end (diagnosis/filtered.py). None beside a torque that jumps
-    either, while little is left: a spline rounds the corners of such a motion as a filter would its readings.
-    """
-    delayed = any(h.effect.name in (CLOCK, *JUMPS) for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
-    alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic"]
-    alive = [h for h in alive if not ((delayed or (rivalled and not moving)) and h.effect.name == FILTER)]
-    if moving:
-        return alive
-    taken = any(h.effect.states and (h.effect.free or h.effect.place == "imu") for h in fit.model.hypotheses)
-    return [] if taken else [h for h in alive if h.effect.lawful]
-
-
-def promised_by_law(fit: Fit) -> float:
-    """Return the nat that springs must promise, and be worth, beside a pose whose errors wander: a share of the misfit.
-
-    What the IMUs leave is a half a number, whatever it is, for their noise is not known. On real segments springs took
-    2 to 4 % of it where the IMU is screwed on and 18 to 33 % on foam. Quick turns of a screwed-on one promised 2,000
-    nat of a rocking mount that was worth 506 once fitted, with no damping that was known.
-    """
-    imus = {i.name for i in fit.model.recording.imus}
-    left = sum(r.cost for r in fit.measured if r.name.split(".")[0] in imus)
-    return SHARE * left if fit.model.wander else 0.0
-
-
-def suspicious(fit: Fit) -> bool:
-    """Return whether a sensor or a joint may have a motion of its own that the fit does not know.
-
-    Once such a motion is in, what is left must be more than its law's approximations. Beside a pose whose errors wander
-    neither tells: such errors go with the attitude, and a real sensor at rest is quieter than one that is moved.
-    """
-    if fit.model.wander:
-        return False
-    if misfit(fit) > UNEXPLAINED:
-        return True
-    alive = any(h.effect.states for h in fit.model.hypotheses)
-    return not alive and max(follows_motion(fit).values(), default=0.0) > RELATED
 
 
 __all__ = ["Round", "akin", "asked", "attempted", "plain_trials"]

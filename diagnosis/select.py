@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imubench.diagnosis.entered import MOST, Refused, entered
 from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.filtered import filtered, quickly
-from imubench.diagnosis.fit import Fit, at_noise_of
-from imubench.diagnosis.heldout import Gain, by_halves, predicted
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import as_tight
 from imubench.diagnosis.merged import merged
@@ -16,15 +16,12 @@ from imubench.diagnosis.mixture import mixed, together
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import SEED, natural, prune
-from imubench.diagnosis.rounds import Round, akin, asked, attempted
+from imubench.diagnosis.rounds import attempted
 from imubench.diagnosis.terms import FRICTION
-from imubench.diagnosis.trial import CLOCK, Kept, Passed, Trial
+from imubench.diagnosis.trial import CLOCK, Kept
 from imubench.effects import possible
 
-MOST = 5  # effects in one diagnosis
 SETTLED = 8  # rounds at most, of a law that the fit ends with
-
-Refused = list[tuple[Hypothesis, float]]  # with what it gained on held-out data, in nat
 
 
 @dataclass(frozen=True)
@@ -78,81 +75,6 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             fit, kept, more = prune(fit, kept, say)
             dropped += more
     return Selection(fit, tuple(together(fit, kept)), (*rejected, *dropped))
-
-
-def entered(
-    now: Round, kept: list[Kept], rng: np.random.Generator, say: Callable[[str], None]
-) -> tuple[Fit, list[Kept], Refused]:
-    """Return the fit and its effects with what predicts of a round, and what was refused.
-
-    Where what is akin to the best predicts and the best only seems to, something of their kind is there, and the best
-    is its name: nine numbers of a g-sensitivity were lost in blocks of 2 s (30 nat, -18 to 68), three of a bias not.
-    """
-    refused: Refused = []
-    top: Gain | None = None
-    for best, least in asked(now.tried):
-        say(f"predicting held-out data with {best.hypothesis.name}")
-        better = now.first if best is now.tried[0] else with_noise(best.fit)
-        won = foretold(now.fit, better, rng)
-        foretells = won.foretells(least)
-        if not foretells and unseen(best, won):
-            won = in_halves(now.fit, better, rng)
-            foretells = won.clear()
-        if foretells:
-            if top and top.value > 0 and akin(best, now.tried[0]):
-                best, won, better, refused = now.tried[0], top, now.first, []
-            break
-        top = won if best is now.tried[0] else top
-        refused.append((best.hypothesis, won.value))
-    else:
-        return all_together(now, kept, refused, rng, say)
-    others = tuple(Passed(t.hypothesis, t.evidence) for t in now.tried if t is not best and not t.also)
-    kept = [*kept, *(Kept(h, best.evidence, won, others) for h in (best.hypothesis, *best.also))]
-    for trial in now.together if best is now.tried[0] else []:
-        won = foretold(better, trial.fit, rng)
-        if not won.foretells() or len(kept) == MOST - 1:
-            break
-        kept, better = [*kept, Kept(trial.hypothesis, trial.evidence, won, ())], trial.fit
-    return better, kept, refused
-
-
-def all_together(
-    now: Round,
-    kept: list[Kept],
-    refused: Refused,
-    rng: np.random.Generator,
-    say: Callable[[str], None],
-) -> tuple[Fit, list[Kept], Refused]:
-    """Return the fit with all effects that were found one after the other, each alone refused, if they predict.
-
-    A slip that is not known spoils what a scale foretells of other seconds, and the other way round.
-    """
-    if not now.together or len(kept) + 1 + len(now.together) > MOST:
-        return now.fit, kept, refused
-    best, last = now.tried[0], now.together[-1]
-    some = [best.hypothesis, *(t.hypothesis for t in now.together)]
-    say(f"predicting held-out data with {' and '.join(h.name for h in some)}")
-    won = foretold(now.fit, last.fit, rng)
-    if not won.foretells():
-        return now.fit, kept, refused
-    evidence = [best.evidence, *(t.evidence for t in now.together)]
-    new = [Kept(h, e, won, ()) for h, e in zip(some, evidence, strict=True)]
-    return last.fit, [*kept, *new], [r for r in refused if r[0] not in some]
-
-
-def foretold(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
-    """Return what a fit with more in it gains on held-out data, both at its noise levels."""
-    return predicted(at_noise_of(fit, better), better, rng)
-
-
-def unseen(best: Trial, won: Gain) -> bool:
-    """Return whether blocks are too short to show an effect: they cannot have gained what it is worth to the whole."""
-    return not best.hypothesis.effect.states and won.high < best.evidence
-
-
-def in_halves(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
-    """Return what a fit with more in it gains in each half of the recording from the other, at its noise."""
-    return by_halves(at_noise_of(fit, better), better, rng)
 
 
 __all__ = ["Selection", "candidates", "select"]

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
+from imubench.diagnosis.entered import MOST, foretold
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import MORE
@@ -21,7 +22,7 @@ from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import SEED, SPLINES
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.screen import screen
-from imubench.diagnosis.select import MOST, Selection, candidates, foretold
+from imubench.diagnosis.select import Selection, candidates
 from imubench.diagnosis.terms import SERIES, Unknown
 from imubench.diagnosis.trial import FILTER, TRIED, Kept, Trial
 from imubench.diagnosis.unknown import Unknowns

@@ -13,7 +13,7 @@ import numpy as np
 
 from imubench.diagnosis.bent import bent, left_by, stiffened, unheld
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
-from imubench.diagnosis.displaced import MUCH, displaced
+from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit
@@ -24,6 +24,7 @@ from imubench.diagnosis.prune import spared
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Parameter, Where
+from imubench.diagnosis.stand_ins import MUCH
 from imubench.diagnosis.term_scores import ENOUGH, Guess, promising
 from imubench.diagnosis.terms import CHANNELS, Term, Unknown, signals_of
 from imubench.diagnosis.where import locate, shares

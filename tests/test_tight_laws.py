@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imubench.diagnosis.alive import stateful
 from imubench.diagnosis.findings import like
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.heldout import Gain
@@ -13,7 +14,6 @@ from imubench.diagnosis.lively_fits import begun_screened, judged, tightened
 from imubench.diagnosis.noise import LAW_FLOOR, with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended
-from imubench.diagnosis.rounds import stateful
 from imubench.diagnosis.screen import screen
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.trial import FILTER, Kept, Passed
