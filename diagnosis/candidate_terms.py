@@ -46,7 +46,9 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
     if model.rig.hinge:
         angle, rate = (moment.track(HINGE, order).value[:, 0] for order in range(2))
     for part, x in sensed.items():
-        unit = fit.noise[f"{imu.name}.{part}"]
+        unit = fit.noise.get(f"{imu.name}.{part}")
+        if unit is None:  # no sample of it counts
+            continue
         make = _Maker(imu.name, part, time, unit)
         slope = np.gradient(x, time, axis=0)
         lags = np.moveaxis(play(x[:, None], np.std(x, axis=0) * np.array(WIDTHS)[:, None]) - x[:, None], 1, 0)

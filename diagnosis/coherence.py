@@ -63,7 +63,8 @@ def _motion(fit: Fit, imu: Imu, stamps: Array) -> dict[str, Array]:
 
 def clear_in(fit: Fit, imu: Imu, part: str, signal: Array) -> float:
     """Return the frequency in Hz up to which a signal (n, 3) is more than the noise of an IMU's gyro or accel."""
-    noise = min(fit.noise[f"{imu.name}.{part}"], quiet_level(imu.time, getattr(imu, part)))
+    quiet = quiet_level(imu.time, getattr(imu, part))
+    noise = min(fit.noise.get(f"{imu.name}.{part}", quiet), quiet)  # not in the fit where no sample counts
     return clear_of_noise(signal, noise, imu.rate)
 
 

@@ -47,8 +47,8 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
 
 def hum(fit: Fit, at: str) -> float:
     """Return the frequency in Hz of the strongest line in an accelerometer's residual; 0 where there is none to see."""
-    rows = next(r for r in fit.measured if r.name == f"{at}.accel")
-    if len(rows.time) < 4 * NEIGHBOURS:
+    rows = next((r for r in fit.measured if r.name == f"{at}.accel"), None)
+    if rows is None or len(rows.time) < 4 * NEIGHBOURS:
         return 0.0
     step = float(np.median(np.diff(rows.time)))
     grid = np.arange(rows.time[0], rows.time[-1], step)

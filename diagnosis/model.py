@@ -206,7 +206,13 @@ class Model:
         return angle
 
     def measured(self, state: State, alone: Collection[str] = ()) -> Iterator[Rows]:
-        """Yield the rows of every sensor, or of some IMUs alone, in their own unit (std 1)."""
+        """Yield the rows of every sensor, or of some IMUs alone, in their own unit (std 1).
+
+        None of a triple of which no sample counts, as of one that clips throughout.
+        """
+        yield from (rows for rows in self._all(state, alone) if rows.time.size)
+
+    def _all(self, state: State, alone: Collection[str]) -> Iterator[Rows]:
         for imu in self.recording.imus:
             if alone and imu.name not in alone:
                 continue

@@ -66,6 +66,10 @@ CASES = {
     ),
     "cross-talk on a pendulum, whose motion follows its gyroscope": (25387302, 300, 48, 15.0, {("unknown", "imu1")}),
     "a pivot and springs that were an accelerometer's steps": (25387302, 300, 55, 15.0, {("quantisation", "imu1")}),
+    "an accelerometer that clips throughout": (
+        *(48324412, 300, 3, 15.0),
+        {("axis_coupling", "joint"), ("saturation", "imu2")},
+    ),
     "knocks too faint for the raw samples": (
         *(25387302, 300, 187, 15.0),
         {("mount_shift", "imu2"), ("gyro_scale", "imu1"), ("impacts", "imu1")},
