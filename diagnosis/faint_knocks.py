@@ -1,31 +1,18 @@
-"""Knocks too faint for the raw samples: twice as loud above 15 Hz as noise ever is, and not as loud as a hand's peaks.
+"""Knocks too faint for the raw samples: louder above 15 Hz than noise is, and not as loud as a quick hand's peaks.
 
-Of stationary noise a recording has one peak beyond the limit in a thousand recordings, and two in two million; a knock
-that raises the power there tenfold lies beyond it. What a hand or a contact does lies there too, so such peaks are held
+Of stationary noise one recording in a thousand has a peak beyond the limit, one in two million has two; a knock that
+raises the power there twelvefold lies beyond it. What a hand or a contact does lies there too, so such peaks are held
 against the fit (`struck`), all together: alone they are as faint as what else is left.
 """
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks, firwin
 
 from imubench.arrays import Array
 from imubench.diagnosis.raw import RING, spread
 from imubench.diagnosis.raw_grid import stretches
-from imubench.diagnosis.raw_knocks import (
-    BETA,
-    CUT,
-    LENGTH,
-    NEAR,
-    SLOWEST,
-    TOGETHER,
-    alone,
-    beyond_chance,
-    high,
-    local_level,
-    onset,
-    stepped,
-)
+from imubench.diagnosis.raw_high import NEAR, beyond_chance, high_pass, peaks_of, quick_power
+from imubench.diagnosis.raw_knocks import SLOWEST, onset, stepped
 from imubench.recording import Imu
 
 Mask = NDArray[np.bool_]
@@ -43,19 +30,13 @@ def faint_knocks(imu: Imu, bad: Mask, step: float) -> tuple[Window, ...]:
     rate = imu.rate
     if rate < SLOWEST:
         return ()
-    size = int(LENGTH * rate) | 1
-    taps = firwin(size, CUT, pass_zero=False, window=("kaiser", BETA), fs=rate)
-    skip = spread(bad, RING)
-    whole = [s for s in stretches(imu.time, imu.gyro, imu.accel, bad) if s.time.size >= 2 * size]
+    taps, skip = high_pass(rate), spread(bad, RING)
+    whole = [s for s in stretches(imu.time, imu.gyro, imu.accel, bad) if s.time.size >= 2 * taps.size]
     limit = beyond_chance(sum(s.time.size for s in whole), rate) if whole else np.inf
     found = []
     for stretch in whole:
-        power = high(stretch.accel, taps)
-        level = np.maximum(local_level(power, rate), step**2 / 12)
-        power[: size // 2], power[-(size // 2) :] = 0.0, 0.0
-        power[skip[stretch.source]] = 0.0
-        peaks, _ = find_peaks(power, height=limit * level, distance=max(1, round(TOGETHER * rate)))
-        for peak in alone(peaks, power, rate):
+        power, level = quick_power(stretch, taps, rate, skip, step)
+        for peak in peaks_of(power, limit * level, rate):
             if not stepped(stretch.accel, int(peak), rate):
                 found.append(lasting(stretch.time, stretch.accel, power, int(peak), rate))
     return tuple(found) if len(found) >= FEWEST else ()

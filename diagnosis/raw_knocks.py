@@ -14,29 +14,19 @@ A step or a kink, as where a held limb is let go, is neither.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
-from scipy.signal import fftconvolve, find_peaks, firwin
-from scipy.stats import chi2
-from scipy.stats import f as f_ratio
 
 from imubench.arrays import Array
 from imubench.diagnosis.raw_grid import Stretch, smooth_fill
+from imubench.diagnosis.raw_high import ALARM, NEAR, beyond_chance, high, high_pass, peaks_of, quick_power
 from imubench.diagnosis.raw_samples import Mask
 
-CUT, SLOPE, BETA = 15.0, 8.0, 7.86  # Hz, Hz from stop to pass, of the Kaiser window for 80 dB
-LENGTH = 0.627  # s, that window's
 SLOWEST = 45.0  # Hz, a rate under which too little is left above 19 Hz
-NEAR, FAR = 0.15, 1.0  # s, from a peak: the local level is taken between them, on either side
-ALARM = 1e-3  # per recording, of stationary noise
 STEADY = 36.0  # of power: six times in amplitude, from which a peak is left out of a fit
 HEAVY, BEYOND = 4.0, 0.05  # ratio of amplitude from which a tail is counted, number allowed beyond a knock's
 FAR_OFF = 2.5  # times that ratio, from which on peaks without a tail are looked at
-TOGETHER, ECHO, FAINT = 0.2, 0.35, 0.1  # s, s, of the amplitude: nearer peaks are one knock, fainter ones its echo
 FAST = 80.0  # Hz, a rate from which a knock spans samples and a single wild one is none
 OVER, ASTRAY = 0.05, 0.35  # s, a change takes no longer on either side of a peak; of it, how far it strays
 ONSET = 0.15  # of the peak, where a knock begins
-
-Peaks = np.ndarray[tuple[int], np.dtype[np.int64]]
 
 
 @dataclass(frozen=True)
@@ -56,22 +46,15 @@ def knocks(stretches: tuple[Stretch, ...], rate: float, skip: Mask, step: float)
     """
     if rate < SLOWEST:
         return None
-    size = int(LENGTH * rate) | 1
-    taps = firwin(size, CUT, pass_zero=False, window=("kaiser", BETA), fs=rate)
+    taps = high_pass(rate)
     total = sum(s.time.size for s in stretches)
     limit = max(STEADY, beyond_chance(total, rate))
     inside, wild = np.zeros(skip.size, dtype=bool), np.zeros(skip.size, dtype=bool)
     times, ratios = [], []
-    for stretch in stretches:
-        if stretch.time.size < 2 * size:
-            continue
-        power = high(stretch.accel, taps)
-        level = np.maximum(local_level(power, rate), step**2 / 12)
-        power[: size // 2], power[-(size // 2) :] = 0.0, 0.0
-        power[skip[stretch.source]] = 0.0
-        peaks, _ = find_peaks(power, height=HEAVY**2 * level, distance=max(1, round(TOGETHER * rate)))
-        for peak in alone(peaks, power, rate):
-            if rate >= FAST and single(stretch, int(peak), taps, limit * level[peak], size):
+    for stretch in (s for s in stretches if s.time.size >= 2 * taps.size):
+        power, level = quick_power(stretch, taps, rate, skip, step)
+        for peak in peaks_of(power, HEAVY**2 * level, rate):
+            if rate >= FAST and single(stretch, int(peak), taps, limit * level[peak]):
                 wild[stretch.source[peak]] |= power[peak] > limit * level[peak]
                 continue
             if stepped(stretch.accel, int(peak), rate):
@@ -86,17 +69,6 @@ def knocks(stretches: tuple[Stretch, ...], rate: float, skip: Mask, step: float)
     each = np.array(ratios)
     apart = each > apart_from(each)
     return Knocks(np.array(times)[apart], each[apart], inside, wild)
-
-
-def beyond_chance(total: int, rate: float) -> float:
-    """Return the power over the local level that noise exceeds in one of 1000 recordings of `total` samples."""
-    return float(f_ratio.isf(ALARM / total, 3, 3 * (1 - 2 * CUT / rate) * (FAR - NEAR) * rate))
-
-
-def alone(peaks: Peaks, power: Array, rate: float) -> Peaks:
-    """Return the peaks that are no faint echo of a much larger one near by."""
-    near = np.abs(peaks[:, None] - peaks) < ECHO * rate
-    return peaks[power[peaks] >= FAINT**2 * np.max(near * power[peaks], axis=1, initial=0.0)]
 
 
 def apart_from(ratios: Array) -> float:
@@ -116,26 +88,9 @@ def apart_from(ratios: Array) -> float:
         knocks = more
 
 
-def high(accel: Array, taps: Array) -> Array:
-    """Return the power (m,) of accel (m, 3) above 15 Hz, mean of the axes."""
-    left = accel - accel.mean(axis=0)
-    return np.asarray(np.mean(fftconvolve(left, taps[:, None], mode="same", axes=0) ** 2, axis=1))
-
-
-def local_level(power: Array, rate: float) -> Array:
-    """Return the larger of the levels (m,) just before and just after each sample, a median over 0.85 s."""
-    near, far = round(NEAR * rate), round(FAR * rate)
-    width = (far - near) | 1
-    middle = median_filter(power, width, mode="nearest") / (chi2.median(3) / 3)
-    shift = near + width // 2
-    ends = np.arange(power.size)
-    before, after = middle[(ends - shift).clip(0)], middle[(ends + shift).clip(max=power.size - 1)]
-    return np.maximum(np.maximum(before, after), 1e-16)
-
-
-def single(stretch: Stretch, peak: int, taps: Array, limit: float, size: int) -> bool:
+def single(stretch: Stretch, peak: int, taps: Array, limit: float) -> bool:
     """Return whether one wild sample makes the peak: with it filled in, nothing is left."""
-    around = slice(max(0, peak - size), min(stretch.time.size, peak + size + 1))
+    around = slice(max(0, peak - taps.size), min(stretch.time.size, peak + taps.size + 1))
     piece, one = stretch.accel[around], np.zeros(around.stop - around.start, dtype=bool)
     one[peak - around.start] = True
     left = high(smooth_fill(piece, one), taps)

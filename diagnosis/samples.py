@@ -9,14 +9,13 @@ from numpy.typing import NDArray
 from imubench.diagnosis import raw
 from imubench.diagnosis.hushed import hushed, turning
 from imubench.diagnosis.pose_rows import Wander
-from imubench.diagnosis.raw_findings import RawFinding
+from imubench.diagnosis.raw_findings import SURE_OF_KNOCKS, RawFinding
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.thinned import lasting
 from imubench.recording import Imu, Recording
 
 KNOCK, LINE = 0.035, 0.045  # s: a knock is over after the one, and straight lines are laid over the other
 JOLT = 1.0  # rad/s that a gyroscope jumps where a segment is struck
-DOUBTED = 0.6  # confidence in knocks of a sensor then
 
 
 @dataclass(frozen=True)
@@ -59,8 +58,8 @@ def sampled(recording: Recording) -> Sampled:
     of_poses, wander = lasting(recording)
     masks |= of_poses
     stops = [f for f in said if f.effect == "impacts" and stop_like(recording, f)]
-    stops = [replace(f, confidence=DOUBTED) if jolted(recording.imu(f.at), f) else f for f in stops]
-    firm = tuple(_finding(f) for f in said if f.effect != "impacts" or not stop_like(recording, f))
+    firm = tuple(_finding(f) for f in said if f not in stops)
+    stops = [replace(f, confidence=SURE_OF_KNOCKS[0]) if jolted(recording.imu(f.at), f) else f for f in stops]
     struck = {name.split(".")[0]: mask for c in checks for name, mask in c.struck.items() if mask.any()}
     white = {name: std for c in checks for name, std in c.white.items()}
     return Sampled(

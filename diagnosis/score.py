@@ -54,15 +54,25 @@ def score(fit: Fit, candidates: list[Hypothesis], base: Base | None = None) -> l
     """
     if not candidates:
         return []
-    base, out = base or Base.of(fit), []
+    out = []
+    for h, information, force in each(base or Base.of(fit), candidates):
+        found = promise(information, force, prior_std(h))
+        out.append(Score(h, found.gain, found.evidence, found.step, found.bound))
+    return sorted(out, key=lambda s: -s.evidence)
+
+
+def each(base: Base, candidates: Iterable[Hypothesis]) -> Iterator[tuple[Hypothesis, Array, Array]]:
+    """Yield effects without states with the information (k, k) and the gradient (k,) of their own parameters."""
     for some in together(candidates, at_once(base)):
         shared, information, force = reduced(base, some)
         for h in some:
             here = shared.places([h.key(p.name) for p in h.effect.parameters])
-            prior = np.concatenate([np.full(p.width, p.std) for p in h.effect.parameters])
-            found = promise(information[np.ix_(here, here)], force[here], prior)
-            out.append(Score(h, found.gain, found.evidence, found.step, found.bound))
-    return sorted(out, key=lambda s: -s.evidence)
+            yield h, information[np.ix_(here, here)], force[here]
+
+
+def prior_std(h: Hypothesis) -> Array:
+    """Return the standard deviation (k,) that the prior of an effect has for each of its numbers."""
+    return np.concatenate([np.full(p.width, p.std) for p in h.effect.parameters])
 
 
 def reduced(base: Base, some: Sequence[Hypothesis]) -> tuple[Parameters, Array, Array]:

@@ -11,7 +11,7 @@ from imubench.diagnosis.coloured import Spectra, noise_spectra
 from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.score import at_once, reduced, together
+from imubench.diagnosis.score import each
 from imubench.diagnosis.slow_noise import colour
 from imubench.diagnosis.terms import CHANNELS, Term, Unknown, UnknownTorque, signals_of
 from imubench.diagnosis.threads import one_thread
@@ -82,12 +82,9 @@ def _exact(base: Base, shown: Mapping[str, Spectra], chosen: Sequence[Term]) -> 
     """Return what terms promise once motion, geometry and effects have followed them; a drift, beyond colour."""
     made = {hypothesis_of(term, 1.0): term for term in chosen}
     out = []
-    for some in together(made, at_once(base)):
-        shared, information, gradient = reduced(base, some)
-        for h in some:
-            term, at = made[h], shared.places([h.key(p.name) for p in h.effect.parameters])
-            louder = colour(base.fit, term, shown) if term.drift else 1.0
-            out.append(_best(information[np.ix_(at, at)], gradient[at], term, louder))
+    for h, information, gradient in each(base, made):
+        louder = colour(base.fit, made[h], shown) if made[h].drift else 1.0
+        out.append(_best(information, gradient, made[h], louder))
     return out
 
 

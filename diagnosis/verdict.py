@@ -11,11 +11,11 @@ from imubench.diagnosis.result import Finding, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.terms import CHANNELS, LATE
 from imubench.effects import EFFECTS
+from imubench.effects.soft_mounts import Sprung
 from imubench.recording import Recording
 
 KNOCKING = ("end_stop", "joint_play")  # what knocks by itself
 HUM = "vibration"
-SPRINGS = ("soft_mount", "rocking_mount")
 FOUND = 0.5  # the confidence from which on a name is one
 STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s
@@ -64,7 +64,7 @@ def beside(
         worth = [(u.heldout_gain.value, MUCH if _free(f) or u.at == f.at else 1.0) for u in rest]
         if any(gain > share * f.heldout_gain.value for gain, share in worth):
             return STRANGE
-        rings = f.effect in SPRINGS and loose > f.heldout_gain.value
+        rings = isinstance(EFFECTS.get(f.effect), Sprung) and loose > f.heldout_gain.value
         return DOUBTFUL if rings or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
 
     return tuple(_at_most(f, sure(f)) for f in named)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.samples import DOUBTED, sampled
+from imubench.diagnosis.samples import sampled
 from imubench.diagnosis.stops import Stop, settled_between, stop_of
+from imubench.diagnosis.verdict import DOUBTFUL
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -53,4 +54,4 @@ def test_where_the_gyroscope_jumps_the_segment_was_struck(effect, struck, tmp_pa
     make_case(tmp_path / "r", "pendulum", [(effect, at)], 203, seconds=20.0, swing=True)
     samples = sampled(read(tmp_path / "r")[0])
     said = [f for f in (*samples.findings, *samples.unless_stopped) if f.effect == "impacts"]
-    assert [f.confidence <= DOUBTED for f in said] == [struck]
+    assert [f.confidence <= DOUBTFUL for f in said] == [struck]
