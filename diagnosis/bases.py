@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.interpolate import BSpline
 from scipy.ndimage import gaussian_filter1d
+from scipy.signal import lfilter
 
 from imubench.arrays import Array
 from imubench.diagnosis.heldout import BLOCK, BLOCKS
@@ -56,7 +57,8 @@ def shaking(x: Array, rate: float) -> Array:
     """Return the power (n, k) of x (n, 3) above `SHAKING`, felt over some times."""
     fast = x - gaussian_filter1d(x, rate / (2 * np.pi * SHAKING) * 1.2, axis=0, mode="nearest")
     power = np.sum(fast**2, axis=1)
-    return np.stack([gaussian_filter1d(power, s * rate, mode="nearest") for s in SLOW], axis=1)
+    decays = [np.exp(-1 / (s * rate)) for s in SLOW]
+    return np.stack([lfilter([1 - d], [1, -d], power, zi=[d * power[0]])[0] for d in decays], axis=1)
 
 
 def even(*columns: Array) -> Array:

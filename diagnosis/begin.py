@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.samples import Sampled, sampled
-from imubench.diagnosis.stops import settled_between, stop_of
+from imubench.diagnosis.stops import STOP, settled_between, stop_of
+from imubench.effects import EFFECTS
 from imubench.progress import Step, silent
 from imubench.recording import Recording
 
@@ -26,7 +27,7 @@ def begun(recording: Recording, step: Step = silent) -> Begun:
     with step("fit the motion"):
         known = samples.heard(recording)
         fit = first = nominal_fit(known, samples.masks, samples.humming, samples.wander)
-        if stop := stop_of(first, samples):
+        if STOP in EFFECTS and (stop := stop_of(first, samples)):
             known = replace(known, free_swings=stop.swings(known.free_swings))
             fit = nominal_fit(known, stop.masks(first, samples.masks), samples.humming, samples.wander)
             samples = settled_between(stop, fit).told(samples)

@@ -8,26 +8,25 @@ import numpy as np
 
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
+from imubench.diagnosis.fitted_terms import MOST, Fitted, fitted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import certain, rougher
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.stand_ins import (
     MOVED,
-    MUCH,
     SLIP,
     SLOW,
+    a_filter_is,
     breaks_its_law,
     groups,
     margins,
-    only_turns,
+    only_wanders,
     rivals,
+    takes_place,
     wanders,
 )
 from imubench.diagnosis.term_scores import promising
-from imubench.diagnosis.terms import SERIES
-from imubench.diagnosis.trial import FILTER
 from imubench.diagnosis.worth import worth
 
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
@@ -48,15 +47,15 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
     What goes with shaking has a mean, and reads as a bias until it is held against one. A series holds a filter: it
     must explain much more. What else explains more than a filter is not its like. A few weights that explain as much as
     a spline without a law are the simpler answer: of them a tie is enough, of one that breaks its law a hundredth less,
-    and of a mount that turns slowly a fifth, where a joint is said to have play that never comes back.
+    and of a slow curve a fifth, where a joint's play never comes back or a pivot is pushed one way for seconds.
     """
     terms: list[Fitted] = []
     doubted: list[Hypothesis] = []
     for gone in groups([h for h in fit.model.hypotheses if h.effect.name not in certain(fit.model)]):
         if len(terms) == MOST or not set(gone) <= set(fit.model.hypotheses):
             continue
-        turns = only_turns(fit, gone[0])
-        gone += tuple(h for h in fit.model.hypotheses if turns and h.effect.name in MOVED)  # where it is on average
+        slow = only_wanders(fit, gone[0])
+        gone += tuple(h for h in fit.model.hypotheses if slow and h.effect.name in MOVED)  # where it is on average
         say(f"looking whether something without a name explains more than {' and '.join(h.name for h in gone)}")
         with suppress(NotPositiveDefiniteError):
             without = refit(fit, tuple(h for h in fit.model.hypotheses if h not in gone), steps=4)
@@ -69,24 +68,22 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             price = float(np.log(max(tried / NAMES, 1)))
             held: list[tuple[float, Fitted]] = []
             free, strained = gone[0].effect.free, breaks_its_law(fit, gone[0])
-            enough, less = margins(lost, turns, free, strained)
-            likely = [g for g in guesses if g.white > enough and (g.term.timed or not turns)]
+            least = {timed: margins(lost, slow and timed, free, strained, len(gone)) for timed in (False, True)}
+            likely = [g for g in guesses if g.white > least[g.term.timed][0]]
             likely = [g for g in likely if not g.term.holds(gone[0].effect.name)]
-            asked = list(rivals(likely, fit, gone))
+            asked = list(rivals(likely, fit, gone, slow))
             freer = rougher(fit) if asked else fit
             for guess in asked:
                 done = fitted(without, guess, price)
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
-                if done.heldout.foretells() and more > -less:
+                if done.heldout.foretells() and more > -least[guess.term.timed][1]:
                     held.append((more, done))
-            more, best = max(held, key=lambda f: f[0], default=(0.0, None))
-            filters = gone[0].effect.name == FILTER
-            series = best is not None and best.term.goes_with in SERIES
-            bends = best is not None and best.term.drift  # a line is a curve too: what more it has is all its own
-            least = 0.0 if bends or (filters and not series) else MUCH * lost
-            if best and (free or (strained and not series) or more > max(NEEDED, least / best.louder)):
-                terms, fit = [*terms, best if free else replace(best, evidence=more)], best.fit
-            elif (best and not (filters and series)) or wanders(guesses, gone, lost):
+            won = [(takes_place(f, more, lost, gone[0], strained), more, f) for more, f in held]
+            taken, more, best = max(won, key=lambda w: w[:2], default=(False, 0.0, None))
+            if taken and best:
+                surely = free or strained
+                terms, fit = [*terms, best if surely else replace(best, evidence=more)], best.fit
+            elif (best and not a_filter_is(best, gone[0])) or wanders(guesses, gone, lost):
                 doubted += gone
     at = {h.at for h in doubted if h.effect.name in SLOW}
     slips = [h for h in fit.model.hypotheses if h.effect.name == SLIP and h.at in at]  # what wanders jumps as well

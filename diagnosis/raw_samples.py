@@ -13,6 +13,7 @@ Mask = np.ndarray[tuple[int], np.dtype[np.bool_]]
 FUZZ = 1e-9  # of the range: values closer than that are one, as text and sums of floats leave them
 ON_LATTICE = 0.02  # of a step; a gap of continuous values falls so near a multiple in 4 of 100
 GAPS, REPEATED = 8, 20  # gaps on a lattice by chance once in 0.04^8; fewer will do if values come back so often
+SKIPPED = 4  # steps, up to which the median gap may be as wide
 FINE = 0.01  # of the noise: a step so small that three equal largest values are no chance (1e-3)
 PLATEAU = 3  # equal largest values
 LOW, RARE = 0.8, 1e-6  # of the noise; plateaus so long in a recording, by chance
@@ -41,8 +42,8 @@ class Lost:
 def lattice(values: Array) -> float:
     """Return the step on which values (n,) lie, 0 where there is none or too few values tell.
 
-    The step is the median gap between different values, if all gaps are its multiples: that holds
-    for steps down to about the noise. A finer one (digits of a text file) comes out as 0.
+    The step is the median gap between different values, or a simple fraction of it where a short recording of a wide
+    motion skips most steps, if all gaps are its multiples. A finer one (digits of a text file) comes out as 0.
     """
     spread = float(np.ptp(values))
     if spread == 0:
@@ -51,7 +52,12 @@ def lattice(values: Array) -> float:
     gaps = gaps[gaps > FUZZ * spread]
     if gaps.size < GAPS and values.size < REPEATED * (gaps.size + 1):
         return 0.0
-    step = float(np.median(gaps))
+    tried = (_multiples(gaps, float(np.median(gaps)) / part) for part in range(1, SKIPPED + 1))
+    return next((step for step in tried if step > 0), 0.0)
+
+
+def _multiples(gaps: Array, step: float) -> float:
+    """Return the step near `step` of which all gaps (n,) are multiples, 0 where they are not."""
     for _ in range(3):
         count = np.round(gaps / step)
         good = count > 0

@@ -7,18 +7,22 @@ import numpy as np
 from imubench.diagnosis.alike import alike
 from imubench.diagnosis.bases import drifts
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.fitted_terms import NEEDED
+from imubench.diagnosis.fitted_terms import NEEDED, Fitted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.priors import inside, states_inside
 from imubench.diagnosis.term_scores import Guess
-from imubench.diagnosis.terms import FRICTION
+from imubench.diagnosis.terms import FRICTION, SERIES
 from imubench.diagnosis.trial import FILTER
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
 CLOSE = 0.01  # of what a name explains: an unfitted promise says no less (what it goes with, 10 ms late, is nearly it)
-TURNS = 0.2  # of what play explains that never comes back: a mount that turns slowly may explain so much less
-QUICK = 0.1  # of its power: what a slow turn leaves of such play (of two creeping mounts 0.002 and 0.005, of play 0.6)
+WANDERS = 0.2  # of what a spline explains that only wanders: a slow curve may explain so much less
+LEFT = {  # of its power: what a slow curve leaves of a spline without a law that only wanders
+    "joint_play": 0.1,  # of two creeping mounts 0.002 and 0.005, of play 0.6
+    "moving_pivot": 0.6,  # of an accelerometer's walk 0.4, of three that rectify 0.2 to 0.6, of pivots 0.98 to 1.02
+}
 SLIP = "mount_shift"
+DELAYED = ("time_offset", "gyro_scale", "accel_scale")  # what a filter leaves to others, where it is none
 MOVED = (SLIP, "mount_pose")
 DRIFTS = ("gyro_drift", "accel_drift")
 SLOW = (*DRIFTS, "gyro_bias", "accel_bias")
@@ -27,37 +31,40 @@ SLOW = (*DRIFTS, "gyro_bias", "accel_bias")
 def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
     """Return what a term may displace: splines without a law, filters, effects of one triple alone, and all of it.
 
-    Laws of friction are displaced together: each alone is worth little beside another.
+    Laws of friction are displaced together: each alone is worth little beside another. So are a filter and what it left
+    to a delay and a scale at its IMU: hysteresis does some of all three.
     """
     plain = [h for h in hypotheses if not h.effect.states]
     free = [h for h in hypotheses if h.effect.free or (h.effect.states and h.effect.name == FILTER)]
     triples: dict[tuple[str, str], list[Hypothesis]] = {}
     for h in plain:
         triples.setdefault((h.at, h.effect.name.split("_")[0]), []).append(h)
-    rubbing = [h for h in plain if h.effect.name in FRICTION]
+    rubbing = tuple(h for h in plain if h.effect.name in FRICTION)
     lone = [h for h in plain if h not in rubbing]
-    several = [some for some in triples.values() if len(some) > 1]
-    return [*((h,) for h in (*free, *lone)), *(tuple(some) for some in (rubbing, *several) if some)]
+    beside = [(f, *(h for h in plain if h.at == f.at and h.effect.name in DELAYED)) for f in free if f.effect.lawful]
+    together = [g for g in (*beside, *(tuple(some) for some in triples.values())) if len(g) > 1]
+    return [*((h,) for h in (*free, *lone)), *([rubbing] if rubbing else []), *together]
 
 
-def margins(lost: float, turns: bool, free: bool, strained: bool) -> tuple[float, float]:
+def margins(lost: float, slow: bool, free: bool, strained: bool, names: int = 1) -> tuple[float, float]:
     """Return the nat that a term must promise in the place of what names are worth, and by how many it may fall short.
 
-    Short once it is fitted: of names that only turn slowly, have no law, or break theirs.
+    Short once it is fitted: a curve of time in the place of what only wanders, names without a law, or that break it,
+    and several names of which one does more than one alone.
     """
-    if turns:
-        return (1 - TURNS) * lost, TURNS * lost
+    if slow:
+        return (1 - WANDERS) * lost, WANDERS * lost
     if free or strained:
-        return (1 - MUCH) * lost, NEEDED if free else CLOSE * lost
+        return (1 - MUCH) * lost, NEEDED if free else (CLOSE if names == 1 else MUCH) * lost
     return (1 + CLOSE) * lost, 0.0
 
 
-def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> Iterator[Guess]:
+def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis], slow: bool = False) -> Iterator[Guess]:
     """Yield the best term where effects are, and the best one elsewhere if an effect could as well be there.
 
     What is slow may be the noise's colour, or a drift, which has a name: such a term is held against that name alone. A
     jump is held against splines without a law as well, for three numbers and a time are no curve, and a slow curve of a
-    gyroscope's, which is nothing that a joint does.
+    gyroscope's, which is nothing that a joint does; where the spline is slow, one of an accelerometer's too.
     """
     own = {seen_at(h) for h in gone}
     if len(gone) == 1 and gone[0].effect.name in DRIFTS:
@@ -66,7 +73,9 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> It
     if any(h.effect.states for h in gone):  # it takes what is at either IMU
         if gone[0].effect.free:
             yield from [g for g in guesses if g.term.jumps][:1]
-            yield from [g for g in guesses if g.term.drift and not g.term.jumps and g.term.part == "gyro"][:1]
+            curves = [g for g in guesses if g.term.drift and not g.term.jumps]
+            yield from [g for g in curves if g.term.part == "gyro"][:1]
+            yield from [g for g in curves if slow and g.term.part == "accel"][:1]
         yield from (next(g for g in steady if g.term.at == at) for at in dict.fromkeys(g.term.at for g in steady))
         return
     best = next((g for g in steady if g.term.at in own), None)
@@ -76,6 +85,23 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis]) -> It
         (h,) = gone
         if (h.effect.name, steady[0].term.at) in {(r.effect, r.at) for r in alike(fit, h)}:
             yield steady[0]
+
+
+def takes_place(found: Fitted, more: float, lost: float, h: Hypothesis, strained: bool) -> bool:
+    """Return whether a term that explains so much more than names of `lost` nat takes their place, `h` the first.
+
+    A tie is enough where that has no law, or breaks its own. What could be its like must explain a tenth more: not a
+    line's curve, whose bend is all its own, nor beside a filter what does not go with what the sensor read.
+    """
+    if h.effect.free or (strained and found.term.goes_with not in SERIES):
+        return True
+    unlike = found.term.drift or (h.effect.name == FILTER and not a_filter_is(found, h))
+    return more > max(NEEDED, 0.0 if unlike else MUCH * lost / found.louder)
+
+
+def a_filter_is(found: Fitted, h: Hypothesis) -> bool:
+    """Return whether a term is what a filter does anyway."""
+    return h.effect.name == FILTER and found.term.goes_with in SERIES
 
 
 def seen_at(h: Hypothesis) -> str:
@@ -105,12 +131,13 @@ def wanders(guesses: Sequence[Guess], gone: Sequence[Hypothesis], lost: float) -
     )
 
 
-def only_turns(fit: Fit, h: Hypothesis) -> bool:
-    """Return whether a joint's play is a slow turn, as of a mount that creeps: play goes to and fro with the motion.
+def only_wanders(fit: Fit, h: Hypothesis) -> bool:
+    """Return whether what a joint does of its own is slow: play goes to and fro with the motion, a pivot with a hand.
 
-    Where a slip is in the fit it has taken a step from the turn, or given it one.
+    A mount that creeps is a slow turn. Where a slip is in the fit it has taken a step from the turn, or given it one. A
+    pivot that is pushed one way for seconds would be metres off; an accelerometer's bias may wander so.
     """
-    if h.effect.name != "joint_play":
+    if h.effect.name not in LEFT:
         return False
     turned = np.concatenate([*states_inside(fit.model, fit.state, h).values()], axis=1)
     time = inside(fit.model)
@@ -118,7 +145,10 @@ def only_turns(fit: Fit, h: Hypothesis) -> bool:
     slow = np.column_stack([drifts(time), *(time > t for t in slips)])
     off = turned - turned[:1]
     left = off - slow @ np.linalg.lstsq(slow, off, rcond=None)[0]
-    return float(np.sum(left**2)) < QUICK * float(np.sum((turned - turned.mean(axis=0)) ** 2))
+    return float(np.sum(left**2)) < LEFT[h.effect.name] * float(np.sum((turned - turned.mean(axis=0)) ** 2))
 
 
-__all__ = ["MOVED", "MUCH", "SLIP", "SLOW", "breaks_its_law", "groups", "margins", "only_turns", "rivals", "wanders"]
+__all__ = [
+    "MOVED", "MUCH", "SLIP", "SLOW", "a_filter_is", "breaks_its_law", "groups", "margins", "only_wanders", "rivals",
+    "takes_place", "wanders",
+]  # fmt: skip

@@ -20,6 +20,7 @@ from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.splines import Moment
 from imubench.jets import Jet
 
+STOP = "end_stop"
 FEWEST = 2  # knocks that can agree
 SAME = 0.02  # rad, how closely they do, as a median
 BEYOND = 0.15  # rad that a smeared contact may seem to go beyond the stop
@@ -57,7 +58,7 @@ class Stop:
     def told(self, samples: Sampled) -> Sampled:
         """Return what the samples say, the stop in the place of its knocks."""
         angle = {"angle": Parameter(np.array(self.angle), np.array(self.std), "rad")}
-        said = Finding("end_stop", "joint", SURE, angle, Interval(0.0, (0.0, 0.0)))
+        said = Finding(STOP, "joint", SURE, angle, Interval(0.0, (0.0, 0.0)))
         words = (
             f"{len(self.knocks)} knocks begin at a hinge angle of {self.angle:.3f} rad, the farthest that is reached."
         )

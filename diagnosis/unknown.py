@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from imubench.diagnosis.balanced import balanced
 from imubench.diagnosis.bent import bent, left_by, stiffened, unheld
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.displaced import displaced
@@ -53,7 +54,7 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
     found, fit = held.terms, held.fit
     while len(found) < MOST:
         say("looking for something without a name")
-        best = found_in(fit)
+        best = found_in(balanced(fit))
         if best is None:
             break
         found.append(best)

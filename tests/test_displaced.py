@@ -91,6 +91,8 @@ def test_a_drift_that_stood_in_for_a_walk_gives_way(tmp_path, name, parameters, 
         ("hinge", ("joint_play", "joint"), "joint_play", 54, True),
         ("pendulum", ("cubic", "imu1", {"channel": "gyro", "factor": 0.0078}), "moving_pivot", 55, False),
         ("pendulum", ("moving_pivot", "joint"), "moving_pivot", 56, True),
+        ("pendulum", ("rectification", "imu1", {"factor": [0.008, -0.01, 0.006]}), "moving_pivot", 57, False),
+        ("pendulum", ("thermal_walk", "imu1", {"channel": "accel", "density": 0.04}), "moving_pivot", 58, False),
     ],
 )
 def test_a_spline_without_a_law_gives_way_to_a_few_weights_that_do_as_much(tmp_path, rig, asked, free, seed, stays):

@@ -70,6 +70,11 @@ CASES = {
         *(48324412, 300, 3, 15.0),
         {("axis_coupling", "joint"), ("saturation", "imu2")},
     ),
+    "an accelerometer's walk that was a pivot's": (48324412, 300, 15, 15.0, {("unknown", "imu1")}),
+    "rectification that was a pivot's": (48324412, 300, 71, 15.0, {("unknown", "imu1")}),
+    "hysteresis that was a filter, a delay and a scale": (48324412, 300, 110, 15.0, {("unknown", "imu1")}),
+    "an accelerometer's walk, of which the other IMU was blamed": (48324412, 300, 122, 15.0, {("unknown", "imu1")}),
+    "steps of which a short recording skips most": (48324412, 300, 288, 15.0, {("quantisation", "imu2")}),
     "knocks too faint for the raw samples": (
         *(25387302, 300, 187, 15.0),
         {("mount_shift", "imu2"), ("gyro_scale", "imu1"), ("impacts", "imu1")},

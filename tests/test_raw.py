@@ -234,6 +234,10 @@ def test_a_lattice_is_read_off_its_values():
     assert lattice(0.005 * rng.integers(-50, 50, 4000) + 0.0013) == pytest.approx(0.005)
     assert lattice(rng.normal(size=4000)) == 0.0
     assert lattice(np.full(100, 9.81)) == 0.0
+    few = rng.integers(-800, 800, 750)  # a short recording of a wide motion: the median gap is two steps
+    assert np.median(np.diff(np.unique(few))) == 2
+    assert lattice(0.0044 * few) == pytest.approx(0.0044)
+    assert lattice(np.round(rng.normal(size=750), 6)) == 0.0  # digits of a text file
 
 
 @pytest.mark.parametrize("fraction", [0.02, 0.1, 0.25])
