@@ -64,7 +64,8 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         for i in range(3):
             yield make.others(f"the reading of axis {'xyz'[i]}, {LATE}", i, even(x[:, i], slope[:, i], bend[:, i]))
         yield make.every(TURNING, even(*turning.T))
-        yield make.every("shaking", np.concatenate([even(*fast[part].T), even(*fast["accel"].T)], axis=1))
+        if part == "gyro":
+            yield make.every("shaking", np.concatenate([even(*fast[part].T), even(*fast["accel"].T)], axis=1))
         yield make.every("the accelerometer's shaking", even(*fast["accel"].T))
         yield replace(make.every("time", drifts(time)), drift=True, timed=True)
         if model.rig.hinge:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.faint_knocks import faint_knocks
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.nominal import as_smooth
 from imubench.diagnosis.raw_findings import SURE_OF_KNOCKS, UNITS, joined
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.swings import turning
@@ -62,6 +63,9 @@ def faint(fit: Fit, imu: Imu, struck: Mask, named: Sequence[Finding]) -> Array:
 
     What a gap is filled with is no sample, and the equation of a swing does not know what may hold a segment up. Beside
     a pose whose errors wander nobody knows an IMU's noise: a phone's quick turns had peaks that no motion explained.
+    Nothing but an IMU itself tells how a lone body is pushed, and a free motion follows its knocks. So that is held as
+    smooth as it is elsewhere: peaks are 4 to 12 times the noise then, other stretches 0.5 to 1.0, and a hand's strokes
+    are too much for the others as well.
     """
     unsure = fit.model.wander or fit.model.recording.body is not None
     if unsure or any((f.effect, f.at) == (LOST, imu.name) for f in named):
@@ -73,6 +77,8 @@ def faint(fit: Fit, imu: Imu, struck: Mask, named: Sequence[Finding]) -> Array:
     peaks = tuple(p for p in peaks if not slips(fit, imu.name, p))
     if len(peaks) < FEWEST:
         return np.array([])
+    if fit.model.rig.placed and len(fit.model.recording.imus) == 1:
+        fit = solved(as_smooth(fit), {})
     inside = np.any([(imu.time >= a) & (imu.time <= b) for a, b in peaks], axis=0)
     pushed = f"{imu.name}.accel"  # what is struck reads a force
     apart = solved(fit, {pushed: known[pushed] & ~inside})

@@ -75,6 +75,11 @@ CASES = {
     "hysteresis that was a filter, a delay and a scale": (48324412, 300, 110, 15.0, {("unknown", "imu1")}),
     "an accelerometer's walk, of which the other IMU was blamed": (48324412, 300, 122, 15.0, {("unknown", "imu1")}),
     "steps of which a short recording skips most": (48324412, 300, 288, 15.0, {("quantisation", "imu2")}),
+    "knocks that a free motion follows": (48324412, 300, 22, 15.0, {("impacts", "imu1")}),
+    "the same beside other effects": (
+        *(48324412, 300, 219, 15.0),
+        {("accel_drift", "imu1"), ("accel_noise", "imu1"), ("impacts", "imu1")},
+    ),
     "knocks too faint for the raw samples": (
         *(25387302, 300, 187, 15.0),
         {("mount_shift", "imu2"), ("gyro_scale", "imu1"), ("impacts", "imu1")},

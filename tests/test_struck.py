@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis import struck
 from imubench.diagnosis.faint_knocks import faint_knocks
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.raw_findings import joined
+from imubench.diagnosis.raw_high import high, high_pass
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.result import Finding, Interval
 from imubench.diagnosis.samples import sampled
@@ -66,16 +68,16 @@ def test_the_peak_of_a_slip_is_the_slip_s(tmp_path):
 FAINT = {"band": 3.0, "rate": 100.0, "gyro_noise": 0.002, "accel_noise": 0.02}
 
 
-def hinge(folder, effects, **options):
-    """A hinge in a calm hand: the fit, what the raw samples say, and the peaks that they leave out."""
-    make_case(folder / "r", "hinge", effects, 77, seconds=15.0, **(FAINT | options))
+def calm(folder, effects, rig="hinge", seed=77, **options):
+    """A rig in a calm hand: the fit, what the raw samples say, and the peaks that they leave out."""
+    make_case(folder / "r", rig, effects, seed, seconds=15.0, **(FAINT | options))
     recording = read(folder / "r")[0]
     samples = sampled(recording)
     return nominal_fit(samples.heard(recording), samples.masks), samples
 
 
 def test_several_knocks_too_faint_for_the_raw_samples_are_found_together(tmp_path):
-    fit, samples = hinge(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.2})])
+    fit, samples = calm(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.2})])
     assert not [f for f in samples.findings if f.effect == "impacts"]
     (found,) = struck_again(fit, samples.struck, ())
     assert (found.effect, found.at) == ("impacts", "imu1")
@@ -87,8 +89,33 @@ def test_several_knocks_too_faint_for_the_raw_samples_are_found_together(tmp_pat
 
 
 def test_a_calm_hand_has_no_faint_knocks(tmp_path):
-    fit, samples = hinge(tmp_path, [])
+    fit, samples = calm(tmp_path, [])
     assert struck_again(fit, samples.struck, ()) == ()
+
+
+def test_knocks_that_a_free_motion_follows_are_rougher_than_it_is_elsewhere(tmp_path):
+    fit, samples = calm(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.2})], "free", rate=200.0)
+    assert not [f for f in samples.findings if f.effect == "impacts"]
+    (found,) = struck_again(fit, samples.struck, ())
+    times = found.parameters["times"].value
+    assert len(times) >= 3
+    assert all(np.min(np.abs(np.array(TIMES) - t)) < 0.06 for t in times)
+
+
+@pytest.mark.parametrize("band", [3.0, 10.0])
+def test_the_quickest_strokes_of_a_free_body_are_no_knocks(tmp_path, monkeypatch, band):
+    fit, samples = calm(tmp_path, [], "free", 80, band=band, vigour=1.4, rest=0.3, rate=128.0)
+    (imu,) = fit.model.recording.imus
+    power = high(imu.accel, high_pass(imu.rate))[64:-64]
+    quickest = imu.time[64:-64][[int(np.argmax(part)) + i * (len(power) // 3) for i, part in enumerate(thirds(power))]]
+    monkeypatch.setattr(struck, "faint_knocks", lambda *_: tuple((t - 0.02, t + 0.05) for t in quickest))
+    assert struck_again(fit, samples.struck, ()) == ()
+
+
+def thirds(x):
+    """The three parts of an array."""
+    third = len(x) // 3
+    return x[:third], x[third : 2 * third], x[2 * third : 3 * third]
 
 
 @pytest.mark.parametrize(("count", "found"), [(1, 0), (4, 4)])

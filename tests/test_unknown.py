@@ -98,7 +98,7 @@ def test_a_cogging_joint_is_found_by_its_angle(swinging):
         ("bias_jump", "imu1", 5, {}, "time: a jump at 4.5"),  # at 4.53 s
         ("cubic", "imu2", 4, {"strength": "strong"}, "its own reading"),
         ("hysteresis", "imu2", 6, {}, "its own reading and where it came from"),
-        ("rectification", "imu1", 7, {"strength": "strong"}, "shaking"),
+        ("rectification", "imu1", 7, {"strength": "strong"}, "the accelerometer's shaking"),
         ("cross_talk", "imu2", 8, {}, "how the sensor turns and is pushed, a little later"),
         ("dead_band", "imu1", 9, {}, "its own reading"),
         ("thermal_walk", "imu2", 20, {}, "time"),
