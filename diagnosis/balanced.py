@@ -4,10 +4,10 @@ import numpy as np
 
 from imubench.diagnosis.fit import AGAIN, Fit, solve
 from imubench.diagnosis.noise import declared
+from imubench.diagnosis.raw_findings import OFF
 from imubench.diagnosis.terms import CHANNELS
 
 BLAMED = 1.5  # times a declared level, from which on it is a mismatch that is so loud
-TRUSTED = 1.15  # times it: as far as a declared level may be off
 
 
 def balanced(fit: Fit) -> Fit:
@@ -22,7 +22,7 @@ def balanced(fit: Fit) -> Fit:
     for part in CHANNELS:
         names = [n for n in (f"{i.name}.{part}" for i in fit.model.recording.imus) if n in told and n in noise]
         times = np.array([noise[n] / told[n] for n in names])
-        if len(names) == 2 and times.max() > BLAMED and times.min() < TRUSTED:
+        if len(names) == 2 and times.max() > BLAMED and times.min() < 1 + OFF:
             shared = float(np.sqrt(np.mean(times**2)))
             noise |= {n: shared * told[n] for n in names}
     return fit if noise == fit.noise else solve(fit.model, fit.state, noise, fit.anchor, steps=AGAIN)

@@ -39,7 +39,7 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         "gyro": np.broadcast_to(reading.gyro.value, (n, 3)),
         "accel": np.broadcast_to(reading.accel.value, (n, 3)),
     }
-    fast = {"gyro": shaking(sensed["gyro"], imu.rate), "accel": shaking(sensed["accel"], imu.rate)}
+    shaken = {part: even(*shaking(x, imu.rate).T) for part, x in sensed.items()}
     cut = clear_in(fit, imu, "gyro", sensed["gyro"])
     sensed = {part: slower(x, cut, imu.rate) for part, x in sensed.items()}
     turning = slower(np.broadcast_to(turning, (n, 3)), cut, imu.rate)
@@ -65,8 +65,8 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
             yield make.others(f"the reading of axis {'xyz'[i]}, {LATE}", i, even(x[:, i], slope[:, i], bend[:, i]))
         yield make.every(TURNING, even(*turning.T))
         if part == "gyro":
-            yield make.every("shaking", np.concatenate([even(*fast[part].T), even(*fast["accel"].T)], axis=1))
-        yield make.every("the accelerometer's shaking", even(*fast["accel"].T))
+            yield make.every("shaking", np.concatenate([*shaken.values()], axis=1))
+        yield make.every("the accelerometer's shaking", shaken["accel"])
         yield replace(make.every("time", drifts(time)), drift=True, timed=True)
         if model.rig.hinge:
             yield make.every("the hinge angle", curve(angle))

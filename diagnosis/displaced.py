@@ -66,7 +66,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
                 continue
             guesses, tried = promising(without)
             price = float(np.log(max(tried / NAMES, 1)))
-            held: list[tuple[float, Fitted]] = []
+            won: list[tuple[bool, float, Fitted]] = []
             free, strained = gone[0].effect.free, breaks_its_law(fit, gone[0])
             least = {timed: margins(lost, slow and timed, free, strained, len(gone)) for timed in (False, True)}
             likely = [g for g in guesses if g.white > least[g.term.timed][0]]
@@ -77,8 +77,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
                 done = fitted(without, guess, price)
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
                 if done.heldout.foretells() and more > -least[guess.term.timed][1]:
-                    held.append((more, done))
-            won = [(takes_place(f, more, lost, gone[0], strained), more, f) for more, f in held]
+                    won.append((takes_place(done, more, lost, gone[0], strained), more, done))
             taken, more, best = max(won, key=lambda w: w[:2], default=(False, 0.0, None))
             if taken and best:
                 surely = free or strained

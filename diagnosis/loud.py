@@ -8,11 +8,11 @@ from imubench.arrays import Array
 from imubench.diagnosis.coloured import Spectra, noise_spectra
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.noise import declared, levels
-from imubench.diagnosis.raw_findings import UNITS
+from imubench.diagnosis.raw_findings import OFF, UNITS
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.rows import Rows
 
-ALLOWED = 1.15**2 * 1.2 * 1.3  # of the declared noise power: right within 15 %, 20 % of colour, 30 % for rough motion
+ALLOWED = (1 + OFF) ** 2 * 1.2 * 1.3  # of the declared noise power: with 20 % of colour, 30 % for rough motion
 SURELY = 0.9  # confidence in noise power beyond that, which no term explains
 FLAT = 1.15  # by how much a band's power may differ from the whole's, beyond what chance lets it
 CHANCE = 2.5  # standard deviations of a band's power, three axes at every bin

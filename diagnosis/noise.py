@@ -16,6 +16,7 @@ from imubench.diagnosis.fit import AGAIN, ENOUGH, Fit, search
 from imubench.diagnosis.hypothesis import Prior, State
 from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.model import Model
+from imubench.diagnosis.raw_findings import OFF
 from imubench.diagnosis.spread import Spread
 from imubench.diagnosis.swings import GROUP, is_data
 from imubench.diagnosis.system import Step, factored
@@ -23,7 +24,7 @@ from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.tilt import lawful, tilts
 from imubench.recording import Recording
 
-FLOOR = 0.85  # of the declared level: a declared noise is right within 15 %
+FLOOR = 1 - OFF  # of the declared level
 LAW_FLOOR = 0.05  # of its std: a law that held without any noise would hold the fit still; what is below stays there
 LAW_RISE = 4.0  # times its level of the round before, at most
 SMALLEST = 1e-7  # of a unit: no group is taken for exact

@@ -16,7 +16,8 @@ Value = tuple[Array, Array, str]
 Windows = tuple[tuple[float, float], ...]
 
 UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
-DECLARED = 1.15 * float(np.sqrt(1.2))  # a declared noise is right within 15 %, with 20 % of coloured noise on top
+OFF = 0.15  # by how much of it a declared noise may be wrong
+DECLARED = (1 + OFF) * float(np.sqrt(1.2))  # with 20 % of coloured noise on top
 CERTAIN = 3.0  # standard deviations above that
 COARSE = 0.2  # of the noise's power: from there rounding, step^2 / 12, is more than coloured noise may be
 SURE_OF_KNOCKS = (0.6, 0.95)  # of one, which may be something else that happens once, and of several

@@ -93,9 +93,10 @@ def takes_place(found: Fitted, more: float, lost: float, h: Hypothesis, strained
     A tie is enough where that has no law, or breaks its own. What could be its like must explain a tenth more: not a
     line's curve, whose bend is all its own, nor beside a filter what does not go with what the sensor read.
     """
-    if h.effect.free or (strained and found.term.goes_with not in SERIES):
+    series = found.term.goes_with in SERIES
+    if h.effect.free or (strained and not series):
         return True
-    unlike = found.term.drift or (h.effect.name == FILTER and not a_filter_is(found, h))
+    unlike = found.term.drift or (h.effect.name == FILTER and not series)
     return more > max(NEEDED, 0.0 if unlike else MUCH * lost / found.louder)
 
 

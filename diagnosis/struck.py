@@ -64,7 +64,7 @@ def faint(fit: Fit, imu: Imu, struck: Mask, named: Sequence[Finding]) -> Array:
     What a gap is filled with is no sample, and the equation of a swing does not know what may hold a segment up. Beside
     a pose whose errors wander nobody knows an IMU's noise: a phone's quick turns had peaks that no motion explained.
     Nothing but an IMU itself tells how a lone body is pushed, and a free motion follows its knocks. So that is held as
-    smooth as it is elsewhere: peaks are 4 to 12 times the noise then, other stretches 0.5 to 1.0, and a hand's strokes
+    smooth as it is elsewhere: peaks are 4 to 12 times the noise then, other stretches 0.4 to 1.0, and a hand's strokes
     are too much for the others as well.
     """
     unsure = fit.model.wander or fit.model.recording.body is not None

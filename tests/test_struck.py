@@ -107,15 +107,10 @@ def test_the_quickest_strokes_of_a_free_body_are_no_knocks(tmp_path, monkeypatch
     fit, samples = calm(tmp_path, [], "free", 80, band=band, vigour=1.4, rest=0.3, rate=128.0)
     (imu,) = fit.model.recording.imus
     power = high(imu.accel, high_pass(imu.rate))[64:-64]
-    quickest = imu.time[64:-64][[int(np.argmax(part)) + i * (len(power) // 3) for i, part in enumerate(thirds(power))]]
+    third = len(power) // 3
+    quickest = imu.time[64:-64][np.argmax(power[: 3 * third].reshape(3, third), axis=1) + third * np.arange(3)]
     monkeypatch.setattr(struck, "faint_knocks", lambda *_: tuple((t - 0.02, t + 0.05) for t in quickest))
     assert struck_again(fit, samples.struck, ()) == ()
-
-
-def thirds(x):
-    """The three parts of an array."""
-    third = len(x) // 3
-    return x[:third], x[third : 2 * third], x[2 * third : 3 * third]
 
 
 @pytest.mark.parametrize(("count", "found"), [(1, 0), (4, 4)])
