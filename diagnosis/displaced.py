@@ -13,6 +13,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import certain, rougher
 from imubench.diagnosis.refit import evidence_over, refit
+from imubench.diagnosis.slow_shapes import beyond_a_drift
 from imubench.diagnosis.stand_ins import (
     MOVED,
     SLIP,
@@ -20,6 +21,7 @@ from imubench.diagnosis.stand_ins import (
     a_filter_is,
     breaks_its_law,
     groups,
+    is_a_drift,
     margins,
     only_wanders,
     rivals,
@@ -76,6 +78,8 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             for guess in asked:
                 done = fitted(without, guess, price)
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
+                if guess.term.drift and is_a_drift(gone):
+                    more = max(more, beyond_a_drift(without, guess.term))
                 if done.heldout.foretells() and more > -least[guess.term.timed][1]:
                     won.append((takes_place(done, more, lost, gone[0], strained), more, done))
             taken, more, best = max(won, key=lambda w: w[:2], default=(False, 0.0, None))

@@ -67,7 +67,7 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis], slow:
     gyroscope's, which is nothing that a joint does; where the spline is slow, one of an accelerometer's too.
     """
     own = {seen_at(h) for h in gone}
-    if len(gone) == 1 and gone[0].effect.name in DRIFTS:
+    if is_a_drift(gone):
         yield from [g for g in guesses if g.term.drift and g.term.at in own][:1]
     steady = [g for g in guesses if not g.term.drift]
     if any(h.effect.states for h in gone):  # it takes what is at either IMU
@@ -98,6 +98,11 @@ def takes_place(found: Fitted, more: float, lost: float, h: Hypothesis, strained
         return True
     unlike = found.term.drift or (h.effect.name == FILTER and not series)
     return more > max(NEEDED, 0.0 if unlike else MUCH * lost / found.louder)
+
+
+def is_a_drift(gone: Sequence[Hypothesis]) -> bool:
+    """Return whether what may be displaced is one drift."""
+    return len(gone) == 1 and gone[0].effect.name in DRIFTS
 
 
 def a_filter_is(found: Fitted, h: Hypothesis) -> bool:
@@ -150,6 +155,6 @@ def only_wanders(fit: Fit, h: Hypothesis) -> bool:
 
 
 __all__ = [
-    "MOVED", "MUCH", "SLIP", "SLOW", "a_filter_is", "breaks_its_law", "groups", "margins", "only_wanders", "rivals",
-    "takes_place", "wanders",
+    "MOVED", "MUCH", "SLIP", "SLOW", "a_filter_is", "breaks_its_law", "groups", "is_a_drift", "margins", "only_wanders",
+    "rivals", "takes_place", "wanders",
 ]  # fmt: skip

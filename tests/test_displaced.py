@@ -69,11 +69,12 @@ def test_a_filter_that_stood_in_for_hysteresis_gives_way(tmp_path, asked, stays)
     ("name", "parameters", "colour", "stays", "sure"),
     [
         ("thermal_walk", {"channel": "gyro", "density": 0.002}, 0.07, False, False),
+        ("bias_jump", {"channel": "gyro", "jump": [-0.001, 0.0015, -0.0004], "time": 5.1}, 0.0, False, False),
         ("gyro_drift", {"rate": [0.0003, -0.0008, 0.0002]}, 0.2, True, False),  # noise as slow as that bends any line
         ("gyro_drift", {"rate": [0.0003, -0.0008, 0.0002]}, 0.0, True, True),
     ],
 )
-def test_a_drift_that_stood_in_for_a_walk_gives_way(tmp_path, name, parameters, colour, stays, sure):
+def test_a_drift_that_stood_in_for_a_walk_or_a_jump_gives_way(tmp_path, name, parameters, colour, stays, sure):
     options = {"rate": 200.0, "band": 3.6, "gyro_noise": 0.0016, "colour": colour}
     asked = [(name, "imu1", parameters)]
     fit = fitted_with(tmp_path, EFFECTS["gyro_drift"], "imu1", asked, 52, "pendulum", 3, **options)
