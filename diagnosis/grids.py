@@ -1,7 +1,8 @@
 """Effects that are far from linear in one parameter: where to begin with it.
 
 A hum's frequency is read off the residual's spectrum, the moment of a slip off what one at each moment would explain,
-a stop's angle off a grid of whole stops. From there the score and the refit go on.
+a stop's angle off a grid of whole stops, where a spring rests off one of springs. From there the score and the refit go
+on.
 """
 
 from dataclasses import replace
@@ -12,12 +13,13 @@ from scipy.ndimage import median_filter
 from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.score import Score
+from imubench.diagnosis.score import Score, score
 from imubench.diagnosis.screen import driven
 from imubench.diagnosis.slips import slip
 from imubench.diagnosis.threads import one_thread
 
 NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
+REST = np.arange(-1.5, 1.6, 0.25)  # rad, angles of rest of a joint's spring
 LOWEST = 1.0  # Hz, under which a hum is part of the motion
 
 
@@ -33,6 +35,8 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
                 out.append(replace(h, effect=h.effect.starting(frequency=found)))
         elif h.effect.name == "mount_shift":
             out.append(replace(h, effect=h.effect.starting(time=slip(base, h.at))))
+        elif h.effect.name == "joint_spring":
+            judged.append(rested(base, h))
         elif h.effect.name == "end_stop":
             found_stop = driven(base, h)
             if found_stop is not None:
@@ -43,6 +47,17 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
         else:
             out.append(h)
     return out, judged
+
+
+def rested(base: Base, h: Hypothesis) -> Score:
+    """Return the score of a joint's spring at the best of some angles of rest, from which its refit begins.
+
+    Where it has no stiffness yet its angle of rest does nothing: on a swing whose equation held exactly the refit ended
+    with a stiffness at rest at 0, 240 nat short, and the spring was another inertia.
+    """
+    each = [replace(h, effect=h.effect.starting(q0=angle), tag=f"#{i}") for i, angle in enumerate(REST)]
+    best = score(base.fit, each, base)[0]
+    return replace(best, hypothesis=replace(best.hypothesis, tag=""))
 
 
 def hum(fit: Fit, at: str) -> float:
@@ -60,4 +75,4 @@ def hum(fit: Fit, at: str) -> float:
     return float(frequency[np.argmax(ratio)])
 
 
-__all__ = ["hum", "placed"]
+__all__ = ["hum", "placed", "rested"]
