@@ -32,7 +32,7 @@ from imubench.sim.injected import (
 from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.rigs import STANDARD_RIGS, Mount, Rig, random_hinge
-from imubench.sim.signals import hand
+from imubench.sim.signals import Signal, hand
 from imubench.trials.figures import figures
 from imubench.trials.make import made
 from imubench.trials.scoring import CaseScore
@@ -43,6 +43,7 @@ ELSEWHERE = (*SLIDING, *SWUNG, "backlash", "moving_pivot")  # what needs more th
 SIMULATED = tuple(name for name in INJECTED if name not in ELSEWHERE)
 SUFFIX = "-sim"
 ENCODER_STD, POSITION_STD, ROTATION_STD = 5e-4, 1e-3, 4e-3  # rad, m, rad
+CORNER, FALLS, FAINT = 2.0, 2.1, 0.4  # Hz up to which a hand turns evenly, its angle's slope and size beyond
 BEYOND = 0.5  # s that the motion goes on, for clocks that are late or fast
 
 
@@ -142,12 +143,20 @@ def _declared(mount: Mount, options: Mapping[str, Any], rng: np.random.Generator
 
 
 def _hand(options: Mapping[str, Any], rng: np.random.Generator) -> AngleMotion:
-    """Return a motion of the case's band and vigour; a fast hand moves less far."""
-    band, seconds = options["band"], options["seconds"] + 2 * BEYOND
-    turn, shift = options["vigour"] / max(band, 1.0), options["vigour"] / max(band, 1.0) ** 2
+    """Return a motion of the case's band and vigour; a fast hand moves less far.
 
-    def signal(std: float, offset: float = 0.0) -> Any:
-        return hand(rng, seconds, std, band, offset)
+    As the generator's does, it turns most below `CORNER`, and some up to the band. With all of it at 10 Hz what is
+    square in the motion reaches 20, and of 50 samples a second none can tell that from noise.
+    """
+    band, seconds = options["band"], options["seconds"] + 2 * BEYOND
+    slow = min(band, CORNER)
+    turn, shift = options["vigour"] / max(slow, 1.0), options["vigour"] / max(slow, 1.0) ** 2
+
+    def signal(std: float, offset: float = 0.0) -> Signal:
+        parts = [hand(rng, seconds, std, slow, offset)]
+        if band > CORNER:
+            parts.append(hand(rng, seconds, FAINT * std * (CORNER / band) ** FALLS, band))
+        return lambda time: tuple(np.sum([part(time) for part in parts], axis=0))
 
     return AngleMotion(
         signal(0.8 * turn), signal(0.4 * turn), signal(0.8 * turn), signal(0.7 * turn, 0.6),
