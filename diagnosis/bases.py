@@ -11,6 +11,7 @@ from imubench.diagnosis.heldout import BLOCK, BLOCKS
 PIECES = 6  # of a cubic spline over the range of what it is a function of: 9 weights
 PIECE = 1.3  # blocks of held-out data that a drift's pieces last, or it could not be predicted
 KINKS = (0.01, 0.03, 0.1, 0.3)  # of what is signed: its scatter
+ZONES = (0.07, 0.14, 0.28, 0.56, 1.12)  # of its scatter: where a law may break besides
 WIDTHS = (0.03, 0.06, 0.12, 0.25, 0.5)  # of a reading's own scatter: half widths of play that it may have
 SLOW = (0.1, 0.3, 1.0)  # s, over which shaking is felt
 SHAKING = 2.0  # Hz, from which on it is shaking
@@ -28,9 +29,18 @@ def curve(x: Array) -> Array:
 
 
 def kinked(x: Array) -> Array:
-    """Return the same and, since a law may break at zero, signs of x rounded over some widths."""
-    signs = [np.tanh(x / max(share * float(np.std(x)), 1e-12)) for share in KINKS]
-    return np.concatenate([curve(x), np.stack(signs, axis=1)], axis=1) if np.std(x) > 1e-9 else curve(x)
+    """Return the same and, since a law may break at zero or on either side of it, signs of x rounded over some widths.
+
+    Some gradually, some straight up to a width: what a dead zone takes away.
+    """
+    return np.concatenate([curve(x), np.stack(signs(x), axis=1)], axis=1) if np.std(x) > 1e-9 else curve(x)
+
+
+def signs(x: Array) -> list[Array]:
+    """Return signs of x (n, ...), each channel's rounded over some shares of its scatter."""
+    scatter = np.maximum(np.std(x, axis=0), 1e-9)
+    rounded = [np.tanh(x / (share * scatter)) for share in KINKS]
+    return [*rounded, *(np.clip(x / (share * scatter), -1.0, 1.0) for share in ZONES)]
 
 
 def drifts(time: Array) -> Array:

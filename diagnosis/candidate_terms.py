@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.bases import KINKS, WIDTHS, curve, drifts, even, kinked, play, shaking
+from imubench.diagnosis.bases import WIDTHS, curve, drifts, even, kinked, play, shaking, signs
 from imubench.diagnosis.coherence import clear_in, slower
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import HINGE
@@ -17,6 +17,7 @@ from imubench.diagnosis.terms import JUMP, LATE, LATER, RATE, TURNING, Term
 from imubench.jets import Jet, skew
 from imubench.recording import Imu
 
+LAGS = (0.02, 0.04, 0.08)  # s, by which a reading enters another axis later
 HARMONICS = 12  # of the joint's angle
 
 
@@ -56,13 +57,14 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         yield make.each(
             "its own reading and where it came from", [even(*(lag[:, i] for lag in lags)) for i in range(3)]
         )
-        signs = [np.tanh(x / np.maximum(share * np.std(x, axis=0), 1e-12)) for share in KINKS]
-        yield make.alike("its own reading, by one law for all axes", [x, x * np.abs(x), x**3, *signs])
+        yield make.alike("its own reading, by one law for all axes", [x, x * np.abs(x), x**3, *signs(x)])
         yield make.alike("its own reading and where it came from, by one law for all axes", list(lags))
         bend = np.gradient(slope, time, axis=0)
         yield make.every(LATER, even(*x.T, *slope.T, *bend.T))
         for i in range(3):
-            yield make.others(f"the reading of axis {'xyz'[i]}, {LATE}", i, even(x[:, i], slope[:, i], bend[:, i]))
+            before = [np.interp(time - late, time, x[:, i]) for late in LAGS]
+            basis = even(x[:, i], slope[:, i], bend[:, i], *before)
+            yield make.others(f"the reading of axis {'xyz'[i]}, {LATE}", i, basis)
         yield make.every(TURNING, even(*turning.T))
         if part == "gyro":
             yield make.every("shaking", np.concatenate([*shaken.values()], axis=1))

@@ -1,12 +1,13 @@
 """Terms without a name in the fit: what one gains there, its prior, its freedoms and coloured noise taken off."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from imubench.diagnosis.candidate_terms import sensor_terms, torque_terms
 from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.heldout import BLOCK, Gain, predicted
-from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import rougher
 from imubench.diagnosis.prune import SEED
@@ -14,9 +15,11 @@ from imubench.diagnosis.refit import evidence_over, information, refit
 from imubench.diagnosis.slow_noise import colour
 from imubench.diagnosis.term_scores import Guess, hypothesis_of, weighed
 from imubench.diagnosis.terms import Term
+from imubench.diagnosis.worth import worth
 
 NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
 MOST = 2  # unknowns in one diagnosis
+BENDS, AGAIN = 1000.0, 3  # nat from which on a term's signals are taken again, and how often at most
 BRIEF = 1.0  # s left out at a time under a term that is a function of time
 
 
@@ -35,6 +38,34 @@ class Fitted:
 
 def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
     """Return a term's exact refit, its evidence less `price`, and what it predicts.
+
+    What is worth much has bent the motion that its signals were taken from: they are taken again from the motion that
+    it leaves, while that explains more. Of a gyroscope's dead zone 1.4 times the noise was left at first, then 1.15.
+    """
+    found = once(fit, guess, price)
+    for _ in range(AGAIN):
+        if found.evidence < BENDS or guess.term.timed:
+            break
+        further = once(fit, replace(guess, term=taken_again(fit, found)), price)
+        if not further.heldout.foretells() or worth(found.fit, further.fit) < NEEDED:
+            break
+        found = further
+    return found
+
+
+def taken_again(fit: Fit, found: Fitted) -> Term:
+    """Return a term of the fit with its signals taken from the motion that is left where it is in the fit."""
+    values = {name: value for name, value in found.fit.state.values.items() if name in fit.model.priors}
+    moved = replace(fit, state=State(found.fit.state.coefficients, values))
+    old = found.term
+    imu = next((i for i in fit.model.recording.imus if i.name == old.at), None)
+    new = torque_terms(moved) if imu is None else sensor_terms(moved, imu)
+    term = next(t for t in new if (t.part, t.goes_with) == (old.part, old.goes_with))
+    return term if len(term.channel) == len(old.channel) else term.only(old.channel[0])
+
+
+def once(fit: Fit, guess: Guess, price: float) -> Fitted:
+    """Return a term's exact refit with its signals as they are.
 
     The evidence is the lesser one of the motion as rough as the fit has it, and of a rougher: what a motion held too
     smooth does not follow goes with the motion.

@@ -32,7 +32,8 @@ def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
     """Return what a term may displace: splines without a law, filters, effects of one triple alone, and all of it.
 
     Laws of friction are displaced together: each alone is worth little beside another. So are a filter and what it left
-    to a delay and a scale at its IMU: hysteresis does some of all three.
+    to a delay and a scale at its IMU: hysteresis does some of all three. Last come all names of a fit: a dead zone
+    was a filter at the other IMU, a scale and play, none of which could be spared.
     """
     plain = [h for h in hypotheses if not h.effect.states]
     free = [h for h in hypotheses if h.effect.free or (h.effect.states and h.effect.name == FILTER)]
@@ -43,7 +44,8 @@ def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
     lone = [h for h in plain if h not in rubbing]
     beside = [(f, *(h for h in plain if h.at == f.at and h.effect.name in DELAYED)) for f in free if f.effect.lawful]
     together = [g for g in (*beside, *(tuple(some) for some in triples.values())) if len(g) > 1]
-    return [*((h,) for h in (*free, *lone)), *([rubbing] if rubbing else []), *together]
+    out = [*((h,) for h in (*free, *lone)), *([rubbing] if rubbing else []), *together]
+    return out if len(hypotheses) < 2 or any(len(g) == len(hypotheses) for g in out) else [*out, tuple(hypotheses)]
 
 
 def margins(lost: float, slow: bool, free: bool, strained: bool, names: int = 1) -> tuple[float, float]:
@@ -87,16 +89,17 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis], slow:
             yield steady[0]
 
 
-def takes_place(found: Fitted, more: float, lost: float, h: Hypothesis, strained: bool) -> bool:
-    """Return whether a term that explains so much more than names of `lost` nat takes their place, `h` the first.
+def takes_place(found: Fitted, more: float, lost: float, names: Sequence[Hypothesis], strained: bool) -> bool:
+    """Return whether a term that explains so much more than names of `lost` nat takes their place.
 
     A tie is enough where that has no law, or breaks its own. What could be its like must explain a tenth more: not a
     line's curve, whose bend is all its own, nor beside a filter what does not go with what the sensor read.
     """
     series = found.term.goes_with in SERIES
-    if h.effect.free or (strained and not series):
+    if any(h.effect.free for h in names) or (strained and not series):
         return True
-    unlike = found.term.drift or (h.effect.name == FILTER and not series)
+    filtered = names[0].effect.name == FILTER and len({h.at for h in names}) == 1
+    unlike = found.term.drift or (filtered and not series)
     return more > max(NEEDED, 0.0 if unlike else MUCH * lost / found.louder)
 
 

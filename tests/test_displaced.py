@@ -6,11 +6,13 @@ from scipy.stats import multivariate_normal
 
 from imubench.diagnosis.columns import promise
 from imubench.diagnosis.displaced import displaced
+from imubench.diagnosis.fitted_terms import fitted, once
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit
-from imubench.diagnosis.term_scores import weighed
+from imubench.diagnosis.term_scores import promising, weighed
+from imubench.diagnosis.worth import worth
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -62,6 +64,33 @@ def test_a_filter_that_stood_in_for_hysteresis_gives_way(tmp_path, asked, stays)
     assert bool(found.terms) != stays
     assert any(h.effect.name == "low_pass" for h in found.fit.model.hypotheses) == stays
     assert not found.doubted
+
+
+@pytest.mark.slow
+def test_play_a_scale_and_a_filter_that_stood_in_for_a_dead_zone_give_way(tmp_path):
+    asked = [("dead_band", "imu2", {"channel": "gyro", "width": 0.115})]
+    fit = fitted_with(tmp_path, EFFECTS["joint_play"], "joint", asked, 59, "hinge", 3, band=1.1, rate=200.0)
+    more = (Hypothesis(EFFECTS["gyro_scale"], "imu2"), Hypothesis(filter_of("accel"), "imu1"))
+    found = displaced(with_noise(refit(fit, (*fit.model.hypotheses, *more)), 2))
+    assert {(t.term.at, t.term.part) for t in found.terms} == {("imu2", "gyro")}
+    assert {h.effect.name for h in found.fit.model.hypotheses} == {"unknown"}
+
+
+@pytest.mark.slow
+def test_the_signals_of_what_bent_the_motion_are_taken_again(tmp_path):
+    asked, noise = (
+        [("dead_band", "imu2", {"channel": "gyro", "width": 0.115})],
+        {"gyro_noise": 0.0034, "accel_noise": 0.033},
+    )
+    make_case(
+        tmp_path / "case", "hinge", effects=asked, seed=60, seconds=12.0, band=1.1, vigour=0.6, rate=200.0, **noise
+    )
+    fit = nominal_fit(read(tmp_path / "case")[0])
+    guesses, tried = promising(fit)
+    guess = next(g for g in guesses if (g.term.at, g.term.goes_with) == ("imu2", "its own reading"))
+    first, last = once(fit, guess, np.log(tried)), fitted(fit, guess, np.log(tried))
+    assert worth(first.fit, last.fit) > 30
+    assert all(last.fit.noise[f"{imu}.gyro"] < first.fit.noise[f"{imu}.gyro"] for imu in ("imu1", "imu2"))
 
 
 @pytest.mark.slow
