@@ -14,7 +14,7 @@ from imubench.diagnosis.lively_fits import as_tight
 from imubench.diagnosis.merged import merged
 from imubench.diagnosis.mixture import mixed, together
 from imubench.diagnosis.model import Model
-from imubench.diagnosis.noise import with_noise
+from imubench.diagnosis.noise import with_noise, with_settled_noise
 from imubench.diagnosis.prune import SEED, natural, prune
 from imubench.diagnosis.rounds import attempted
 from imubench.diagnosis.terms import FRICTION
@@ -68,6 +68,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         if other is not fit:
             fit, kept, more = prune(other, kept, say)
             dropped += more
+    fit = with_settled_noise(fit)
     if fit.model.tilts:
         say("settling springs and dampers")
         fit = as_tight(with_noise(fit, SETTLED))
