@@ -9,6 +9,7 @@ from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.findings import findings, rejected
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.left_out import left_out_change
+from imubench.diagnosis.loud import refuted
 from imubench.diagnosis.noise import declared, declared_by
 from imubench.diagnosis.nominal import certain
 from imubench.diagnosis.regressors import regressors
@@ -40,6 +41,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         if chosen and (told_by_law := named_by_law(chosen, strange)) is not chosen:
             chosen, strange = told_by_law, unknowns(told_by_law.fit, where)
         rest, best = strange.findings, strange.fit
+        samples = samples.without(refuted(samples.findings, best, {f.at for f in rest}))
         rounded = {f.at for f in samples.findings if f.effect == "quantisation"}
         rest = tuple(f for f in rest if f.at not in rounded)  # rounding goes with the signal, and is said already
         noises = tuple(f for f in rest if f.effect != UNKNOWN)

@@ -19,6 +19,7 @@ CHANCE = 2.5  # standard deviations of a band's power, three axes at every bin
 VISIBLE = 0.3  # of white noise's power, that the fit must leave, in a band or in all, to tell
 STEADY = 1.2  # by how much the power may differ between calm and quick moments
 WINDOW = 1.0  # s
+LESS = 0.8  # of a louder noise's std, that a fit leaves where it is none
 
 
 def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
@@ -45,6 +46,25 @@ def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
     if chosen is not None:
         out.append(Finding(UNKNOWN, chosen.at, SURELY, {}, Interval(0.0, (0.0, 0.0)), where=chosen))
     return out
+
+
+def refuted(raw: Sequence[Finding], fit: Fit, known: set[str]) -> tuple[Finding, ...]:
+    """Return louder noises that raw samples show of which a fit leaves less.
+
+    At IMUs in `known`, which have something without a name: the kinks of a dead zone are white above a hand's motion,
+    and were a gyroscope's noise.
+    """
+    some = [f for f in raw if f.at in known and f.effect.endswith("_noise")]
+    if not some:
+        return ()
+    found, leverage = levels(fit)
+
+    def less(f: Finding) -> bool:
+        name = f"{f.at}.{f.effect.removesuffix('_noise')}"
+        seen = name in leverage and float(np.mean(1 - leverage[name])) > VISIBLE
+        return seen and found[name] < LESS * float(f.parameters["std"].value)
+
+    return tuple(f for f in some if less(f))
 
 
 def left_over(fit: Fit) -> float:
@@ -86,4 +106,4 @@ def louder(fit: Fit, rows: Rows, leverage: Array) -> Finding:
     return Finding(f"{part}_noise", at, SURELY, {"std": size}, Interval(0.0, (0.0, 0.0)))
 
 
-__all__ = ["ALLOWED", "flat", "left_over", "loud", "louder", "steady"]
+__all__ = ["ALLOWED", "flat", "left_over", "loud", "louder", "refuted", "steady"]

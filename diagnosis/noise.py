@@ -99,7 +99,7 @@ def with_settled_noise(fit: Fit) -> Fit:
     """
     found, told = levels(fit)[0], declared(fit.model)
     off = [np.log(max(found[n], FLOOR * std) / fit.noise[n]) for n, std in told.items() if n in found]
-    return with_noise(fit) if max(np.abs(off), default=0.0) > FAR else fit
+    return with_noise(fit, 2 * ROUNDS) if max(np.abs(off), default=0.0) > FAR else fit
 
 
 @one_thread

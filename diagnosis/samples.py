@@ -35,6 +35,10 @@ class Sampled:
         """The IMUs that hum, and at how many Hz."""
         return {f.at: float(f.parameters["frequency"].value) for f in self.findings if f.effect == "vibration"}
 
+    def without(self, gone: tuple[Finding, ...]) -> "Sampled":
+        """Return the same without some of the findings."""
+        return replace(self, findings=tuple(f for f in self.findings if all(f is not g for g in gone)))
+
     def heard(self, recording: Recording) -> Recording:
         """Return the recording with its noise declared as these samples have it, and without hums that turn it."""
         imus = []

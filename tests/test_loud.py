@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.loud import ALLOWED, left_over, loud
-from imubench.diagnosis.noise import declared, levels
+from imubench.diagnosis.fit import solve
+from imubench.diagnosis.loud import ALLOWED, left_over, loud, refuted
+from imubench.diagnosis.noise import declared, levels, with_settled_noise
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.result import UNKNOWN, Where
+from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -26,6 +27,10 @@ def noisier(recording, added):
     """The nominal fit of a recording whose imu2 has `added` (n, 3) on its gyroscope, not declared."""
     imus = [replace(i, gyro=i.gyro + added(i)) if i.name == "imu2" else i for i in recording.imus]
     return nominal_fit(replace(recording, imus=tuple(imus)))
+
+
+def at_levels(fit, noise):
+    return solve(fit.model, fit.state, noise, fit.anchor)
 
 
 def test_what_is_declared_is_not_loud(clean):
@@ -49,6 +54,28 @@ def test_louder_white_noise_has_its_name_and_size(clean):
     size, own = told.parameters["std"], clean.imus[1].gyro_noise_std
     assert size.value == pytest.approx(np.hypot(0.004, own), abs=4 * size.std + 0.1 * own)  # `own` is a declaration
     assert loud(fit, [WHERE], {"imu2"}) == []
+
+
+def test_a_noise_that_the_samples_show_goes_where_the_fit_leaves_less(clean):
+    def said(std):
+        parameters = {"std": Parameter(np.array(std), np.array(0.01 * std), "rad/s")}
+        return Finding("gyro_noise", "imu2", 0.95, parameters, Interval(0.0, (0.0, 0.0)))
+
+    own = clean.imus[1].gyro_noise_std
+    quiet = nominal_fit(clean)
+    assert len(refuted((said(2 * own),), quiet, {"imu2"})) == 1
+    assert refuted((said(2 * own),), quiet, {"imu1"}) == ()  # nothing there that could have made it
+    rng = np.random.default_rng(7)
+    loud_fit = noisier(clean, lambda i: own * 3**0.5 * rng.standard_normal(i.gyro.shape))
+    assert refuted((said(2 * own),), loud_fit, {"imu2"}) == ()
+
+
+def test_a_level_far_from_what_is_left_is_estimated_again(clean):
+    fit = nominal_fit(clean)
+    assert with_settled_noise(fit) is fit
+    off = at_levels(fit, fit.noise | {"imu2.accel": 4 * fit.noise["imu2.accel"]})
+    again = with_settled_noise(off).noise
+    assert again["imu2.accel"] == pytest.approx(fit.noise["imu2.accel"], rel=0.1)
 
 
 @pytest.mark.slow
