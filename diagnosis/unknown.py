@@ -50,7 +50,7 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
     `where` says where the nominal fit's residuals were; it serves where no term is found for what is left.
     """
     springs, unsure = bent(fit, say)
-    held = displaced(springs[-1].fit if springs else fit, say)
+    held = displaced(balanced(springs[-1].fit if springs else fit), say)
     found, fit = held.terms, held.fit
     while len(found) < MOST:
         say("looking for something without a name")
