@@ -50,7 +50,7 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         unit = fit.noise.get(f"{imu.name}.{part}")
         if unit is None:  # no sample of it counts
             continue
-        make = _Maker(imu.name, part, time, unit)
+        make = Maker(imu.name, part, time, unit)
         slope = np.gradient(x, time, axis=0)
         lags = np.moveaxis(play(x[:, None], np.std(x, axis=0) * np.array(WIDTHS)[:, None]) - x[:, None], 1, 0)
         yield make.each("its own reading", [kinked(x[:, i]) for i in range(3)])
@@ -83,7 +83,7 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
 
 
 @dataclass(frozen=True)
-class _Maker:
+class Maker:
     """Makes terms of one triple."""
 
     at: str
@@ -118,7 +118,7 @@ class _Maker:
 def jumps(fit: Fit, imu: Imu, part: str, starts: Array) -> list[Term]:
     """Return jumps of one triple's readings at times (m,) s on the splines."""
     time = imu.time - fit.model.start
-    make = _Maker(imu.name, part, time, fit.noise[f"{imu.name}.{part}"])
+    make = Maker(imu.name, part, time, fit.noise[f"{imu.name}.{part}"])
     words = [f"{JUMP} at {start + fit.model.start:.2f} s" for start in starts]
     steps = [1.0 * (time >= start)[:, None] for start in starts]
     return [replace(make.every(w, x), drift=True, timed=True) for w, x in zip(words, steps, strict=True)]
@@ -148,4 +148,4 @@ def torque_terms(fit: Fit) -> Iterator[Term]:
         yield Term("joint", "torque", words, time, {"torque": unit * b}, (0,) * b.shape[1], drift=slow, timed=slow)
 
 
-__all__ = ["jumps", "terms"]
+__all__ = ["Maker", "jumps", "sensor_terms", "terms", "torque_terms"]

@@ -26,6 +26,7 @@ from imubench.diagnosis.stand_ins import (
     only_wanders,
     rivals,
     takes_place,
+    together,
     wanders,
 )
 from imubench.diagnosis.term_scores import promising
@@ -57,9 +58,8 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
         if len(terms) == MOST or not set(names) <= set(fit.model.hypotheses):
             continue
         slow = only_wanders(fit, names[0])
-        gone = names + tuple(
-            h for h in fit.model.hypotheses if slow and h.effect.name in MOVED
-        )  # where it is on average
+        on_average = (h for h in fit.model.hypotheses if slow and h.effect.name in MOVED)
+        gone = (*names, *on_average)
         say(f"looking whether something without a name explains more than {' and '.join(h.name for h in gone)}")
         with suppress(NotPositiveDefiniteError):
             without = refit(fit, tuple(h for h in fit.model.hypotheses if h not in gone), steps=4)
@@ -72,7 +72,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             price = float(np.log(max(tried / NAMES, 1)))
             won: list[tuple[bool, float, Fitted]] = []
             free = any(h.effect.free for h in names)
-            strained = len({h.at for h in names}) == 1 and breaks_its_law(fit, names[0])
+            strained = together(names) and breaks_its_law(fit, names[0])
             least = {timed: margins(lost, slow and timed, free, strained, len(gone)) for timed in (False, True)}
             likely = [g for g in guesses if g.white > least[g.term.timed][0]]
             likely = [g for g in likely if not g.term.holds(gone[0].effect.name)]
@@ -84,7 +84,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
                 if guess.term.drift and is_a_drift(gone):
                     more = max(more, beyond_a_drift(without, guess.term))
                 if done.heldout.foretells() and more > -least[guess.term.timed][1]:
-                    won.append((takes_place(done, more, lost, names, strained), more, done))
+                    won.append((takes_place(done, more, lost, names, free, strained), more, done))
             taken, more, best = max(won, key=lambda w: w[:2], default=(False, 0.0, None))
             if taken and best:
                 surely = free or strained

@@ -31,7 +31,7 @@ def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
     if not over:
         return []
     _, leverage = levels(fit)
-    over = {n for n in over if float(np.mean(1 - leverage[n])) > VISIBLE}
+    over = {n for n in over if tells(leverage[n])}
     if not over:
         return []
     spectra = noise_spectra(fit)
@@ -61,10 +61,14 @@ def refuted(raw: Sequence[Finding], fit: Fit, known: set[str]) -> tuple[Finding,
 
     def less(f: Finding) -> bool:
         name = f"{f.at}.{f.effect.removesuffix('_noise')}"
-        seen = name in leverage and float(np.mean(1 - leverage[name])) > VISIBLE
-        return seen and found[name] < LESS * float(f.parameters["std"].value)
+        return name in leverage and tells(leverage[name]) and found[name] < LESS * float(f.parameters["std"].value)
 
     return tuple(f for f in some if less(f))
+
+
+def tells(leverage: Array) -> bool:
+    """Return whether the fit leaves enough of a sensor's noise for its level to say anything; leverage (n, 3)."""
+    return float(np.mean(1 - leverage)) > VISIBLE
 
 
 def left_over(fit: Fit) -> float:

@@ -9,8 +9,8 @@ knows of all w, motion, geometry and effects free to follow, and g the gradient 
 
 so that ln N(g; 0, R M R + M P M) is what a shape is worth, at its best size s, colour a and corner, in all channels or
 one; a constant is free. Noise that may be as loud as all of a curve need not be so: white noise of which three cosines
-are loud, as those of a jump are, is not coloured noise. A jump of 15 deviations from any drift was worth 14 nat where
-all noise was as loud as it may be at most, and 38 so.
+are loud, as those of a jump are, is not coloured noise. A jump of 15 deviations from any drift was worth 6 nat where
+all noise was as loud as it may be at most, and 35 so.
 """
 
 from collections.abc import Iterator
@@ -21,6 +21,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from imubench.arrays import Array
+from imubench.diagnosis.candidate_terms import Maker
 from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.score import each
@@ -61,15 +62,10 @@ class Slow:
     @classmethod
     def of(cls, fit: Fit, term: Term) -> "Slow":
         """Return what a fit knows of slow errors of a term's triple."""
-        time = next(i.time for i in fit.model.recording.imus if i.name == term.at) - fit.model.start
-        seconds, n = float(time[-1] - time[0]), len(time)
-        count = min(int(2 * seconds * TOP), MOST) + 1
-        cosines = cosines_at((time - time[0]) / seconds, count)
-        unit = fit.noise[f"{term.at}.{term.part}"]
-        signals = unit * np.einsum("nk,ij->nijk", cosines, np.eye(3)).reshape(n, 3, -1)
-        channels = tuple(np.repeat(np.arange(3), count).tolist())
-        asked = hypothesis_of(Term(term.at, term.part, term.goes_with, term.time, {term.part: signals}, channels), 1.0)
-        ((_, information, force),) = each(Base.of(fit), [asked])
+        time, seconds = term.time, float(term.time[-1] - term.time[0])
+        cosines = cosines_at((time - time[0]) / seconds, min(int(2 * seconds * TOP), MOST) + 1)
+        every = Maker(term.at, term.part, time, fit.noise[f"{term.at}.{term.part}"]).every(term.goes_with, cosines)
+        ((_, information, force),) = each(Base.of(fit), [hypothesis_of(every, 1.0)])
         return cls.told(cosines, seconds, information, force)
 
     @classmethod
@@ -127,9 +123,7 @@ def beyond_a_drift(fit: Fit, term: Term) -> float:
     slow = Slow.of(fit, term)
     if not term.jumps:
         return slow.walk() - slow.drift()
-    time = next(i.time for i in fit.model.recording.imus if i.name == term.at) - fit.model.start
-    steps = np.abs(term.signals[term.part]).sum(axis=(1, 2))
-    return slow.jump(1.0 * (np.interp(time, term.time, steps) > 0)) - slow.drift()
+    return slow.jump(1.0 * np.any(term.signals[term.part], axis=(1, 2))) - slow.drift()
 
 
 def cosines_at(share: Array, count: int) -> Array:

@@ -43,8 +43,8 @@ def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
     rubbing = tuple(h for h in plain if h.effect.name in FRICTION)
     lone = [h for h in plain if h not in rubbing]
     beside = [(f, *(h for h in plain if h.at == f.at and h.effect.name in DELAYED)) for f in free if f.effect.lawful]
-    together = [g for g in (*beside, *(tuple(some) for some in triples.values())) if len(g) > 1]
-    out = [*((h,) for h in (*free, *lone)), *([rubbing] if rubbing else []), *together]
+    several = [g for g in (*beside, *(tuple(some) for some in triples.values())) if len(g) > 1]
+    out = [*((h,) for h in (*free, *lone)), *([rubbing] if rubbing else []), *several]
     return out if len(hypotheses) < 2 or any(len(g) == len(hypotheses) for g in out) else [*out, tuple(hypotheses)]
 
 
@@ -89,18 +89,25 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis], slow:
             yield steady[0]
 
 
-def takes_place(found: Fitted, more: float, lost: float, names: Sequence[Hypothesis], strained: bool) -> bool:
+def takes_place(
+    found: Fitted, more: float, lost: float, names: Sequence[Hypothesis], free: bool, strained: bool
+) -> bool:
     """Return whether a term that explains so much more than names of `lost` nat takes their place.
 
     A tie is enough where that has no law, or breaks its own. What could be its like must explain a tenth more: not a
     line's curve, whose bend is all its own, nor beside a filter what does not go with what the sensor read.
     """
     series = found.term.goes_with in SERIES
-    if any(h.effect.free for h in names) or (strained and not series):
+    if free or (strained and not series):
         return True
-    filtered = names[0].effect.name == FILTER and len({h.at for h in names}) == 1
+    filtered = names[0].effect.name == FILTER and together(names)
     unlike = found.term.drift or (filtered and not series)
     return more > max(NEEDED, 0.0 if unlike else MUCH * lost / found.louder)
+
+
+def together(names: Sequence[Hypothesis]) -> bool:
+    """Return whether some names are at one place."""
+    return len({h.at for h in names}) == 1
 
 
 def is_a_drift(gone: Sequence[Hypothesis]) -> bool:
@@ -159,5 +166,5 @@ def only_wanders(fit: Fit, h: Hypothesis) -> bool:
 
 __all__ = [
     "MOVED", "MUCH", "SLIP", "SLOW", "a_filter_is", "breaks_its_law", "groups", "is_a_drift", "margins", "only_wanders",
-    "rivals", "takes_place", "wanders",
+    "rivals", "takes_place", "together", "wanders",
 ]  # fmt: skip

@@ -78,13 +78,9 @@ def test_play_a_scale_and_a_filter_that_stood_in_for_a_dead_zone_give_way(tmp_pa
 
 @pytest.mark.slow
 def test_the_signals_of_what_bent_the_motion_are_taken_again(tmp_path):
-    asked, noise = (
-        [("dead_band", "imu2", {"channel": "gyro", "width": 0.115})],
-        {"gyro_noise": 0.0034, "accel_noise": 0.033},
-    )
-    make_case(
-        tmp_path / "case", "hinge", effects=asked, seed=60, seconds=12.0, band=1.1, vigour=0.6, rate=200.0, **noise
-    )
+    asked = [("dead_band", "imu2", {"channel": "gyro", "width": 0.115})]
+    options = {"band": 1.1, "vigour": 0.6, "rate": 200.0, "gyro_noise": 0.0034, "accel_noise": 0.033}
+    make_case(tmp_path / "case", "hinge", effects=asked, seed=60, seconds=12.0, **options)
     fit = nominal_fit(read(tmp_path / "case")[0])
     guesses, tried = promising(fit)
     guess = next(g for g in guesses if (g.term.at, g.term.goes_with) == ("imu2", "its own reading"))
