@@ -7,7 +7,7 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.rows import Rows
-from imubench.diagnosis.settle import DAMPED, moved, paced, settled
+from imubench.diagnosis.settle import DAMPED, followed, moved, paced, settled
 from imubench.diagnosis.system import Step, all_rows
 from imubench.diagnosis.threads import one_thread
 
@@ -15,9 +15,12 @@ ENOUGH = 1e-4  # of the cost per measured number: a smaller gain ends the search
 STEPS = 40
 AGAIN = 3  # steps after every change of the noise
 FORETOLD = 0.25  # of that gain: a step that gained what it promised but for so much was the last
-LEAST, MOST = 1e-11, 1e3  # of the damping; it begins at what holds the own splines of effects
+LEAST, MOST = 1e-14, 1e3  # of the damping; it begins at what holds the own splines of effects
+FREE = 1e-11  # of the damping: what moves together by far, a mount and a skin's slide, does so from the first step
+FINE, LONG = 1e-6, 30  # `enough` and steps of a fit that numbers are read off
 EASED = 3.0  # by what a whole step lowers it and a shortened one raises it
 LENGTHS = (1.0, 0.5, 0.2, 0.05)  # of a Gauss-Newton step, tried before it is damped
+BENT = 0.2  # the shortest of which the splines follow where it leads astray
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,15 @@ def at_noise_of(fit: Fit, other: Fit) -> Fit:
     return solve(fit.model, fit.state, {n: other.noise[n] for n in fit.noise}, fit.anchor, steps=AGAIN)
 
 
+def converged(fit: Fit) -> Fit:
+    """Return the fit at its least cost: what a search needs of it is less than what its numbers need.
+
+    Skin that slides was 50 nat above the least and 4 standard deviations off: its slide and the mount of its sensor
+    move together by far, and cost next to nothing on the way.
+    """
+    return search(fit.model, fit.state, fit.noise, fit.anchor, LONG, FINE, FREE)[0]
+
+
 def solve(
     model: Model,
     state: State,
@@ -69,9 +81,13 @@ def search(
     anchor: Array | None = None,
     steps: int = STEPS,
     enough: float = ENOUGH,
+    damping: float = DAMPED,
 ) -> tuple[Fit, Step | None]:
-    """Return the state of least cost, from `state`, and the step that led to it, where one did."""
-    taken, damping, step = 0, DAMPED, None
+    """Return the state of least cost, from `state`, and the step that led to it, where one did.
+
+    Damped less than it is unless told, it takes long steps in what moves together, and the splines follow these.
+    """
+    taken, follow, step = 0, damping < DAMPED, None
     rows = all_rows(model, state, noise, anchor)
     cost = sum(r.cost for r in rows)
     least = enough * sum(r.residual.value.size for r in rows if r.counts)
@@ -85,10 +101,11 @@ def search(
                 damping *= 10
                 continue
             for length in LENGTHS:
-                trial = moved(model, state, length * step.splines, length * step.values)
-                trial = settled(model, paced(model, trial), noise, anchor)
-                trial_rows = all_rows(model, trial, noise, anchor)
-                trial_cost = sum(r.cost for r in trial_rows)
+                led = moved(model, state, length * step.splines, length * step.values)
+                trial, trial_rows, trial_cost = _arrived(model, led, noise, anchor)
+                if follow and length >= BENT and trial_cost >= cost:
+                    led = followed(model, trial, trial_rows, damping)
+                    trial, trial_rows, trial_cost = _arrived(model, led, noise, anchor)
                 if trial_cost < cost:
                     break
             else:
@@ -103,4 +120,13 @@ def search(
     return Fit(model, state, noise, cost, taken, anchor, rows=rows), step
 
 
-__all__ = ["AGAIN", "ENOUGH", "Fit", "at_noise_of", "search", "solve"]
+def _arrived(
+    model: Model, state: State, noise: dict[str, float], anchor: Array | None
+) -> tuple[State, list[Rows], float]:
+    """Return where a step has led once what follows from the rest is solved for, with its rows and its cost."""
+    state = settled(model, paced(model, state), noise, anchor)
+    rows = all_rows(model, state, noise, anchor)
+    return state, rows, sum(r.cost for r in rows)
+
+
+__all__ = ["AGAIN", "ENOUGH", "Fit", "at_noise_of", "converged", "search", "solve"]

@@ -8,7 +8,7 @@ import numpy as np
 from imubench.diagnosis.entered import MOST, Refused, entered
 from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.filtered import filtered, quickly
-from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.fit import Fit, converged
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import as_tight
 from imubench.diagnosis.merged import merged
@@ -75,6 +75,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         if not all(natural(fit, k.hypothesis) for k in kept):
             fit, kept, more = prune(fit, kept, say)
             dropped += more
+    fit = converged(fit) if kept else fit
     return Selection(fit, tuple(together(fit, kept)), (*rejected, *dropped))
 
 
