@@ -3,11 +3,12 @@
 import numpy as np
 
 from imubench.diagnosis.fit import AGAIN, Fit, solve
+from imubench.diagnosis.loud import ALLOWED
 from imubench.diagnosis.noise import declared
 from imubench.diagnosis.raw_findings import OFF
 from imubench.diagnosis.terms import CHANNELS
 
-BLAMED = 1.5  # times a declared level, from which on it is a mismatch that is so loud
+BLAMED = float(np.sqrt(ALLOWED))  # times a declared level, from which on it would be called loud
 
 
 def balanced(fit: Fit) -> Fit:
