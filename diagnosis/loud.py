@@ -71,10 +71,10 @@ def tells(leverage: Array) -> bool:
     return float(np.mean(1 - leverage)) > VISIBLE
 
 
-def left_over(fit: Fit) -> float:
-    """Return the nat that noise costs at its declared levels beyond what it may be louder than them."""
+def left_over(fit: Fit, allowed: float = ALLOWED) -> float:
+    """Return the nat that noise costs at its declared levels beyond so many times their power."""
     told, numbers = declared(fit.model), {r.name: r.residual.value.size for r in fit.measured}
-    power = {n: (fit.noise[n] / std) ** 2 / ALLOWED for n, std in told.items() if n in fit.noise and n in numbers}
+    power = {n: (fit.noise[n] / std) ** 2 / allowed for n, std in told.items() if n in fit.noise and n in numbers}
     return sum(0.5 * numbers[n] * max(p - 1.0, 0.0) for n, p in power.items())
 
 

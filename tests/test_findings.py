@@ -1,10 +1,59 @@
 """What a finding tells: numbers read off fitted ones carry their errors."""
 
-import numpy as np
+from dataclasses import replace
 
-from imubench.diagnosis.findings import carried
+import numpy as np
+import pytest
+
+from imubench.diagnosis.findings import carried, findings, overshadowed
+from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.noise import declared
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.refit import refit
+from imubench.diagnosis.select import Selection
+from imubench.diagnosis.trial import Kept
 from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+BIAS, SCALE = Hypothesis(EFFECTS["gyro_bias"], "imu1"), Hypothesis(EFFECTS["accel_scale"], "imu1")
+
+
+def kept(h, nat):
+    return Kept(h, nat, Gain(nat, 0.9 * nat, 1.1 * nat, np.full(3, nat / 3)), ())
+
+
+@pytest.fixture(scope="module")
+def fit(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("findings") / "case"
+    make_case(folder, rig="free", effects=[("gyro_bias", "imu1"), ("accel_scale", "imu1")], seed=12, seconds=6.0)
+    return refit(nominal_fit(read(folder)[0]), (BIAS, SCALE))
+
+
+def at(fit, times):
+    """The fit with every noise at so many times its declared level."""
+    return replace(fit, noise=fit.noise | {n: times * std for n, std in declared(fit.model).items()})
+
+
+def test_a_weak_name_is_doubted_beside_a_strong_one_in_a_model_that_leaves_more(fit):
+    """At 1.2 times the noise what is left is (1.44 - 1) / 2 nat per number."""
+    left = 0.22 * sum(r.residual.value.size for r in fit.measured)
+    strong, weak = kept(BIAS, 0.5 * left), kept(SCALE, 0.1 * left)
+    doubted = Selection(at(fit, 1.2), (weak, strong), ())
+    assert overshadowed(doubted) == [SCALE]
+    assert {f.effect: f.confidence for f in findings(doubted)} == {"gyro_bias": 0.96, "accel_scale": 0.6}
+
+
+@pytest.mark.parametrize(("times", "share"), [(1.2, 1.1), (0.95, 0.1)])
+def test_a_name_worth_more_than_what_is_left_is_not(fit, times, share):
+    left = 0.22 * sum(r.residual.value.size for r in fit.measured)
+    two = Selection(at(fit, times), (kept(BIAS, 3 * left), kept(SCALE, share * left)), ())
+    assert overshadowed(two) == []
+
+
+def test_nor_is_one_that_stands_alone(fit):
+    assert overshadowed(Selection(at(fit, 1.2), (kept(BIAS, 10.0),), ())) == []
 
 
 def test_a_hum_s_amplitude_has_the_error_of_its_cosine_and_sine():
