@@ -1,6 +1,6 @@
 """From a recording to a diagnosis: fit the motion, weigh what is left, locate it, say what it is."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from time import perf_counter
 
 from imubench.diagnosis import gather
@@ -13,7 +13,7 @@ from imubench.diagnosis.loud import refuted
 from imubench.diagnosis.noise import declared, declared_by
 from imubench.diagnosis.nominal import certain
 from imubench.diagnosis.regressors import regressors
-from imubench.diagnosis.result import UNKNOWN, Diagnosis, FitQuality, Verdict
+from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Verdict
 from imubench.diagnosis.select import Selection, select
 from imubench.diagnosis.series import named_by_law
 from imubench.diagnosis.struck import struck_again
@@ -42,8 +42,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
             chosen, strange = told_by_law, unknowns(told_by_law.fit, where)
         rest, best = strange.findings, strange.fit
         samples = samples.without(refuted(samples.findings, best, {f.at for f in rest}))
-        rounded = {f.at for f in samples.findings if f.effect == "quantisation"}
-        rest = tuple(f for f in rest if f.at not in rounded)  # rounding goes with the signal, and is said already
+        rest = not_told(rest, samples.findings)
         noises = tuple(f for f in rest if f.effect != UNKNOWN)
         rest = tuple(f for f in rest if f.effect == UNKNOWN)
         now |= {f"{f.at}.{f.effect.removesuffix('_noise')}": float(f.parameters["std"].value) for f in noises}
@@ -86,6 +85,16 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
     return diagnosis, evidence
 
 
+def not_told(rest: Sequence[Finding], told: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return what is no part of what the samples told already: rounding, or what knocks leave that were not left out.
+
+    Rounding goes with the signal. A knock that stays in the fit is loud, and no term has it: it gains nothing there.
+    """
+    rounded, struck = ({f.at for f in told if f.effect == effect} for effect in ("quantisation", "impacts"))
+    loud = [f for f in rest if f.effect == UNKNOWN and not f.heldout_gain.value]
+    return tuple(f for f in rest if f.at not in rounded and not (f in loud and f.at in struck))
+
+
 def numbered(chosen: Selection | None, kept: Collection[tuple[str, str]]) -> Fit | None:
     """Return the fit that the findings' numbers are of, in which no term without a name holds a share of a mount's.
 
@@ -97,4 +106,4 @@ def numbered(chosen: Selection | None, kept: Collection[tuple[str, str]]) -> Fit
     return chosen.fit if all(type(effect).error is not Effect.error for effect in gone) else None
 
 
-__all__ = ["diagnose"]
+__all__ = ["diagnose", "not_told"]

@@ -7,7 +7,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.coloured import Spectra, noise_spectra
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.noise import declared, levels
+from imubench.diagnosis.noise import declared, levels, with_noise
 from imubench.diagnosis.raw_findings import OFF, UNITS
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.rows import Rows
@@ -19,6 +19,7 @@ CHANCE = 2.5  # standard deviations of a band's power, three axes at every bin
 VISIBLE = 0.3  # of white noise's power, that the fit must leave, in a band or in all, to tell
 STEADY = 1.2  # by how much the power may differ between calm and quick moments
 WINDOW = 1.0  # s
+SHARED = 0.1  # of a level, by which it is far from its own: two IMUs share what one was blamed for, until it is clear
 LESS = 0.8  # of a louder noise's std, that a fit leaves where it is none
 
 
@@ -27,20 +28,24 @@ def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
     told = declared(fit.model)
     imus = {i.name for i in fit.model.recording.imus}
     told = {n: std for n, std in told.items() if n in fit.noise and n.split(".")[0] not in known}
-    over = {n for n, std in told.items() if (fit.noise[n] / std) ** 2 > ALLOWED}
-    if not over:
+    if not told:
         return []
-    _, leverage = levels(fit)
-    over = {n for n in over if tells(leverage[n])}
+    found, leverage = levels(fit)
+    if max(abs(np.log(found[n] / fit.noise[n])) for n in told) > SHARED:
+        fit = with_noise(fit, 2)
+        found, leverage = levels(fit)
+    over = {n for n, std in told.items() if (found[n] / std) ** 2 > ALLOWED and tells(leverage[n])}
     if not over:
         return []
     spectra = noise_spectra(fit)
     out = []
     for rows in fit.measured:
-        at = rows.name.split(".")[0]
-        if rows.name in over and at in imus and flat(spectra[rows.name]) and steady(fit, rows, leverage[rows.name]):
-            out.append(louder(fit, rows, leverage[rows.name]))
-            over.remove(rows.name)
+        name, at = rows.name, rows.name.split(".")[0]
+        if name not in over or at not in imus or not steady(fit, rows, leverage[name]):
+            continue
+        if flat(spectra[name], (found[name] / fit.noise[name]) ** 2):
+            out.append(louder(name, found[name], leverage[name]))
+            over.remove(name)
     sensors = {n.split(".")[0] for n in over}
     chosen = next((w for w in where if w.at in sensors), None)
     if chosen is not None:
@@ -78,10 +83,10 @@ def left_over(fit: Fit, allowed: float = ALLOWED) -> float:
     return sum(0.5 * numbers[n] * max(p - 1.0, 0.0) for n, p in power.items())
 
 
-def flat(spectra: Spectra) -> bool:
-    """Return whether the noise is white as far as its bands tell; at least two have to."""
+def flat(spectra: Spectra, whole: float = 1.0) -> bool:
+    """Return whether noise of so much power is white as far as its bands tell; at least two have to."""
     told = spectra.seen > VISIBLE
-    off = np.abs(np.log(spectra.power[told]))
+    off = np.abs(np.log(spectra.power[told] / whole))
     chance = CHANCE / np.sqrt(3 * np.diff(spectra.edges)[told])
     return len(off) > 1 and bool(np.all(off < np.log(FLAT) + chance))
 
@@ -101,10 +106,9 @@ def steady(fit: Fit, rows: Rows, leverage: Array) -> bool:
     return 1 / STEADY < ratio < STEADY
 
 
-def louder(fit: Fit, rows: Rows, leverage: Array) -> Finding:
-    """Return a louder white noise of an IMU's triple as a finding; `leverage` (n, 3) as `levels` has it."""
-    at, part = rows.name.split(".")
-    std = fit.noise[rows.name]
+def louder(name: str, std: float, leverage: Array) -> Finding:
+    """Return a louder white noise of an IMU's triple as a finding; std and `leverage` (n, 3) as `levels` has them."""
+    at, part = name.split(".")
     error = std / np.sqrt(2 * max(float(np.sum(1 - leverage)), 1.0))
     size = Parameter(np.array(std), np.array(error), UNITS[part])
     return Finding(f"{part}_noise", at, SURELY, {"std": size}, Interval(0.0, (0.0, 0.0)))

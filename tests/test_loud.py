@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imubench.diagnosis.balanced import balanced
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.loud import ALLOWED, left_over, loud, refuted
 from imubench.diagnosis.noise import declared, levels, with_settled_noise
@@ -46,9 +47,14 @@ def test_what_is_left_over_is_what_costs_more_than_noise_may(clean):
     assert left_over(fit) == pytest.approx(0.5 * clean.imus[1].gyro.size * (power / ALLOWED - 1), rel=0.1)
 
 
-def test_louder_white_noise_has_its_name_and_size(clean):
+@pytest.mark.parametrize("shared", [False, True])
+def test_louder_white_noise_has_its_name_and_size(clean, shared):
+    """Also where both IMUs share what the one is blamed for: each is judged by what is left of its own."""
     rng = np.random.default_rng(5)
     fit = noisier(clean, lambda i: 0.004 * rng.standard_normal(i.gyro.shape))
+    if shared:
+        fit = balanced(fit)
+        assert fit.noise["imu1.gyro"] > 1.3 * declared(fit.model)["imu1.gyro"]
     (told,) = loud(fit, [WHERE], set())
     assert (told.effect, told.at) == ("gyro_noise", "imu2")
     size, own = told.parameters["std"], clean.imus[1].gyro_noise_std

@@ -68,9 +68,8 @@ def trials(fit: Fit, told: list[Hypothesis], say: Callable[[str], None] = lambda
 def noises(fit: Fit, told: Places) -> Iterator[Finding]:
     """Yield the louder noises among the effects that the fit leaves."""
     usual = declared(fit.model)
-    _, leverage = levels(fit)
-    for rows in fit.measured:
-        at, part = rows.name.split(".")
-        name = f"{part}_noise"
-        if (name, at) in told and rows.name in usual and (fit.noise[rows.name] / usual[rows.name]) ** 2 > ALLOWED:
-            yield louder(fit, rows, leverage[rows.name])
+    found, leverage = levels(fit)
+    for name in (r.name for r in fit.measured if r.name in usual):
+        at, part = name.split(".")
+        if (f"{part}_noise", at) in told and (found[name] / usual[name]) ** 2 > ALLOWED:
+            yield louder(name, found[name], leverage[name])
