@@ -17,7 +17,7 @@ from imubench.atomic import atomic_directory
 from imubench.diagnosis.corrected import Done, corrected
 from imubench.diagnosis.model_folder import check_same, is_model, replay
 from imubench.diagnosis.result import Diagnosis
-from imubench.diagnosis.result_file import read_diagnosis
+from imubench.diagnosis.result_read import read_diagnosis
 from imubench.errors import InputError, unknown
 from imubench.estimate import Estimate
 from imubench.estimators import ESTIMATORS

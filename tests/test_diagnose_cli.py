@@ -18,7 +18,8 @@ from imubench.diagnosis.judge import errors
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.quiet import quiet_level
 from imubench.diagnosis.replay import played_through, readings
-from imubench.diagnosis.result_file import as_dict, read_diagnosis
+from imubench.diagnosis.result_file import as_dict
+from imubench.diagnosis.result_read import read_diagnosis
 from imubench.errors import InputError
 from imubench.format1 import write_recording
 from imubench.recording import Recording

@@ -25,7 +25,8 @@ from imubench.diagnosis.result import (
     Unseen,
     Where,
 )
-from imubench.diagnosis.result_file import as_dict, read_diagnosis
+from imubench.diagnosis.result_file import as_dict
+from imubench.diagnosis.result_read import read_diagnosis
 from imubench.errors import InputError
 from imubench.recording import Imu, Recording
 from imubench.reference import Reference

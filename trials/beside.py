@@ -11,7 +11,8 @@ from imubench.answers import write_json
 from imubench.atomic import atomic_file
 from imubench.diagnosis.begin import begun
 from imubench.diagnosis.result import Diagnosis
-from imubench.diagnosis.result_file import as_dict, read_diagnosis
+from imubench.diagnosis.result_file import as_dict
+from imubench.diagnosis.result_read import read_diagnosis
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.reproduce.parts import ignore_interrupts, one_thread_each

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from imubench.diagnosis.result_file import read_diagnosis
+from imubench.diagnosis.result_read import read_diagnosis
 from imubench.errors import InputError
 from imubench.trials import blind
 from imubench.trials.real import beside

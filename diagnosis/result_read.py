@@ -1,0 +1,178 @@
+"""diagnosis.json read back, with one line about what is wrong with a broken file."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from imubench.diagnosis.result import (
+    Change,
+    Diagnosis,
+    Finding,
+    FitQuality,
+    Interval,
+    Parameter,
+    Rejected,
+    Unseen,
+    Where,
+    finite,
+)
+from imubench.diagnosis.result_file import FILE_NAME, FORMAT
+from imubench.errors import InputError
+
+WORDS: dict[object, str] = {dict: "an object", list: "a list", str: "text"}
+T = TypeVar("T")
+
+
+def read_diagnosis(path: Path) -> Diagnosis:
+    """Return the diagnosis in a file, or in the folder that `imubench diagnose` wrote.
+
+    Raises `InputError` where the file cannot be read, is no JSON, lacks a key or says what no diagnosis can.
+    """
+    path = Path(path)
+    path = path / FILE_NAME if path.is_dir() else path
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"), parse_constant=_not_finite)
+    except OSError as error:
+        raise InputError(f"{path}: expected a readable diagnosis, got: {error.strerror}") from None
+    except (UnicodeDecodeError, ValueError) as error:
+        raise InputError(f"{path}: expected JSON, got: {error}") from None
+    try:
+        return _read_diagnosis(_Node(content, ""))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _not_finite(text: str) -> float:
+    raise ValueError(f"the number {text}, which is not finite")
+
+
+@dataclass(frozen=True)
+class _Node:
+    """A value in the file and where it stands."""
+
+    value: Any
+    where: str
+
+    def __getitem__(self, key: str) -> "_Node":
+        table = self.of(dict)
+        at = f"{self.where}.{key}" if self.where else key
+        if key not in table:
+            raise InputError(f"key '{at}': expected, got none")
+        return _Node(table[key], at)
+
+    def of(self, kind: type[T]) -> T:
+        """Return the value; `InputError` unless it is of a kind."""
+        if not isinstance(self.value, kind):
+            raise InputError(f"key '{self.where}': expected {WORDS[kind]}, got {self.value!r:.60}")
+        return self.value
+
+    @property
+    def number(self) -> float:
+        return finite(self.value, f"key '{self.where}'")
+
+    def each(self, read: "Callable[[_Node], T]") -> tuple[T, ...]:
+        """Return what `read` makes of every entry of a list."""
+        return tuple(read(_Node(v, f"{self.where}[{i}]")) for i, v in enumerate(self.of(list)))
+
+    def named(self, read: "Callable[[_Node], T]") -> Mapping[str, T]:
+        """Return what `read` makes of every entry of an object."""
+        return {name: read(self[name]) for name in self.of(dict)}
+
+    def optional(self, key: str, read: "Callable[[_Node], T]", default: T) -> T:
+        return read(self[key]) if key in self.of(dict) else default
+
+
+def _text(node: _Node) -> str:
+    return node.of(str)
+
+
+def _number(node: _Node) -> float:
+    return node.number
+
+
+def _pair(node: _Node) -> tuple[float, float]:
+    numbers = node.each(_number)
+    if len(numbers) != 2:
+        raise InputError(f"key '{node.where}': expected two numbers, got {len(numbers)}")
+    return numbers[0], numbers[1]
+
+
+def _read_diagnosis(node: _Node) -> Diagnosis:
+    if node["format"].value != FORMAT:
+        raise InputError(f"key 'format': expected {FORMAT}, got {node['format'].value!r}")
+    misfit, fit = node["misfit"], node["fit"]
+    heldout = fit["heldout"]
+    return Diagnosis(
+        recording=_text(node["recording"]),
+        rig=_text(node["rig"]),
+        verdict=_text(node["verdict"]),  # type: ignore[arg-type]  # checked by Diagnosis
+        misfit=(misfit["nominal"].number, misfit["explained"].number),
+        where=node["where"].each(_read_where),
+        findings=node["findings"].each(_read_finding),
+        rejected=node["rejected"].each(_read_rejected),
+        fit=FitQuality(
+            (heldout["before"].number, heldout["after"].number),
+            _read_change(fit["left_out_channel"]),
+            _read_change(fit["reference"]),
+        ),
+        model=_text(node["model"]),
+        seconds=node["seconds"].number,
+        unseen=node.optional("unseen", lambda n: n.each(_read_unseen), ()),
+    )
+
+
+def _read_where(node: _Node) -> Where:
+    return Where(
+        at=_text(node["at"]),
+        channels=node["channels"].named(_number),
+        bands_hz=node["bands_hz"].each(_pair),
+        windows_s=node["windows_s"].each(_pair),
+        depends_on=_text(node["depends_on"]),
+        share=node["share"].number,
+    )
+
+
+def _read_finding(node: _Node) -> Finding:
+    gain = node["heldout_gain"]
+    return Finding(
+        effect=_text(node["effect"]),
+        at=_text(node["at"]),
+        confidence=node["confidence"].number,
+        parameters=node["parameters"].named(_read_parameter),
+        heldout_gain=Interval(gain["value"].number, _pair(gain["ci"]), _text(gain["unit"])),
+        equivalent=node["equivalent"].each(_read_rejected),
+        separate_by=_text(node["separate_by"]),
+        where=node.optional("where", _read_where, None),
+    )
+
+
+def _read_parameter(node: _Node) -> Parameter:
+    for key in ("value", "std"):
+        _all_numbers(node[key])
+    try:
+        return Parameter(node["value"].value, node["std"].value, _text(node["unit"]))
+    except InputError as error:
+        raise InputError(f"key '{node.where}': {error}") from None
+    except ValueError:
+        raise InputError(f"key '{node.where}': expected rows of equal length, got {node.value!r:.60}") from None
+
+
+def _all_numbers(node: _Node) -> None:
+    if isinstance(node.value, list):
+        node.each(_all_numbers)
+    else:
+        _number(node)
+
+
+def _read_rejected(node: _Node) -> Rejected:
+    return Rejected(_text(node["effect"]), _text(node["at"]), node["heldout_gain"].number)
+
+
+def _read_change(node: _Node) -> Change:
+    return Change(node["before"].named(_number), node["after"].named(_number), _text(node["unit"]))
+
+
+def _read_unseen(node: _Node) -> Unseen:
+    return Unseen(_text(node["what"]), _text(node["motion"]))
