@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import tensor
+from imubench.diagnosis.arrow import tensor
 from imubench.diagnosis.columns import Base, promise
 from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK

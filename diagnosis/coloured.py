@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import Solution
+from imubench.diagnosis.arrow import Solution
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import solve_arrow
+from imubench.diagnosis.arrow import solve_arrow
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.linear import Linear, linearise
 from imubench.diagnosis.normal import Normal

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import Solution
+from imubench.diagnosis.arrow import Solution
 from imubench.diagnosis.fit import AGAIN, ENOUGH, Fit, search
 from imubench.diagnosis.hypothesis import Prior, State
 from imubench.diagnosis.linear import Linear

@@ -7,7 +7,8 @@ from itertools import islice
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import Factor, Solution
+from imubench.diagnosis.arrow import Solution
+from imubench.diagnosis.blocks import Factor
 from imubench.diagnosis.linear import CHUNK, Linear, Stack
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK
 from imubench.diagnosis.splines import SUPPORT

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import Solution, solve_arrow
+from imubench.diagnosis.arrow import Solution, solve_arrow
 from imubench.diagnosis.equations import equation_rows
 from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.linear import Linear, linearise

@@ -22,7 +22,8 @@ from itertools import groupby
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.blocks import Factor, Solution
+from imubench.diagnosis.arrow import Solution
+from imubench.diagnosis.blocks import Factor
 from imubench.diagnosis.equations import law_rows, scenes
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, Prior, State

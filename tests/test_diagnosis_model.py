@@ -10,9 +10,10 @@ from numpy.testing import assert_allclose
 from imubench import rotations
 from imubench.diagnosis.evidence import Evidence, Level, Played, Pose, Trace
 from imubench.diagnosis.export import rig_of, write_model
-from imubench.diagnosis.model_folder import read_rig, replay
+from imubench.diagnosis.model_folder import replay
 from imubench.diagnosis.replay import played_through, readings
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
+from imubench.diagnosis.rig_file import read_rig
 from imubench.errors import InputError
 from imubench.recording import Body, Encoder, Imu, Recording
 from imubench.run import run_scenario

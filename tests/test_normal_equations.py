@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from imubench.diagnosis.blocks import Banded, NotPositiveDefiniteError, solve_arrow
+from imubench.diagnosis.arrow import solve_arrow
+from imubench.diagnosis.blocks import Banded, NotPositiveDefiniteError
 from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.narrow import solved
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK, Normal
