@@ -135,8 +135,9 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
                 "rate": float(imu.rate),
                 "start": float(imu.time[0]),
                 "samples": int(imu.time.size),
-                "gyro_noise_std": float(used[f"{imu.name}.gyro"]),
-                "accel_noise_std": float(used[f"{imu.name}.accel"]),
+                # of a triple that clips throughout nothing is left
+                "gyro_noise_std": float(used.get(f"{imu.name}.gyro", imu.gyro_noise_std or 0.0)),
+                "accel_noise_std": float(used.get(f"{imu.name}.accel", imu.accel_noise_std or 0.0)),
             }
             for imu in recording.imus
         ],

@@ -88,7 +88,9 @@ def beside_rounding(named: tuple[Finding, ...], recording: Recording) -> tuple[F
 
     def sure(f: Finding) -> float:
         effect = EFFECTS.get(f.effect)
-        lasting = effect is not None and bool(effect.states) and f.heldout_gain.value < ROUNDED * numbers.get(f.at, 0)
+        if f.at not in regular or effect is None:
+            return 1.0
+        lasting = bool(effect.states) and f.heldout_gain.value < ROUNDED * numbers[f.at]
         return (STRANGE if regular[f.at] > SHARP else DOUBTFUL) if lasting else 1.0
 
     return tuple(_at_most(f, sure(f)) for f in named)

@@ -69,6 +69,7 @@ def test_what_is_there_whatever_else_is_is_not_doubted():
         ("soft_mount", "imu1", 228.0, 0.15, DOUBTFUL),  # noise that blurs steps of 0.6 m/s^2
         ("soft_mount", "imu1", 20000.0, 0.03, 0.98),
         ("soft_mount", "imu2", 228.0, 0.03, 0.98),
+        ("soft_mount", "imu2", -3.0, 0.03, 0.98),  # a tie in the place of an offset, say
         ("moving_pivot", "joint", 228.0, 0.03, 0.98),
         ("accel_scale", "imu1", 228.0, 0.03, 0.98),
     ],

@@ -23,6 +23,7 @@ from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.rigs import Mount
 from imubench.sim.signals import hand
+from imubench.toml_file import load_toml
 
 SECONDS, RATE, KNOTS = 6.0, 100.0, 100.0
 SOFT = Finding(
@@ -218,6 +219,20 @@ def test_an_encoder_alone_is_replayed_and_a_single_second_imu_keeps_its_place(tm
     second = {"imu2": MOUNTS["imu2"]}
     rig = rig_of(replace(shown.recording, imus=shown.recording.imus[1:]), second)
     assert_allclose(rig.mounts[1].position, MOUNTS["imu2"].position)
+
+
+@pytest.mark.parametrize("declared", [None, 0.02])
+def test_a_triple_of_which_no_sample_counts_has_its_declared_noise(declared, tmp_path):
+    """An accelerometer that clips throughout: the fit says nothing of its noise."""
+    shown = evidence()
+    imus = tuple(replace(i, accel_noise_std=declared) for i in shown.recording.imus)
+    levels = tuple(level for level in shown.levels if level.group != "imu2.accel")
+    shown = replace(shown, recording=replace(shown.recording, imus=imus), levels=levels)
+    write_model(diagnosis(), shown, tmp_path)
+    told = {i["name"]: i["accel_noise_std"] for i in load_toml(tmp_path / "imus.toml")["imu"]}
+    assert told == {"imu1": 1e-12, "imu2": declared or 0.0}
+    recording, _ = replay(tmp_path, np.random.default_rng(0))
+    assert np.isfinite(recording.imus[1].accel).all()
 
 
 def test_run_replays_a_model_folder(tmp_path):
