@@ -35,7 +35,7 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
     recording = selection.fit.model.recording
     loose, small = loosely(selection.fit), overshadowed(selection)
     out = []
-    for kept in sorted(selection.kept, key=lambda k: -k.heldout.value):
+    for kept in strongest_first(selection):
         h, gain = kept.hypothesis, kept.heldout
         others = alike(selection.fit, h)
         same = [Rejected(r.effect, r.at, gain.value - r.loss) for r in others]
@@ -72,9 +72,14 @@ def overshadowed(selection: Selection) -> list[Hypothesis]:
     What is wrong in a model is made up for by whatever is at hand: a filter that was not found left 55 % beyond the
     noise, and two names beside a drift explained 2 % of that. The strongest stands by itself.
     """
-    order = sorted(selection.kept, key=lambda k: -k.heldout.value)
-    left = left_over(selection.fit, 1.0) if len(order) > 1 else 0.0
-    return [k.hypothesis for k in order[1:] if (k.heldout.value or k.evidence) < OPEN * left]
+    left = left_over(selection.fit, 1.0)
+    weaker = strongest_first(selection)[1:]
+    return [k.hypothesis for k in weaker if (k.heldout.value or k.evidence) < OPEN * left]
+
+
+def strongest_first(selection: Selection) -> list[Kept]:
+    """Return the effects that stay by what they gain on held-out data."""
+    return sorted(selection.kept, key=lambda k: -k.heldout.value)
 
 
 def loosely(fit: Fit) -> list[Hypothesis]:

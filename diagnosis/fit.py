@@ -85,7 +85,7 @@ def search(
 ) -> tuple[Fit, Step | None]:
     """Return the state of least cost, from `state`, and the step that led to it, where one did.
 
-    Damped less than it is unless told, it takes long steps in what moves together, and the splines follow these.
+    With a `damping` below the usual one it takes long steps in what moves together, and the splines follow these.
     """
     taken, follow, step = 0, damping < DAMPED, None
     rows = all_rows(model, state, noise, anchor)
