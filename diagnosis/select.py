@@ -17,6 +17,7 @@ from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise, with_settled_noise
 from imubench.diagnosis.prune import SEED, natural, prune
 from imubench.diagnosis.rounds import attempted
+from imubench.diagnosis.slack import slack
 from imubench.diagnosis.terms import FRICTION
 from imubench.diagnosis.trial import CLOCK, Kept
 from imubench.effects import possible
@@ -41,7 +42,8 @@ def candidates(model: Model) -> list[Hypothesis]:
 def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selection:
     """Return the effects that the recording needs."""
     rejected: Refused = []
-    fit, kept = quickly(nominal, [Kept.unjudged(h) for h in nominal.model.hypotheses], say)
+    fit, kept = slack(nominal, [Kept.unjudged(h) for h in nominal.model.hypotheses], say)
+    fit, kept = quickly(fit, kept, say)
     rng = np.random.default_rng(SEED)
     everything = candidates(nominal.model)
     asked_for = everything

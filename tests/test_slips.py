@@ -44,3 +44,11 @@ def test_a_slip_of_a_hinge_is_dated(tmp_path):
     fit = nominal_fit(read(tmp_path / "r")[0])
     true = float(truth["effects"][0]["parameters"]["time"])
     assert slip(Base.of(fit), "imu2") == pytest.approx(true - fit.model.start, abs=0.1)
+
+
+def test_a_slip_that_does_not_turn_the_sensor_is_dated_by_its_peak(tmp_path):
+    """From moments 2 s apart none led there, and a pivot that moves was found instead (11,175 nat)."""
+    moved = {"rotation": [0.0, 0.0, 0.0], "translation": [-0.0019, 0.0028, 0.005], "time": 8.207}
+    make_case(tmp_path / "r", "pendulum", [("mount_shift", "imu1", moved)], 46, seconds=15.0, band=2.12, vigour=1.37)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    assert slip(Base.of(fit), "imu1") == pytest.approx(moved["time"] - fit.model.start, abs=0.06)

@@ -19,7 +19,7 @@ from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.term_scores import colour, promising
 from imubench.diagnosis.terms import LATE, Unknown, UnknownTorque
-from imubench.diagnosis.unknown import unknowns
+from imubench.diagnosis.unknown import chased, unknowns
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -215,3 +215,13 @@ def _with(fit, name, at):
     """Return the model, the state and the noise of a fit with an effect more."""
     more = refit(fit, (*fit.model.hypotheses, Hypothesis(EFFECTS[name], at)))
     return more.model, more.state, more.noise
+
+
+@pytest.mark.parametrize(
+    ("rig", "joint", "taken"), [("pendulum", "moving_pivot", True), ("hinge", "joint_play", False)]
+)
+def test_a_spline_follows_all_that_a_lone_accelerometer_reads(tmp_path, rig, joint, taken):
+    make_case(tmp_path / "r", rig, [], 3, seconds=4.0)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    assert not chased(fit)
+    assert chased(extended(fit, (Hypothesis(EFFECTS[joint], "joint"),))) == taken
