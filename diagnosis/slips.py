@@ -76,7 +76,7 @@ def slip(base: Base, at: str) -> float:
     apart = APART if end - begin < COARSE * APART[0] else ((end - begin) / COARSE, *APART)
     everywhere = np.arange(begin + APART[0], end - APART[0] / 2, apart[0])
     peak = loudest_moment([r for r in base.fit.measured if r.name in still])
-    about = peak + AT_PEAK * np.arange(-PEAKS, PEAKS + 1)
+    about: Array = peak + AT_PEAK * np.arange(-PEAKS, PEAKS + 1, dtype=float)
     return max(closer(everywhere, apart), closer(about, (AT_PEAK, AT_PEAK / 2)))[1]
 
 

@@ -4,6 +4,10 @@ A contact lasts milliseconds, and where the segment comes to rest against the st
 neither a spline nor the equation of a free swing holds there. So the angle is read off where knocks begin, and what
 lies beyond it is left out. With the contacts in the fit the spline swings too far, without them not far enough; the
 angle lies between the two, its standard deviation half their difference.
+
+A pendulum's stop is at an angle of its swing about the world's y, and without a magnetometer no fit knows where y
+points: it is the level axis about which the knocks agree best. The other way round along it the angle has the other
+sign, and is the same stop.
 """
 
 from dataclasses import dataclass, replace
@@ -21,12 +25,13 @@ from imubench.diagnosis.splines import Moment
 from imubench.jets import Jet
 
 STOP = "end_stop"
-FEWEST = 2  # knocks that can agree
+FEWEST, FEWEST_ABOUT = 2, 4  # knocks that can agree, and about an axis that is sought for them
+HEADINGS = np.linspace(0.0, 2 * np.pi, 180, endpoint=False)  # rad, of the axis that a pendulum swings about
 SAME = 0.02  # rad, how closely they do, as a median
 BEYOND = 0.15  # rad that a smeared contact may seem to go beyond the stop
 NEAR, PAD = 0.02, 0.02  # rad before the stop and s around it that are left out with it
 FINE = 0.005  # s
-LEAST_STD = 0.002  # rad
+LEAST_STD, LEAST_ABOUT = 0.002, 0.02  # rad; about an axis that is sought: 0.001, 0.007 and 0.031 off
 SURE = 0.95
 
 
@@ -38,6 +43,7 @@ class Stop:
     std: float  # rad
     knocks: Array  # (k,) s
     windows: tuple[tuple[float, float], ...]  # s
+    heading: float = 0.0  # rad, of the axis that a pendulum's angle is about, from the fit's y
 
     def masks(self, fit: Fit, known: dict[str, NDArray[np.bool_]]) -> dict[str, NDArray[np.bool_]]:
         """Return which samples count besides those in which the segment touches the stop."""
@@ -59,40 +65,56 @@ class Stop:
         """Return what the samples say, the stop in the place of its knocks."""
         angle = {"angle": Parameter(np.array(self.angle), np.array(self.std), "rad")}
         said = Finding(STOP, "joint", SURE, angle, Interval(0.0, (0.0, 0.0)))
-        words = (
-            f"{len(self.knocks)} knocks begin at a hinge angle of {self.angle:.3f} rad, the farthest that is reached."
-        )
+        words = f"{len(self.knocks)} knocks begin at a joint's angle of {self.angle:.3f} rad, the farthest reached."
         return replace(samples, findings=(*samples.findings, said), unless_stopped=(), notes=(*samples.notes, words))
 
 
 def stop_of(fit: Fit, samples: Sampled) -> Stop | None:
     """Return the stop that the knocks of free swings tell of; none where they begin anywhere."""
-    if not samples.unless_stopped or not fit.model.rig.hinge:
+    ball = fit.model.recording.rig == "pendulum"
+    if not samples.unless_stopped or not (fit.model.rig.hinge or ball):
         return None
     start = fit.model.start
     times = np.concatenate([np.atleast_1d(f.parameters["times"].value) for f in samples.unless_stopped])
-    at = _angle(fit, times - start)
+    if len(times) < (FEWEST_ABOUT if ball else FEWEST):
+        return None
+    heading = _agreed(fit, times - start) if ball else 0.0
+    at = _angle(fit, times - start, heading)
     angle = float(np.median(at))
     side = 1.0 if angle > 0 else -1.0
     first, last = fit.span
     fine = np.arange(first, last, FINE)
     inside = np.any([(fine + start >= a) & (fine + start <= b) for a, b in fit.model.recording.free_swings], axis=0)
-    away = side * (_angle(fit, fine) - angle)
-    if len(times) < FEWEST or np.median(np.abs(at - angle)) > SAME or away[inside].max() > BEYOND:
+    away = side * (_angle(fit, fine, heading) - angle)
+    if np.median(np.abs(at - angle)) > SAME or away[inside].max() > BEYOND:
         return None
     touching = binary_dilation(inside & (away > -NEAR), iterations=round(PAD / FINE))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], touching.astype(int), [0]])))
     ends = start + fine[np.minimum(edges, len(fine) - 1)]
     windows = tuple((float(a), float(b)) for a, b in zip(ends[::2], ends[1::2], strict=True))
-    return Stop(angle, SAME, times, windows)
+    return Stop(angle, SAME, times, windows, heading)
 
 
 def settled_between(stop: Stop, without: Fit) -> Stop:
     """Return the stop with its angle between that of the fit with the contacts and of one without them."""
-    other = float(np.median(_angle(without, stop.knocks - without.model.start)))
-    return replace(stop, angle=(stop.angle + other) / 2, std=max(abs(stop.angle - other) / 2, LEAST_STD))
+    other = float(np.median(_angle(without, stop.knocks - without.model.start, stop.heading)))
+    least = LEAST_STD if without.model.rig.hinge else LEAST_ABOUT
+    return replace(stop, angle=(stop.angle + other) / 2, std=max(abs(stop.angle - other) / 2, least))
 
 
-def _angle(fit: Fit, time: Array) -> Array:
-    """Return the hinge angle (n,) rad at times (n,) s of the splines."""
-    return Moment(fit.model.tracks, fit.state.coefficients, Jet(time[:, None])).track(HINGE).value[:, 0]
+def _agreed(fit: Fit, knocks: Array) -> float:
+    """Return the heading in rad of the level axis about which a pendulum is at one angle, above 0, at every knock."""
+    angles = [_angle(fit, knocks, float(h)) for h in HEADINGS]
+    spread = [np.median(np.abs(a - np.median(a))) if np.median(a) > 0 else np.inf for a in angles]
+    return float(HEADINGS[int(np.argmin(spread))])
+
+
+def _angle(fit: Fit, time: Array, heading: float = 0.0) -> Array:
+    """Return the angle (n,) rad at times (n,) s of the splines: a hinge's, or a pendulum's swing about a heading."""
+    moment = Moment(fit.model.tracks, fit.state.coefficients, Jet(time[:, None]))
+    if fit.model.rig.hinge:
+        return moment.track(HINGE).value[:, 0]
+    turn = fit.model.last(fit.state, moment).turn
+    assert turn is not None
+    x, y, z = turn.forth(Jet(np.array([[0.0, 0.0, 1.0]]))).value.T
+    return np.asarray(np.arctan2(np.cos(heading) * x + np.sin(heading) * y, z))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imubench.diagnosis.begin import begun
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.samples import sampled
 from imubench.diagnosis.stops import Stop, settled_between, stop_of
@@ -47,9 +48,27 @@ def test_contacts_are_cut_out_of_swings():
     assert stop.swings(((1.0, 4.0), (4.5, 6.0))) == ((1.0, 1.9), (2.2, 3.0), (5.0, 6.0))
 
 
+@pytest.mark.parametrize("seed", [203, 213])
+def test_a_pendulum_stops_about_the_axis_on_which_its_knocks_agree(seed, tmp_path):
+    """The fit does not know where the world's y points: the stop is the same about the opposite axis."""
+    truth = make_case(tmp_path / "r", "pendulum", [("end_stop", "joint")], seed, seconds=15.0, swing=True)
+    begin = begun(read(tmp_path / "r")[0])
+    (said,) = [f for f in begin.samples.findings if f.effect == "end_stop"]
+    assert not begin.samples.unless_stopped
+    angle = said.parameters["angle"]
+    assert abs(angle.value - abs(truth["effects"][0]["parameters"]["angle"])) < 2 * angle.std < 0.05
+
+
+def test_knocks_of_a_pendulum_at_any_angle_are_no_stop(tmp_path):
+    knocks = ("impacts", "imu1", {"times": [2.1, 3.4, 5.2, 6.9, 8.3, 9.6], "peak": 40.0})
+    make_case(tmp_path / "r", "pendulum", [knocks], 204, seconds=15.0, swing=True)
+    begin = begun(read(tmp_path / "r")[0])
+    assert [f.effect for f in begin.samples.findings + begin.samples.unless_stopped] == ["impacts"]
+
+
 @pytest.mark.parametrize(("effect", "struck"), [("end_stop", True), ("impacts", False)])
 def test_where_the_gyroscope_jumps_the_segment_was_struck(effect, struck, tmp_path):
-    """A pendulum has no hinge angle to read a stop off; its knocks are told from a sensor's by what turns with them."""
+    """Of few knocks no axis is sure: a stop's are told from a sensor's by what turns with them."""
     at = "joint" if effect == "end_stop" else "imu1"
     make_case(tmp_path / "r", "pendulum", [(effect, at)], 203, seconds=20.0, swing=True)
     samples = sampled(read(tmp_path / "r")[0])

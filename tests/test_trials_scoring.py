@@ -186,6 +186,15 @@ def test_parameters_are_compared_by_the_conventions_of_the_table():
     assert deviation("accel_bias", "bias", told(1.0, 2.0), np.zeros(3), 100.0) is None
 
 
+@pytest.mark.parametrize(("rig", "off"), [("pendulum", 0.5), ("hinge", -59.5)])
+def test_the_angle_of_a_pendulums_stop_has_no_sign(rig, off):
+    """It is about a level axis whose heading is free; a hinge's axis is declared."""
+    angle = Parameter(np.array(-0.295), np.array(0.01), "rad")
+    true = truth(effect("end_stop", "joint", {"angle": 0.3})) | {"rig": rig}
+    (error,) = scored(true, said(found("end_stop", "joint", parameters={"angle": angle}))).errors
+    assert error.over_std == pytest.approx((off,))
+
+
 def test_wilson_intervals_are_those_of_the_textbook():
     assert wilson(0, 10) == pytest.approx((0.0, 0.2775), abs=1e-4)  # z^2 / (n + z^2)
     assert wilson(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)  # Newcombe 1998's formula by hand

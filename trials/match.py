@@ -14,6 +14,10 @@ Answers = Sequence[Mapping[str, Any]]
 """What is right for one effect: itself and its twins, each with `effect`, `at`, `parameters`."""
 
 
+ABOUT_A_HEADING = (("end_stop", "angle"), ("joint_spring", "q0"))
+"""Angles of a pendulum's swing, whose sign turns with its heading; which is free without a magnetometer."""
+
+
 @dataclass(frozen=True)
 class ParameterError:
     """One parameter of one finding: how far off it is."""
@@ -98,6 +102,8 @@ def parameter_errors(truth: Truth, effect: int, finding: Finding) -> list[Parame
         off = deviation(finding.effect, key, told, np.asarray(value, dtype=float), _rate(truth, finding.at))
         if off is None:
             continue
+        if truth["rig"] == "pendulum" and (finding.effect, key) in ABOUT_A_HEADING:
+            off = off if np.abs(off) < np.abs(told.value + value) else told.value + value
         std = np.broadcast_to(told.std, off.shape)
         bound = bounds.get(key)
         limit = None
