@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from imubench.diagnosis.alive import HINTED, before_plain, promised_by_law, stateful, suspicious
 from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.followed import as_declared, brought_down, told_little
 from imubench.diagnosis.grids import placed
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import state_trials
@@ -43,11 +44,12 @@ def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]
     say("scoring every effect")
     taken = {h.name for h in fit.model.hypotheses}
     left = [h for h in everything if h.name not in taken]
-    base = Base.of(fit)
-    plain, judged = placed(base, [h for h in left if not h.effect.states])
-    scores = sorted([*score(fit, plain, base), *judged], key=lambda s: -s.evidence)
-    del base  # with its factors: memory
+    plain, scores = plain_scores(fit, left)
     tried = [t for t in plain_trials(fit, scores, say) if t.evidence > NEEDED]
+    if told := told_little(fit):
+        quiet = as_declared(fit, told)
+        quieter = plain_trials(quiet, plain_scores(quiet, left)[1], say)
+        tried = [t for t in quieter if t.evidence > NEEDED and brought_down(fit, t, told)] or tried
     first = with_noise(tried[0].fit) if tried else fit
     if tried and (windows := blind(first, tried[0].hypothesis)):
         first, fit = with_noise(blinded(first, windows)), blinded(fit, windows)
@@ -61,6 +63,13 @@ def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]
     if lively and before_plain(lively[0], fit, further):
         return Round(fit, lively + tried, lively[0].fit, [], True)
     return Round(fit, tried + lively, first, chain if moving else [], bool(alive))
+
+
+def plain_scores(fit: Fit, left: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
+    """Return the effects without states at their best starts, and what they promise, best first."""
+    base = Base.of(fit)
+    plain, judged = placed(base, [h for h in left if not h.effect.states])
+    return plain, sorted([*score(fit, plain, base), *judged], key=lambda s: -s.evidence)
 
 
 def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most: int = TRIED) -> list[Trial]:

@@ -7,14 +7,14 @@ from imubench.diagnosis.excerpt import cut, excerpt, loudest
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.grids import hum
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import LONE, RIVALS, promising, state_trials
+from imubench.diagnosis.lively import LONE, RIVALS, SHORT, promising, softer, state_trials
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.rounds import asked
 from imubench.diagnosis.score import started
 from imubench.diagnosis.screen import Screened, screen
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.system import all_rows
-from imubench.diagnosis.trial import TRIED, Trial
+from imubench.diagnosis.trial import FILTER, TRIED, Trial
 from imubench.diagnosis.worth import foreseen, tallied, won
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.format1 import read
@@ -179,3 +179,20 @@ def test_a_refused_spline_hides_no_plain_effect(fitted):
     good, equal, less, _ = plain
     assert asked([spline, *plain]) == [(spline, 0.0), (good, 0.0), (equal, 0.0), (less, 20.0)]
     assert asked(plain) == [(good, 0.0), (equal, 0.0), (less, 20.0)]
+
+
+@pytest.mark.slow
+def test_springs_are_begun_softer_where_a_refit_falls_short(tmp_path):
+    """Strongly damped, promised at 20 Hz: from there they were worth nothing, and a soft mount stood for them."""
+    told = {"frequency": [11.917158889487947, 8.658903893807198, 10.764229124581794], "gyration": 0.015}
+    told |= {"damping_ratio": [0.2734832086314455, 0.2773319773202334, 0.15669623655713338]}
+    told |= {"com": [-0.0025710096410160323, -0.0017079332936031752, 0.003655438280078205]}
+    told |= {"lever": [0.011380372792559712, -0.0019773351005619895, 0.011799513975192652]}
+    options = {"band": 1.81, "vigour": 0.7816649912222281, "rest": 0.12313001494282651, "declare_geometry": False}
+    options |= {"gyro_noise": 0.0010819862437205544, "accel_noise": 0.037370614641033334, "rotation_std": 0.029}
+    make_case(tmp_path / "r", "pendulum", [("rocking_mount", "imu1", told)], 20261126, seconds=15.0, **options)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    (one,) = screen(fit, [h for h in candidates(fit.model) if h.name == "rocking_mount@imu1"])
+    best, *_ = state_trials(fit, [one.hypothesis], lambda _: None)
+    assert best.evidence > SHORT * one.evidence
+    assert softer(screen(fit, [h for h in candidates(fit.model) if h.effect.name == FILTER])[0]) is None

@@ -1,0 +1,51 @@
+"""A lone gyroscope beside a pose, of which few readings tell the noise: what they hold may be an effect."""
+
+import pytest
+
+from imubench.diagnosis.begin import begun
+from imubench.diagnosis.followed import as_declared, brought_down, told_little
+from imubench.diagnosis.rounds import attempted
+from imubench.diagnosis.select import candidates
+from imubench.diagnosis.trial import NEEDED
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+QUICK = {
+    "rate": 50.0,
+    "band": 3.15,
+    "vigour": 1.48,
+    "gyro_noise": 0.0015,
+    "accel_noise": 0.0154,
+    "declare_noise": False,
+}
+MATRIX = [[-8e-5, -1.1e-4, -1.5e-4], [1.4e-4, -1.2e-4, -1.3e-4], [9e-5, -1.6e-4, -1.2e-4]]
+
+
+@pytest.fixture(scope="module")
+def pulled(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pulled") / "r"
+    asked = [("g_sensitivity", "imu1", {"matrix": MATRIX})]
+    make_case(folder, "free", asked, 20261126, seconds=15.0, **QUICK)
+    return begun(read(folder)[0]).fit
+
+
+def test_what_few_readings_hold_is_an_effect_where_it_brings_their_level_down(pulled):
+    """It is 3 times the declared one: beside such noise the effect was worth nothing."""
+    assert list(told_little(pulled)) == ["imu1.gyro"]
+    first, *_ = attempted(pulled, candidates(pulled.model), lambda _: None).tried
+    assert (first.hypothesis.name, first.evidence > NEEDED) == ("g_sensitivity@imu1", True)
+    assert brought_down(pulled, first, told_little(pulled))
+
+
+def test_what_leaves_the_level_where_it_was_is_none(pulled):
+    told = told_little(pulled)
+    tried = attempted(
+        as_declared(pulled, told), [h for h in candidates(pulled.model) if "drift" in h.name], print
+    ).tried
+    assert tried
+    assert not any(brought_down(pulled, t, told) for t in tried)
+
+
+def test_a_clean_gyroscope_is_not_too_loud(tmp_path):
+    make_case(tmp_path / "r", "free", [], 20261126, seconds=15.0, **QUICK)
+    assert told_little(begun(read(tmp_path / "r")[0]).fit) == {}
