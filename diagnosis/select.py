@@ -19,7 +19,7 @@ from imubench.diagnosis.prune import SEED, natural, prune
 from imubench.diagnosis.rounds import attempted
 from imubench.diagnosis.slack import slack
 from imubench.diagnosis.terms import FRICTION
-from imubench.diagnosis.trial import CLOCK, Kept
+from imubench.diagnosis.trial import CLOCK, SLIP, Kept
 from imubench.effects import possible
 
 SETTLED = 8  # rounds at most, of a law that the fit ends with
@@ -40,7 +40,10 @@ def candidates(model: Model) -> list[Hypothesis]:
 
 
 def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selection:
-    """Return the effects that the recording needs."""
+    """Return the effects that the recording needs.
+
+    A slip that predicts nothing is not asked for again: a loud moment of anything promises one, and hides the rest.
+    """
     rejected: Refused = []
     fit, kept = slack(nominal, [Kept.unjudged(h) for h in nominal.model.hypotheses], say)
     fit, kept = quickly(fit, kept, say)
@@ -60,6 +63,8 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             fit, kept = mixed(fit, kept, say) if rubs else (fit, kept)
             fit, kept = quickly(fit, kept, say) if late else (fit, kept)
             asked_for = everything
+        elif slips := {h.name for h, _ in refused if h.effect.name == SLIP}:
+            asked_for = [h for h in asked_for if h.name not in slips]
         elif refused and not lively:
             asked_for = [h for h in everything if h.effect.states]
         else:

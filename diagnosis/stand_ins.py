@@ -12,7 +12,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.priors import inside, states_inside
 from imubench.diagnosis.term_scores import Guess
 from imubench.diagnosis.terms import FRICTION, SERIES
-from imubench.diagnosis.trial import FILTER
+from imubench.diagnosis.trial import FILTER, SLIP
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
 CLOSE = 0.01  # of what a name explains: an unfitted promise says no less (what it goes with, 10 ms late, is nearly it)
@@ -21,7 +21,6 @@ LEFT = {  # of its power: what a slow curve leaves of a spline without a law tha
     "joint_play": 0.1,  # of two creeping mounts 0.002 and 0.005, of play 0.6
     "moving_pivot": 0.6,  # of an accelerometer's walk 0.4, of three that rectify 0.2 to 0.6, of pivots 0.98 to 1.02
 }
-SLIP = "mount_shift"
 DELAYED = ("time_offset", "gyro_scale", "accel_scale")  # what a filter leaves to others, where it is none
 MOVED = (SLIP, "mount_pose")
 DRIFTS = ("gyro_drift", "accel_drift")

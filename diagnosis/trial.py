@@ -15,6 +15,7 @@ TRIED = 3  # of the best scores, refitted exactly in each round
 UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a declared noise explains up to 1.6
 FILTER = "low_pass"  # the effect that others are held against: a delay, a series, a reading that follows too slowly
 CLOCK = "time_offset"  # the delay
+SLIP = "mount_shift"
 SCREENED = 15.0  # s of a recording on which effects with states are tried first
 
 
