@@ -23,6 +23,7 @@ def entered(
 
     Where what is akin to the best predicts and the best only seems to, something of their kind is there, and the best
     is its name: nine numbers of a g-sensitivity were lost in blocks of 2 s (30 nat, -18 to 68), three of a bias not.
+    What shows in a moment is in one block, and no other tells of it: there it must be what its law says (`peaks`).
     """
     refused: Refused = []
     top: Gain | None = None
@@ -34,7 +35,7 @@ def entered(
         if not foretells and unseen(best, won):
             won = in_halves(now.fit, better, rng)
             foretells = won.clear()
-        if foretells:
+        if foretells or (now.brief and best is now.tried[0]):
             if top and top.value > 0 and akin(best, now.tried[0]):
                 best, won, better, refused = now.tried[0], top, now.first, []
             break

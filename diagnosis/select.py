@@ -16,7 +16,7 @@ from imubench.diagnosis.mixture import mixed, together
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise, with_settled_noise
 from imubench.diagnosis.prune import SEED, natural, prune
-from imubench.diagnosis.rounds import attempted
+from imubench.diagnosis.rounds import attempted, blind, blinded
 from imubench.diagnosis.slack import slack
 from imubench.diagnosis.terms import FRICTION
 from imubench.diagnosis.trial import CLOCK, SLIP, Kept
@@ -51,8 +51,10 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
     everything = candidates(nominal.model)
     asked_for = everything
     while len(kept) < MOST:
-        now, before = attempted(fit, asked_for, say), len(kept)
+        now, before, masks = attempted(fit, asked_for, say), len(kept), fit.model.masks
         fit, kept, refused = entered(now, kept, rng, say)
+        if now.fit.model.masks is not masks and not any(k.hypothesis.effect.name == SLIP for k in kept[before:]):
+            fit = blinded(fit, masks)  # of a slip that was refused
         lively = now.lively
         del now  # with all its fits: memory
         rejected += refused
@@ -82,6 +84,9 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         if not all(natural(fit, k.hypothesis) for k in kept):
             fit, kept, more = prune(fit, kept, say)
             dropped += more
+    for h in [k.hypothesis for k in kept]:
+        if windows := blind(fit, h):  # its course is near enough to find it by, not to read its numbers off
+            fit = blinded(fit, windows)
     fit = converged(fit) if kept else fit
     return Selection(fit, tuple(together(fit, kept)), (*rejected, *dropped))
 

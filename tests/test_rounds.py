@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.rounds import attempted, dated
-from imubench.diagnosis.select import candidates
+from imubench.diagnosis.select import candidates, select
 from imubench.effects.mounts import LONGEST
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -50,3 +51,36 @@ def test_a_slip_needs_recording_before_and_after_it(tmp_path):
     assert at(3.0)
     assert not at(0.01)
     assert not at(5.99)
+
+
+STEADY = {"rate": 200.0, "rate2": 128.0, "band": 2.3, "vigour": 0.77, "gyro_noise": 0.0011, "accel_noise": 0.0122}
+FAINT = {"rotation": [0.0, 0.0, -0.0012], "translation": [-1.5e-4, 2.5e-4, -1.5e-4], "time": 7.4}
+
+
+def test_a_slip_that_shows_in_its_moment_alone_is_found_by_that(tmp_path):
+    """No block of seconds tells of it in another; 0.3 mm and 1.2 mrad, by what its law says of 0.2 s."""
+    make_case(tmp_path / "r", "hinge", [("mount_shift", "imu1", FAINT)], 20261126, seconds=15.0, **STEADY)
+    found = select(nominal_fit(read(tmp_path / "r")[0]))
+    assert [k.hypothesis.name for k in found.kept] == ["mount_shift@imu1"]
+    masks, stamps = found.fit.model.masks, found.fit.model.stamps["imu1.accel"] + found.fit.model.start
+    left_out = stamps[~masks["imu1.accel"]]  # by the end: its numbers are not read off its course
+    assert left_out[0] < FAINT["time"] < left_out[-1] < FAINT["time"] + 2 * LONGEST
+
+
+@pytest.mark.slow
+def test_samples_that_a_refused_slip_left_out_count_again(tmp_path, monkeypatch):
+    """What comes in beside it is fitted to all samples; a slip may be a loud moment of something else."""
+    make_case(tmp_path / "case", "hinge", [("mount_shift", "imu2", SLIP)], 71, seconds=8.0)
+    fit = nominal_fit(read(tmp_path / "case")[0])
+    masks = []
+
+    def nothing(before, after, rng):
+        masks.append(before.model.masks)
+        return Gain(-1.0, -2.0, 0.0, np.zeros(8))
+
+    for name in ("foretold", "in_halves"):
+        monkeypatch.setattr(f"imubench.diagnosis.entered.{name}", nothing)
+    found = select(fit)
+    assert any(m is not None for m in masks)  # beside the slip
+    assert found.kept == ()
+    assert found.fit.model.masks is None
