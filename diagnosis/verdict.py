@@ -51,7 +51,8 @@ def beside(
 
     So do `doubted`, and those at whose place something without a name is worth much: it may be all. A state without a
     law explains what is anywhere, and what is worth more than a name may be at the other IMU and seem to be at this.
-    Springs beside a joint's spline that is worth more may ring of what it rounds off: play jumps. A misalignment beside
+    What gains less than nothing on held-out data was found by what it spares the motion, and how much of a name it would
+    take is not known. Springs beside a joint's spline that is worth more may ring of what it rounds off: play jumps. A misalignment beside
     what its axes read a little later may be that too, as cross-talk is. Effects that are there whatever else is
     (`certain`) are not doubted.
     """
@@ -65,7 +66,8 @@ def beside(
         if any(gain > share * f.heldout_gain.value for gain, share in worth):
             return STRANGE
         rings = isinstance(EFFECTS.get(f.effect), Sprung) and loose > f.heldout_gain.value
-        return DOUBTFUL if rings or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
+        spared = any(u.at == f.at and u.heldout_gain.value < 0 for u in rest)
+        return DOUBTFUL if rings or spared or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
 
     return tuple(_at_most(f, sure(f)) for f in named)
 

@@ -24,6 +24,13 @@ def test_a_name_is_doubted_beside_much_without_one(at, gain, doubted):
     assert f.confidence == (STRANGE if doubted else 0.98)
 
 
+@pytest.mark.parametrize(("at", "sure"), [("imu1", DOUBTFUL), ("imu2", 0.95)])
+def test_a_name_is_doubted_beside_one_without_that_only_spares_the_motion(at, sure):
+    """Of a gyroscope's walk on a free body: a drift of 643 nat, and what gained -166 on held-out data."""
+    (f,) = beside((said("gyro_drift", "imu1", 643.0, 0.95),), (said(UNKNOWN, at, -166.0),))
+    assert f.confidence == sure
+
+
 def test_a_doubt_makes_nothing_surer():
     (f,) = beside((said("accel_bias", "imu1", 10.0, 0.51),), (), [Hypothesis(EFFECTS["accel_bias"], "imu1")])
     assert f.confidence == 0.51
