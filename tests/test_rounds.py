@@ -57,6 +57,7 @@ STEADY = {"rate": 200.0, "rate2": 128.0, "band": 2.3, "vigour": 0.77, "gyro_nois
 FAINT = {"rotation": [0.0, 0.0, -0.0012], "translation": [-1.5e-4, 2.5e-4, -1.5e-4], "time": 7.4}
 
 
+@pytest.mark.slow
 def test_a_slip_that_shows_in_its_moment_alone_is_found_by_that(tmp_path):
     """No block of seconds tells of it in another; 0.3 mm and 1.2 mrad, by what its law says of 0.2 s."""
     make_case(tmp_path / "r", "hinge", [("mount_shift", "imu1", FAINT)], 20261126, seconds=15.0, **STEADY)

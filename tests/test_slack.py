@@ -20,6 +20,7 @@ def held(folder, effect, at, parameters):
     return [h.name for h in fit.model.hypotheses], {k.hypothesis.name: k for k in kept}, after
 
 
+@pytest.mark.slow
 def test_an_encoder_with_play_is_not_two_late_clocks(tmp_path):
     before, kept, fit = held(tmp_path, "backlash", "joint", {"range": 0.04})
     assert before == ["time_offset@imu1", "time_offset@imu2"]
