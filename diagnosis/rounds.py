@@ -4,11 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imubench.diagnosis.alive import HINTED, before_plain, promised_by_law, stateful, suspicious
+from imubench.diagnosis.brief import blind, blinded, peaks
 from imubench.diagnosis.columns import Base
-from imubench.diagnosis.fit import Fit, at_noise_of, solve
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.followed import as_declared, brought_down, told_little
 from imubench.diagnosis.grids import placed
 from imubench.diagnosis.hypothesis import Hypothesis
@@ -25,12 +25,7 @@ BESIDE = 0.5  # s of recording on either side of a moment; without them it was s
 AHEAD = 3  # effects without states that are tried together before one with states is
 SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
 AKIN = 0.9  # of the best's evidence, from which on one at its place tells what the best does
-PEAK, FITS = 10.0, 1.3  # nat in the moment of a slip, and of what is left elsewhere, where its course is the law's
 LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
-
-
-Masks = dict[str, NDArray[np.bool_]]
-"""The samples (n,) that count, by group."""
 
 
 @dataclass(frozen=True)
@@ -145,39 +140,4 @@ def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], N
     return out
 
 
-def blind(fit: Fit, h: Hypothesis) -> Masks | None:
-    """Return the samples that count besides those in which an effect acts as its law does not say; none: all do."""
-    windows = fit.model.blind(h, fit.state)
-    masks = dict(fit.model.masks or {})
-    for name, stamps in fit.model.stamps.items():
-        if windows and name.split(".")[0] == h.at:
-            time = stamps - fit.model.start
-            free = ~np.any([(time >= a) & (time <= b) for a, b in windows], axis=0)
-            masks[name] = free & masks.get(name, free)
-    return masks if windows else None
-
-
-def peaks(fit: Fit, first: Fit, h: Hypothesis) -> bool:
-    """Return whether what an effect does in the moments in which it acts anyhow is there, and is what its law says.
-
-    Six slips of 12 to 60 bounds left 0.9 to 1.05 of what is left elsewhere, and had explained 21 to 350 nat; knocks of
-    a joint with play left 1.4 and 1.9, a slip of 114 bounds, whose course is not quite the law's, 7.
-    """
-    windows = first.model.blind(h, first.state)
-    before = {r.name: r for r in at_noise_of(fit, first).measured} if windows else {}
-    won = left = usual = 0.0
-    for rows in (r for r in first.measured if windows and r.name.split(".")[0] == h.at):
-        inside = np.any([(rows.time >= a) & (rows.time <= b) for a, b in windows], axis=0)
-        square = np.sum(rows.whitened**2, axis=1)
-        won += 0.5 * float(np.sum(before[rows.name].whitened[inside] ** 2) - square[inside].sum())
-        left += float(square[inside].sum())
-        usual += float(square[~inside].mean() * inside.sum())
-    return won > PEAK and left < FITS * usual
-
-
-def blinded(fit: Fit, counted: Masks | None) -> Fit:
-    """Return the fit on those samples alone, noise levels as they were."""
-    return solve(replace(fit.model, masks=counted), fit.state, fit.noise, fit.anchor, steps=3)
-
-
-__all__ = ["Round", "akin", "asked", "attempted", "blind", "blinded", "peaks", "plain_scores", "plain_trials"]
+__all__ = ["Round", "akin", "asked", "attempted", "plain_scores", "plain_trials"]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imubench.diagnosis.brief import blind, blinded
 from imubench.diagnosis.entered import MOST, Refused, entered
 from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.filtered import filtered, quickly
@@ -16,7 +17,7 @@ from imubench.diagnosis.mixture import mixed, together
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise, with_settled_noise
 from imubench.diagnosis.prune import SEED, natural, prune
-from imubench.diagnosis.rounds import attempted, blind, blinded
+from imubench.diagnosis.rounds import attempted
 from imubench.diagnosis.slack import slack
 from imubench.diagnosis.terms import FRICTION
 from imubench.diagnosis.trial import CLOCK, SLIP, Kept
