@@ -13,10 +13,10 @@ from imubench.diagnosis.raw import RING, spread
 from imubench.diagnosis.raw_grid import stretches
 from imubench.diagnosis.raw_high import NEAR, beyond_chance, high_pass, peaks_of, quick_power
 from imubench.diagnosis.raw_knocks import SLOWEST, onset, stepped
+from imubench.diagnosis.windows import Window
 from imubench.recording import Imu
 
 Mask = NDArray[np.bool_]
-Window = tuple[float, float]
 
 FEWEST = 2  # peaks: one may be anything that happens once
 SHARE = 0.25  # of a peak's power: as long as that a knock lasts

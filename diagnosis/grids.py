@@ -17,6 +17,7 @@ from imubench.diagnosis.score import Score, score
 from imubench.diagnosis.screen import driven
 from imubench.diagnosis.slips import slip
 from imubench.diagnosis.threads import one_thread
+from imubench.diagnosis.trial import SLIP
 
 NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
 REST = np.arange(-1.5, 1.6, 0.25)  # rad, angles of rest of a joint's spring
@@ -33,7 +34,7 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
             found = hum(fit, h.at)
             if found:
                 out.append(replace(h, effect=h.effect.starting(frequency=found)))
-        elif h.effect.name == "mount_shift":
+        elif h.effect.name == SLIP:
             out.append(replace(h, effect=h.effect.starting(time=slip(base, h.at))))
         elif h.effect.name == "joint_spring":
             judged.append(rested(base, h))

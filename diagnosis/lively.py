@@ -111,10 +111,9 @@ def _one_by_one(
     def refitted(one: Screened) -> tuple[Trial, list[Screened]] | None:
         say(f"refitting with {one.hypothesis.name}")
         ways = []
-        for begin in (one, softer(one)):
+        for begin in filter(None, (one, softer(one))):
             with suppress(NotPositiveDefiniteError):
-                if begin is not None:
-                    ways.append((begun_screened(short, [begin]), [begin]))
+                ways.append((begun_screened(short, [begin]), [begin]))
             if ways and ways[-1][0].evidence > SHORT * one.evidence:
                 break
         return max(ways, key=lambda way: way[0].evidence, default=None)

@@ -183,13 +183,12 @@ def resolved(trial: Trial) -> bool:
     fit, rates = trial.fit, {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
     found = (trial.hypothesis, *trial.also)
     for h in found:
-        apart = h.effect.variant in TRIPLES  # a delay of one triple against the other, known or not: nothing else is
+        apart = h.effect.variant in TRIPLES  # what delays one triple against the other is that, however quick
         for p in [p for p in h.effect.parameters if p.log]:
             value = fit.state.values[h.key(p.name)]
             most = rates.get(h.at, np.inf) / (2 if h.effect.name == FILTER else 1)  # above is a delay, which has a name
-            if p.unit == "Hz" and float(np.exp(value).min()) > most and not apart:
-                return False  # not on any axis
-            if np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std) and not apart:
+            unseen = p.unit == "Hz" and float(np.exp(value).min()) > most  # not on any axis
+            if not apart and (unseen or np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std)):
                 return False
             if h.effect.name == FILTER and 0.5 * off_none(fit, h.key(p.name)) ** 2 < DELAYED:
                 return False

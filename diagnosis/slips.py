@@ -99,4 +99,4 @@ def slopes(base: Base, h: Hypothesis) -> dict[str, Array]:
     return {r.name: linearise(replace(r, std=base.std_of(r.name, r.std)), only, shared).border for r in rows}
 
 
-__all__ = ["Slips", "loudest_moment", "slip", "slopes"]
+__all__ = ["Slips", "slip", "slopes"]

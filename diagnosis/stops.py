@@ -22,6 +22,7 @@ from imubench.diagnosis.kinematics import HINGE
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.splines import Moment
+from imubench.diagnosis.windows import covered
 from imubench.jets import Jet
 
 STOP = "end_stop"
@@ -31,7 +32,7 @@ SAME = 0.02  # rad, how closely they do, as a median
 BEYOND = 0.15  # rad that a smeared contact may seem to go beyond the stop
 NEAR, PAD = 0.02, 0.02  # rad before the stop and s around it that are left out with it
 FINE = 0.005  # s
-LEAST_STD, LEAST_ABOUT = 0.002, 0.02  # rad; about an axis that is sought: 0.001, 0.007 and 0.031 off
+LEAST_STD, LEAST_ABOUT = 0.002, 0.02  # rad; about an axis that is sought: 0.007, 0.031 and 0.031 off
 SURE = 0.95
 
 
@@ -49,7 +50,7 @@ class Stop:
         """Return which samples count besides those in which the segment touches the stop."""
         out = dict(known)
         for name, stamps in fit.model.stamps.items():
-            free = ~np.any([(stamps >= a) & (stamps <= b) for a, b in self.windows], axis=0)
+            free = ~covered(stamps, self.windows)
             out[name] = known.get(name, np.ones(len(stamps), dtype=bool)) & free
         return out
 
@@ -84,11 +85,11 @@ def stop_of(fit: Fit, samples: Sampled) -> Stop | None:
     side = 1.0 if angle > 0 else -1.0
     first, last = fit.span
     fine = np.arange(first, last, FINE)
-    inside = np.any([(fine + start >= a) & (fine + start <= b) for a, b in fit.model.recording.free_swings], axis=0)
+    free = covered(fine + start, fit.model.recording.free_swings)
     away = side * (_angle(fit, fine, heading) - angle)
-    if np.median(np.abs(at - angle)) > SAME or away[inside].max() > BEYOND:
+    if np.median(np.abs(at - angle)) > SAME or away[free].max() > BEYOND:
         return None
-    touching = binary_dilation(inside & (away > -NEAR), iterations=round(PAD / FINE))
+    touching = binary_dilation(free & (away > -NEAR), iterations=round(PAD / FINE))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], touching.astype(int), [0]])))
     ends = start + fine[np.minimum(edges, len(fine) - 1)]
     windows = tuple((float(a), float(b)) for a, b in zip(ends[::2], ends[1::2], strict=True))
@@ -104,17 +105,31 @@ def settled_between(stop: Stop, without: Fit) -> Stop:
 
 def _agreed(fit: Fit, knocks: Array) -> float:
     """Return the heading in rad of the level axis about which a pendulum is at one angle, above 0, at every knock."""
-    angles = [_angle(fit, knocks, float(h)) for h in HEADINGS]
-    spread = [np.median(np.abs(a - np.median(a))) if np.median(a) > 0 else np.inf for a in angles]
+    angles = _swing(_limb(fit, knocks), HEADINGS[:, None])
+    middle = np.median(angles, axis=1)
+    spread = np.where(middle > 0, np.median(np.abs(angles - middle[:, None]), axis=1), np.inf)
     return float(HEADINGS[int(np.argmin(spread))])
 
 
 def _angle(fit: Fit, time: Array, heading: float = 0.0) -> Array:
     """Return the angle (n,) rad at times (n,) s of the splines: a hinge's, or a pendulum's swing about a heading."""
-    moment = Moment(fit.model.tracks, fit.state.coefficients, Jet(time[:, None]))
     if fit.model.rig.hinge:
-        return moment.track(HINGE).value[:, 0]
-    turn = fit.model.last(fit.state, moment).turn
-    assert turn is not None
-    x, y, z = turn.forth(Jet(np.array([[0.0, 0.0, 1.0]]))).value.T
+        return _moment(fit, time).track(HINGE).value[:, 0]
+    return _swing(_limb(fit, time), heading)
+
+
+def _swing(limb: Array, heading: float | Array) -> Array:
+    """Return the angle in rad of a limb's z axis in the world (3, n) about level axes of some headings in rad."""
+    x, y, z = limb
     return np.asarray(np.arctan2(np.cos(heading) * x + np.sin(heading) * y, z))
+
+
+def _limb(fit: Fit, time: Array) -> Array:
+    """Return where a pendulum's z axis points in the world (3, n) at times (n,) s of the splines."""
+    turn = fit.model.last(fit.state, _moment(fit, time)).turn
+    assert turn is not None
+    return np.asarray(turn.forth(Jet(np.array([[0.0, 0.0, 1.0]]))).value.T)
+
+
+def _moment(fit: Fit, time: Array) -> Moment:
+    return Moment(fit.model.tracks, fit.state.coefficients, Jet(time[:, None]))

@@ -21,10 +21,10 @@ from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.swings import turning
 from imubench.diagnosis.unmoved import BESIDE, counted, knocks, solved
 from imubench.diagnosis.verdict import KNOCKING
+from imubench.diagnosis.windows import Window, covered
 from imubench.recording import Imu
 
 Mask = NDArray[np.bool_]
-Window = tuple[float, float]
 
 DRY = "dry_friction"
 INSIDE = 9  # moments of a stretch that are looked at
@@ -79,7 +79,7 @@ def faint(fit: Fit, imu: Imu, struck: Mask, named: Sequence[Finding]) -> Array:
         return np.array([])
     if fit.model.rig.placed and len(fit.model.recording.imus) == 1:
         fit = solved(as_smooth(fit), {})
-    inside = np.any([(imu.time >= a) & (imu.time <= b) for a, b in peaks], axis=0)
+    inside = covered(imu.time, peaks)
     pushed = f"{imu.name}.accel"  # what is struck reads a force
     apart = solved(fit, {pushed: known[pushed] & ~inside})
     return knocks(apart, imu.name, inside, peaks, together=True)

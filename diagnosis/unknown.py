@@ -78,7 +78,8 @@ def found_in(fit: Fit) -> Fitted | None:
     """
     guesses, tried = promising(fit)
     price = float(np.log(max(tried, 1)))
-    likely = [g for g in guesses if g.evidence > NEEDED + price and not (chased(fit) and g.term.goes_with in SERIES)]
+    untold = SERIES if chased(fit) else ()
+    likely = [g for g in guesses if g.evidence > NEEDED + price and g.term.goes_with not in untold]
     places = [next(g for g in likely if g.term.at == at) for at in dict.fromkeys(g.term.at for g in likely)]
     rivals = [g for g in places if g.white > RIVAL * likely[0].white]
     others = [g for g in likely if g not in rivals]

@@ -5,19 +5,19 @@ With n numbers more its cost rises by about n / 2 less what the motion takes of 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from imubench.arrays import Array
-from imubench.diagnosis.fit import AGAIN, Fit, solve
+from imubench.diagnosis.brief import blinded
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.raw_findings import UNITS
+from imubench.diagnosis.windows import Window, covered
 
 Mask = NDArray[np.bool_]
-Window = tuple[float, float]
 
 BESIDE = 0.25  # s on either side of a peak, in which the fit bends for it
 OTHERS, FEWEST_OTHERS = 20, 5  # stretches of other samples
@@ -34,7 +34,7 @@ def knocks(fit: Fit, imu: str, struck: Mask, peaks: Sequence[Window], together: 
     others = elsewhere(time, np.logical_and.reduce([*known.values()]), peaks)
     if len(others) < FEWEST_OTHERS:
         return np.array([])
-    left_out = ~np.any([(time >= a) & (time <= b) for a, b in others], axis=0)
+    left_out = ~covered(time, others)
     without = solved(fit, {name: mask & left_out for name, mask in known.items()})
     if any(power > chance(OTHERS_ALARM, n) for power, n in (unexplained(without, fit, p) for p in others)):
         return np.array([])
@@ -59,8 +59,7 @@ def chance(alarm: float, count: float) -> float:
 
 def solved(fit: Fit, masks: Mapping[str, Mask]) -> Fit:
     """Return the fit on other samples, noise levels as they are."""
-    model = replace(fit.model, masks={**(fit.model.masks or {}), **masks})
-    return solve(model, fit.state, fit.noise, fit.anchor, steps=AGAIN)
+    return blinded(fit, {**(fit.model.masks or {}), **masks})
 
 
 def unexplained(without: Fit, with_it: Fit, window: Window) -> tuple[float, float]:

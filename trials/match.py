@@ -99,11 +99,10 @@ def parameter_errors(truth: Truth, effect: int, finding: Finding) -> list[Parame
         told = finding.parameters.get(key)
         if told is None or isinstance(value, str) or key in ("channels", "mode", "times", "band", "gyration"):
             continue
-        off = deviation(finding.effect, key, told, np.asarray(value, dtype=float), _rate(truth, finding.at))
+        true, rate = np.asarray(value, dtype=float), _rate(truth, finding.at)
+        off = deviation(finding.effect, key, told, true, rate, truth["rig"] == "pendulum")
         if off is None:
             continue
-        if truth["rig"] == "pendulum" and (finding.effect, key) in ABOUT_A_HEADING:
-            off = off if np.abs(off) < np.abs(told.value + value) else told.value + value
         std = np.broadcast_to(told.std, off.shape)
         bound = bounds.get(key)
         limit = None
@@ -114,11 +113,13 @@ def parameter_errors(truth: Truth, effect: int, finding: Finding) -> list[Parame
     return out
 
 
-def deviation(effect: str, key: str, told: Parameter, value: Array, rate: float) -> Array | None:
+def deviation(
+    effect: str, key: str, told: Parameter, value: Array, rate: float, pendulum: bool = False
+) -> Array | None:
     """Return told minus true for a sensor of that rate in Hz; None where the shapes cannot be compared.
 
-    A hum's amplitude has no sign and its frequency may be any image under sampling; a play's direction is an axis;
-    one frequency for three axes is compared with their mean.
+    A hum's amplitude has no sign, nor has an angle of a pendulum's swing; a hum's frequency may be any image under
+    sampling; a play's direction is an axis; one frequency for three axes is compared with their mean.
     """
     found = told.value
     if found.size == 1 and value.size == 3 and key in ("frequency", "damping_ratio"):
@@ -130,7 +131,8 @@ def deviation(effect: str, key: str, told: Parameter, value: Array, rate: float)
     if effect == "vibration" and key == "frequency":
         return np.asarray(image(found, rate) - image(value, rate))
     off = found - value
-    if effect == "vibration" and key == "amplitude" and np.abs(found + value).max() < np.abs(off).max():
+    unsigned = (effect, key) == ("vibration", "amplitude") or (pendulum and (effect, key) in ABOUT_A_HEADING)
+    if unsigned and np.abs(found + value).max() < np.abs(off).max():
         return np.asarray(found + value)
     if effect == "joint_play" and key == "direction":
         return np.asarray((off + np.pi / 2) % np.pi - np.pi / 2)
