@@ -30,7 +30,7 @@ def pulled(tmp_path_factory):
 
 
 def test_what_few_readings_hold_is_an_effect_where_it_brings_their_level_down(pulled):
-    """It is 3 times the declared one: beside such noise the effect was worth nothing."""
+    """It is 4.6 times the declared one: beside such noise the effect was worth nothing."""
     assert list(told_little(pulled)) == ["imu1.gyro"]
     first, *_ = attempted(pulled, candidates(pulled.model), lambda _: None).tried
     assert (first.hypothesis.name, first.evidence > NEEDED) == ("g_sensitivity@imu1", True)
