@@ -103,7 +103,7 @@ def numbered(chosen: Selection | None, kept: Collection[tuple[str, str]]) -> Fit
     if chosen is None:
         return None
     gone = [k.hypothesis.effect for k in chosen.kept if (k.hypothesis.effect.name, k.hypothesis.at) not in kept]
-    return chosen.fit if all(type(effect).error is not Effect.error for effect in gone) else None
+    return chosen.numbers if all(type(effect).error is not Effect.error for effect in gone) else None
 
 
 __all__ = ["diagnose", "not_told"]

@@ -31,7 +31,7 @@ true; of those worth more, but less than all that was left, 14 of 15."""
 
 def findings(selection: Selection) -> tuple[Finding, ...]:
     """Return the effects that stay, strongest first."""
-    std = parameter_std(selection.fit)
+    std = parameter_std(selection.numbers)
     recording = selection.fit.model.recording
     loose, small = loosely(selection.fit), overshadowed(selection)
     out = []
@@ -50,7 +50,7 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
                 h.effect.name,
                 h.at,
                 min(confidence(kept.evidence, NEEDED), most),
-                parameters(h, selection.fit, std),
+                parameters(h, selection.numbers, std),
                 Interval(gain.value, (gain.low, gain.high)),
                 (*same, *ties),
                 separation(selection.fit, h, [Hypothesis(EFFECTS[r.effect].suited(recording), r.at) for r in others]),

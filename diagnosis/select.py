@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from imubench.diagnosis.filtered import filtered, quickly
 from imubench.diagnosis.fit import Fit, converged
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import as_tight
+from imubench.diagnosis.loosened import loosened
 from imubench.diagnosis.merged import merged
 from imubench.diagnosis.mixture import mixed, together
 from imubench.diagnosis.model import Model
@@ -33,6 +35,12 @@ class Selection:
     fit: Fit
     kept: tuple[Kept, ...]
     rejected: tuple[tuple[Hypothesis, float], ...]  # nat on held-out data, or of evidence where that was enough
+
+    @cached_property
+    def numbers(self) -> Fit:
+        """The fit that the numbers are read off."""
+        free = loosened(self.fit)
+        return self.fit if free is self.fit else converged(free)
 
 
 def candidates(model: Model) -> list[Hypothesis]:

@@ -142,6 +142,7 @@ class Effect:
     law: ClassVar[str]  # one line, with its symbols
     rigs: ClassVar[tuple[str, ...]] = ("hinge", "pendulum", "free")
     needs: ClassVar[tuple[str, ...]] = ()  # of a recording: "free_swings", "encoders", "imus"
+    scales_angle: ClassVar[bool] = False  # whether with other numbers a joint that turns faster looks the same
     variant: str = ""
     settings: Mapping[str, Setting] = {}  # what is chosen, not fitted
     parameters: tuple[Parameter, ...] = ()

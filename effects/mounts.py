@@ -77,6 +77,7 @@ class SkinSliding(Effect):
 
     name, place, law = "skin_sliding", "imu", "displaced by slide q, turned by twist q"
     rigs = ("hinge", "pendulum")
+    scales_angle = True
     parameters = (Parameter("slide", (3,), "m/rad", 0.02), Parameter("twist", (3,), "rad/rad", 0.1))
 
     def mount(self, link: Link, scene: Scene, p: Values) -> Link:

@@ -3,10 +3,12 @@
 A hum A sin(2 pi f t + psi) whose phase psi is a random walk of intensity D rad per root second has, over T seconds, a
 straight phase that is off by a slope of variance 6/5 D^2 / T. In windows of `WINDOW` s, z is the mean of the samples
 times exp(-i 2 pi f t) and a Hann window, turned so that its mean is real: the phase of a window is Im z / |z|, the
-walk's mean there and white noise. D is the likeliest beside the noise, of the phases less the straight line that the
-fit of f has taken out of them; once with the noise as loud in Re z, and once with Re z left out, for a limit on the
-samples makes that louder. The covariance of the walk's means in windows i < j is W D^2 (i + 1/2), and in one W D^2 (i +
-(1 - d) / 2), d the mean distance of two times drawn from a window, in windows.
+walk's mean there and white noise. D^2 is its mean over all D / noise alike plausible beforehand, weighed by how likely
+they make the phases less the straight line that the fit of f has taken out of them; once with the noise as loud in Re
+z, and once with Re z left out, for a limit on the samples makes that louder. (The likeliest D alone is zero for two
+walks in five that the noise nearly hides, and frequencies were 9 standard deviations off.) The covariance of the walk's
+means in windows i < j is W D^2 (i + 1/2), and in one W D^2 (i + (1 - d) / 2), d the mean distance of two times drawn
+from a window, in windows.
 """
 
 import numpy as np
@@ -15,7 +17,6 @@ from imubench.arrays import Array
 
 WINDOW = 1.0  # s
 FEWEST = 6  # windows
-SURE = 1.5  # nat of likelihood, from which a walk is seen: one chance in twelve
 RATIOS = np.logspace(-4, 4, 161)  # of the walk's variance in a window to the noise's
 
 
@@ -40,7 +41,7 @@ def frequency_error(time: Array, hum: Array, frequency: float) -> float:
 
 
 def _walk(phase: Array, noisy: Array) -> float:
-    """Return the likeliest D^2 in rad^2 / s of windows' phases (n,) in rad; 0 where noise explains them as well.
+    """Return the mean D^2 in rad^2 / s of windows' phases (n,) in rad.
 
     `noisy` (m,) has the same noise and no more, m - 1 of it free.
     """
@@ -49,14 +50,12 @@ def _walk(phase: Array, noisy: Array) -> float:
     walked = np.minimum.outer(i, i) + 0.5 - np.diag(np.full(len(i), 0.5 * _apart()))
     spread, axes = np.linalg.eigh(straight.T @ walked @ straight)
     power = (axes.T @ straight.T @ phase) ** 2
-    share = 1 + np.concatenate([[0.0], RATIOS])[:, None] * spread
+    share = 1 + RATIOS[:, None] * spread
     count = len(power) + max(len(noisy) - 1, 0)
     noise = (np.sum(power / share, axis=1) + np.sum(noisy**2)) / count
     likely = -0.5 * (count * np.log(noise) + np.sum(np.log(share), axis=1))
-    best = int(np.argmax(likely))
-    if best == 0 or likely[best] - likely[0] < SURE:
-        return 0.0
-    return float(RATIOS[best - 1] * noise[best]) / WINDOW
+    weight = np.exp(likely - likely.max())
+    return float(np.sum(weight * RATIOS * noise) / weight.sum()) / WINDOW
 
 
 def _apart() -> float:

@@ -1,0 +1,44 @@
+"""Numbers that scale a motion nobody measured, against what the independent generator made."""
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.coloured import parameter_std
+from imubench.diagnosis.fit import converged
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.loosened import loosened
+from imubench.diagnosis.noise import with_noise
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.refit import refit
+from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+HAND = {"band": 1.17, "vigour": 1.287, "rest": 0.329, "gyro_noise": 0.005, "accel_noise": 0.0465, "rate": 200.0}
+
+
+def slid(folder, at, seed, **options):
+    """The converged fit of a hinge with skin that slides, its hypothesis, and its true numbers."""
+    truth = make_case(folder, "hinge", [("skin_sliding", at)], seed, "strong", seconds=15.0, **(HAND | options))
+    h = Hypothesis(EFFECTS["skin_sliding"], at)
+    fit = converged(with_noise(refit(nominal_fit(read(folder)[0]), (h,))))
+    return fit, h, truth["effects"][0]["parameters"]
+
+
+def off(fit, h, truth):
+    """Errors (6,) over their standard deviations."""
+    std = parameter_std(fit)
+    errors = [(fit.state.values[h.key(n)] - truth[n]) / std[h.key(n)] for n in ("slide", "twist")]
+    return np.abs(np.concatenate(errors))
+
+
+@pytest.mark.parametrize(("at", "seed"), [pytest.param("imu1", 6, marks=pytest.mark.slow), ("imu2", 23)])
+def test_a_twist_about_the_axis_is_not_taken_for_a_smaller_angle(tmp_path, at, seed):
+    fit, h, truth = slid(tmp_path / "r", at, seed)
+    assert off(fit, h, truth).max() > 3.0  # what it is for
+    assert off(converged(loosened(fit)), h, truth).max() < 2.5
+
+
+def test_where_the_angle_is_measured_the_motion_stays_as_smooth(tmp_path):
+    fit, _, _ = slid(tmp_path / "r", "imu2", 21, encoder=True)
+    assert loosened(fit) is fit
