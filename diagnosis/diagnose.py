@@ -12,6 +12,7 @@ from imubench.diagnosis.left_out import left_out_change
 from imubench.diagnosis.loud import refuted
 from imubench.diagnosis.noise import declared, declared_by
 from imubench.diagnosis.nominal import certain
+from imubench.diagnosis.rattles import rattling
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Verdict
 from imubench.diagnosis.select import Selection, select
@@ -52,7 +53,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         fitted = tuple(f for f in (findings(chosen) if chosen else ()) if (f.effect, f.at) in kept)
         named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
         named += struck_again(best, samples.struck, named) if chosen else ()
-        named = beside_rounding(named, recording)
+        named = rattling(beside_rounding(named, recording), recording)
         traces = gather.traces(before, after if named or rest else None)
     evidence = Evidence(
         recording,
