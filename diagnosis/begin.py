@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.samples import Sampled, sampled
-from imubench.diagnosis.stops import STOP, settled_between, stop_of
+from imubench.diagnosis.stops import STOP, UNSETTLED, settled_between, stop_of
 from imubench.effects import EFFECTS
 from imubench.progress import Step, silent
 from imubench.recording import Recording
@@ -29,6 +29,8 @@ def begun(recording: Recording, step: Step = silent) -> Begun:
         fit = first = nominal_fit(known, samples.masks, samples.humming, samples.wander)
         if STOP in EFFECTS and (stop := stop_of(first, samples)):
             known = replace(known, free_swings=stop.swings(known.free_swings))
-            fit = nominal_fit(known, stop.masks(first, samples.masks), samples.humming, samples.wander)
-            samples = settled_between(stop, fit).told(samples)
+            without = nominal_fit(known, stop.masks(first, samples.masks), samples.humming, samples.wander)
+            stop = settled_between(stop, without)
+            if stop.std < UNSETTLED:
+                fit, samples = without, stop.told(samples)
     return Begun(samples, first, fit)

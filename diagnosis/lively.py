@@ -1,5 +1,6 @@
 """Effects that have a life of their own: screened by their laws, tried on a part, fitted to the whole."""
 
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -22,17 +23,24 @@ TWO, MORE_OF_TWO = 30.0, 0.1  # nat, and of what the best alone is worth, that t
 ANYWAY = -np.inf  # nat: no promise is asked for
 LONE = 2  # filters on a lone IMU that are tried whatever they promise
 SHORT = 0.5  # of what a screening promised: springs that are worth less are begun anew
+TWICE = 2  # rounds in which a refit was worth nothing: not tried again
 RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
 
 
 def state_trials(
-    fit: Fit, stateful: list[Hypothesis], say: Callable[[str], None], least: float = NEEDED
+    fit: Fit,
+    stateful: list[Hypothesis],
+    say: Callable[[str], None],
+    least: float = NEEDED,
+    vain: Counter[str] | None = None,
 ) -> list[Trial]:
     """Return refits with effects that have a life of their own, best evidence first; none where none is needed.
 
     They are screened and, where that promises more than `least` nat (of a motion that follows the law, not one that
     goes against it, as in a free body with nothing wrong), tried on the seconds that leave most unexplained;
     only the best is fitted to all, first in the list. What the others gained is scaled to the length of the whole.
+    `vain`, how often each was refitted for nothing in the rounds before, is counted on; `TWICE` is enough (beside a
+    dead band rocking mounts took 60 s of every round, three times for nothing).
     """
     if not stateful:
         return []
@@ -43,8 +51,11 @@ def state_trials(
     say("screening effects with states")
     lone = len(fit.model.recording.imus) == 1 and not fit.model.wander
     puzzling = misfit(short) > UNEXPLAINED and not fit.model.wander
-    promised = promising(screen(short, stateful), least, lone, puzzling)
+    vain = Counter() if vain is None else vain
+    hopeful = [h for h in stateful if vain[h.name] < TWICE]
+    promised = promising(screen(short, hopeful), least, lone, puzzling)
     likely, tried = _one_by_one(short, promised, say)
+    vain.update(t.hypothesis.name for t, _ in tried if t.evidence <= NEEDED)
     worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > NEEDED}
     both = [p for p in pairs(likely) if worth_it & {s.hypothesis.name for s in p}]  # one alone is worth something too
     tried += _paired(short, tried, both, say)

@@ -1,5 +1,6 @@
 """One round of the search: what could come into the fit next, the best of it refitted exactly."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -40,8 +41,10 @@ class Round:
     brief: bool = False  # whether the first one shows in a moment, as its law says
 
 
-def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]) -> Round:
-    """Return what could come into the fit next, of effects that are not in it."""
+def attempted(
+    fit: Fit, everything: list[Hypothesis], say: Callable[[str], None], vain: Counter[str] | None = None
+) -> Round:
+    """Return what could come into the fit next, of effects that are not in it; `vain` is that of `state_trials`."""
     say("scoring every effect")
     taken = {h.name for h in fit.model.hypotheses}
     left = [h for h in everything if h.name not in taken]
@@ -61,7 +64,7 @@ def attempted(fit: Fit, everything: list[Hypothesis], say: Callable[[str], None]
     moving = suspicious(further)
     least = NEEDED if moving else max([HINTED, promised_by_law(further), *(t.evidence for t in tried)])
     alive = stateful(fit, left, moving, least > HINTED)
-    lively = [t for t in state_trials(fit, alive, say, least) if t.evidence > promised_by_law(further)]
+    lively = [t for t in state_trials(fit, alive, say, least, vain) if t.evidence > promised_by_law(further)]
     if lively and before_plain(lively[0], fit, further):
         return Round(fit, lively + tried, lively[0].fit, [], True)
     return Round(fit, tried + lively, first, chain if moving else [], bool(alive), brief)

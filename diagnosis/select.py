@@ -1,5 +1,6 @@
 """Which effects the fit needs: score all, refit the best few exactly, keep what predicts, drop what it does without."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -58,9 +59,9 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
     fit, kept = quickly(fit, kept, say)
     rng = np.random.default_rng(SEED)
     everything = candidates(nominal.model)
-    asked_for = everything
+    asked_for, vain = everything, Counter[str]()
     while len(kept) < MOST:
-        now, before, masks = attempted(fit, asked_for, say), len(kept), fit.model.masks
+        now, before, masks = attempted(fit, asked_for, say, vain), len(kept), fit.model.masks
         fit, kept, refused = entered(now, kept, rng, say)
         if now.fit.model.masks is not masks and not any(k.hypothesis.effect.name == SLIP for k in kept[before:]):
             fit = blinded(fit, masks)  # of a slip that was refused

@@ -32,6 +32,7 @@ SAME = 0.02  # rad, how closely they do, as a median
 BEYOND = 0.15  # rad that a smeared contact may seem to go beyond the stop
 NEAR, PAD = 0.02, 0.02  # rad before the stop and s around it that are left out with it
 FINE = 0.005  # s
+UNSETTLED = 0.1  # rad: an angle that is so little known without the knocks is none, it was chosen to suit them
 LEAST_STD, LEAST_ABOUT = 0.002, 0.02  # rad; about an axis that is sought: 0.007, 0.031 and 0.031 off
 SURE = 0.95
 

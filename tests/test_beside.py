@@ -6,7 +6,7 @@ import pytest
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.samples import Sampled
-from imubench.diagnosis.verdict import DOUBTFUL, STRANGE, beside, beside_rounding, verdict_of, with_samples
+from imubench.diagnosis.verdict import DOUBTFUL, STRANGE, beside, beside_hum, beside_rounding, verdict_of, with_samples
 from imubench.effects import EFFECTS
 from imubench.recording import Imu, Recording
 
@@ -28,6 +28,13 @@ def test_a_name_is_doubted_beside_much_without_one(at, gain, doubted):
 def test_a_name_is_doubted_beside_one_without_that_only_spares_the_motion(at, sure):
     """Of a gyroscope's walk on a free body: a drift of 643 nat, and what gained -166 on held-out data."""
     (f,) = beside((said("gyro_drift", "imu1", 643.0, 0.95),), (said(UNKNOWN, at, -166.0),))
+    assert f.confidence == sure
+
+
+@pytest.mark.parametrize(("at", "sure"), [("imu1", DOUBTFUL), ("imu2", 0.9)])
+def test_a_louder_accelerometer_is_doubted_where_it_hums(at, sure):
+    """A hum that wanders leaves what a steady line does not take."""
+    (f,) = beside_hum((said("accel_noise", "imu1", 0.0, 0.9),), (said("vibration", at, 7e5),))
     assert f.confidence == sure
 
 

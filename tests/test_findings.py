@@ -70,3 +70,12 @@ def test_a_hum_s_amplitude_has_the_error_of_its_cosine_and_sine():
         x = h.effect.read(moved, {}, 0.01)["amplitude"]
         drawn.append(x * np.sign(x[0]))
     np.testing.assert_allclose(found, np.std(drawn, axis=0), rtol=0.05)  # 1.1 % for 4000 draws, and what is not linear
+
+
+def test_names_at_a_sensor_with_numbers_that_none_has_are_doubted(fit):
+    """73 % of one axis: what is there has another law, and everything at the sensor makes up for it."""
+    two = (kept(BIAS, 500.0), kept(SCALE, 300.0))
+    assert {f.confidence for f in findings(Selection(at(fit, 1.0), two, ()))} == {0.96}
+    values = fit.state.values | {SCALE.key("scale"): np.array([0.02, -0.73, 0.01])}
+    odd = replace(at(fit, 1.0), state=replace(fit.state, values=values))
+    assert {f.confidence for f in findings(Selection(odd, two, ()))} == {0.6}

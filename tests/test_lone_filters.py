@@ -23,6 +23,7 @@ def limb(folder, effects=(), seed=525300682, **options):
     return fit, [h for h in candidates(fit.model) if h.effect.name == FILTER]
 
 
+@pytest.mark.slow
 def test_a_filter_that_only_smooths_the_motion_is_none(tmp_path):
     """It was called a filter of 42 Hz with a confidence of 0.97: with it the fit follows less of the noise."""
     fit, filters = limb(tmp_path, band=4.989, vigour=0.776, gaps=2, misdeclared=0.1118, position_std=0.00494)

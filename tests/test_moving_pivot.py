@@ -296,6 +296,7 @@ def test_walking_in_hip_and_thigh():
 # --- what a motion does not show ---
 
 
+@pytest.mark.slow
 def test_a_hinge_hides_one_direction_and_no_other():
     squares = []
     for seed in range(3):

@@ -101,6 +101,7 @@ def test_the_next_promises_are_tried_where_the_first_are_no_good():
     assert (len(first), then) == (1 + LONE, [soft])
 
 
+@pytest.mark.slow
 def test_springs_are_tried_though_a_state_without_a_law_was_good_for_something(tmp_path):
     """102 nat were promised beside a moving pivot's 2,095; it comes to three times what the pivot does."""
     spring = {"frequency": [6.639, 7.903, 6.56], "damping_ratio": 0.2116}

@@ -268,7 +268,7 @@ def test_two_slides_at_once():
     assert mean_error(fit, rows, r) < 0.002
 
 
-@pytest.mark.parametrize("frequency", [0.3, 1.0, 4.0])
+@pytest.mark.parametrize("frequency", [0.3, 1.0, pytest.param(4.0, marks=pytest.mark.slow)])
 def test_a_slide_that_is_not_felt(frequency):
     rows, r = recorded(lambda t: slide(t, (BIG[0], frequency, 0.5)), felt=False, seed=3)
     fit = best(rows)
@@ -276,7 +276,15 @@ def test_a_slide_that_is_not_felt(frequency):
     assert mean_error(fit, rows, r) < 0.0015
 
 
-@pytest.mark.parametrize(("frequency", "damping"), [(6.0, 0.2), (3.7, 0.2), (3.0, 0.05), (3.7, 0.6)])
+@pytest.mark.parametrize(
+    ("frequency", "damping"),
+    [
+        pytest.param(6.0, 0.2, marks=pytest.mark.slow),
+        pytest.param(3.7, 0.2, marks=pytest.mark.slow),
+        (3.0, 0.05),
+        (3.7, 0.6),
+    ],
+)
 def test_a_spring(frequency, damping):
     rows, r = sprung(frequency, damping, seed=4)
     fit = best(rows)
