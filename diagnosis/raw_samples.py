@@ -23,6 +23,7 @@ JITTER = 0.15  # of the interval between samples, under which a gap is counted i
 MOVING = 3.0  # steps between the neighbours of a repeated sample
 SHORT, STUCK = 10, 0.25  # samples, s: a longer run of repeats is no scattered loss
 EVENTS, FEWEST = 0.005, 5  # share of the samples, number: fewer repeats or gaps are everyday
+STRANGE = 1e-3  # runs of missing samples so long by chance, in a recording: such a run is a gap
 CLOSE = 0.05  # relative: limits of two axes or sides that count as one
 
 
@@ -87,7 +88,8 @@ def lost(time: Array, channels: Array, step: Array) -> Lost:
     counts = np.round(interval / usual)
     jitter = 1.4826 * float(np.median(np.abs(interval / usual - 1)))
     gap = (counts >= 2) & (jitter < JITTER)
-    missing = int(np.sum(counts[gap] - 1))
+    odd = short_of(counts[gap] - 1, time.size)
+    missing = int(odd.sum())
 
     held = np.zeros(time.size, dtype=bool)
     could = np.zeros(time.size, dtype=bool)
@@ -110,10 +112,24 @@ def lost(time: Array, channels: Array, step: Array) -> Lost:
         float(short.sum() / pairs) if pairs > 0 else 0.0,
         missing / (time.size + missing),
         int(np.sum(short[1:] & ~short[:-1])),
-        int(gap.sum()),
+        odd.size,
         pairs,
         time[1:][gap],
     )
+
+
+def short_of(runs: Array, count: int) -> Array:
+    """Return how many samples are missing in a row (k,), of `count`, without runs too long for single ones to be lost.
+
+    A share f of samples lost one by one has count f^k runs of k: one of which there would be `STRANGE` is a gap.
+    """
+    while runs.size:
+        share = float(runs.sum() / (count + runs.sum()))
+        short = runs <= np.ceil(np.log(STRANGE / count) / np.log(share))
+        if short.all():
+            break
+        runs = runs[short]
+    return runs
 
 
 def enough(events: int, count: int) -> bool:

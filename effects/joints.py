@@ -46,13 +46,16 @@ class JointPlay(Effect):
         return dict(zip(("range", "direction"), _played(quick, whole), strict=True))
 
     def read_error(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
-        """Of other windows, and of the range a tenth: springs seldom reach it, and what drifts widens it."""
+        """Of other windows, and of the range a quarter: springs seldom reach it, and what drifts widens it.
+
+        Eleven of two blind runs were off by 28 % RMS, springs by -43 to 29 %.
+        """
         quick, whole = (windows(states["rotation"], step, seconds) for seconds in (QUICK, WHOLE))
         size, direction = _played(quick, whole)
         rng = np.random.default_rng(0)
         drawn = [_played(*(w[rng.integers(0, len(w), len(w))] for w in (quick, whole))) for _ in range(DRAWS)]
         turned = np.array([(d - direction + np.pi / 2) % np.pi - np.pi / 2 for _, d in drawn])
-        return {"range": np.hypot(np.std([r for r, _ in drawn]), 0.1 * size), "direction": np.asarray(np.std(turned))}
+        return {"range": np.hypot(np.std([r for r, _ in drawn]), 0.25 * size), "direction": np.asarray(np.std(turned))}
 
 
 def windows(states: Array, step: float, seconds: float) -> Array:

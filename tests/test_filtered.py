@@ -141,6 +141,7 @@ def test_an_imu_that_stands_still_can_be_asked_for_its_delay(tmp_path):
     assert np.linalg.norm(x["accel"], axis=1) == pytest.approx(np.full(len(time), 9.81), abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_delay_of_one_triple_is_a_filter_however_quick(tmp_path):
     """0.2 ms of the accelerometer alone, 15 standard deviations: it was an unknown, for 100 samples a second."""
     quick = {"band": 4.58, "gyro_noise": 0.0014, "accel_noise": 0.0186, "position_std": 0.0026}

@@ -33,6 +33,7 @@ def test_a_filter_that_only_smooths_the_motion_is_none(tmp_path):
     assert not state_trials(fit, filters, lambda _: None)
 
 
+@pytest.mark.slow
 def test_a_filter_that_is_there_explains_something_beside_a_rougher_motion_too(tmp_path):
     fit, filters = limb(tmp_path, [("low_pass", "imu1", {"cutoff": 4.0, "channels": ["gyro", "accel"]})], seed=4)
     best, *_ = state_trials(fit, filters, lambda _: None)

@@ -9,7 +9,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.loosened import loosened
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
+from imubench.diagnosis.refit import extended, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -39,6 +39,13 @@ def test_a_twist_about_the_axis_is_not_taken_for_a_smaller_angle(tmp_path, at, s
     assert off(converged(loosened(fit)), h, truth).max() < 2.5
 
 
-def test_where_the_angle_is_measured_the_motion_stays_as_smooth(tmp_path):
-    fit, _, _ = slid(tmp_path / "r", "imu2", 21, encoder=True)
-    assert loosened(fit) is fit
+@pytest.mark.parametrize(
+    ("effect", "encoder"), [("skin_sliding", True), ("accel_bias", False), ("skin_sliding", False)]
+)
+def test_only_a_motion_that_such_numbers_scale_is_held_looser(tmp_path, effect, encoder):
+    make_case(tmp_path / "r", "hinge", [], 21, seconds=3.0, encoder=encoder)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    fit = extended(fit, (*fit.model.hypotheses, Hypothesis(EFFECTS[effect], "imu2")))
+    changed = {n for n, std in loosened(fit).noise.items() if std != fit.noise[n]}
+    hides = effect == "skin_sliding" and not encoder
+    assert changed == ({"smooth.attitude", "smooth.hinge"} if hides else set())

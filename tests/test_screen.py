@@ -73,7 +73,8 @@ def test_a_spring_is_fitted_from_its_screening(fitted, effect, at, seed):
         assert np.all(np.abs(np.log(seen / np.asarray(true[key]))) < tolerance), key
 
 
-@pytest.mark.parametrize("rig", ["free", pytest.param("pendulum", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("rig", ["free", "pendulum"])
 def test_a_filter_on_the_only_sensor_is_found_whatever_its_screening_promises(tmp_path, rig):
     """The motion is known from what came out of it: of 2.4 Hz the screening says that it goes the wrong way."""
     slow = ("low_pass", "imu1", {"cutoff": 2.4, "channels": ["gyro", "accel"]})
@@ -114,6 +115,7 @@ def test_springs_are_tried_though_a_state_without_a_law_was_good_for_something(t
     assert trials[0].evidence > 2 * pivot.evidence
 
 
+@pytest.mark.slow
 def test_a_spring_that_slow_motion_hardly_moves_promises_what_it_shows(tmp_path):
     """What of the fitted motion is noise made it ring, and so did a beginning without its sag: -25 nat."""
     spring = {"frequency": [11.54, 13.31, 13.87], "damping_ratio": 0.114}
