@@ -247,7 +247,7 @@ def test_a_wrong_sign_is_noticed(monkeypatch):
 # --- the pivot cancels ---
 
 
-@pytest.mark.parametrize("scale", [pytest.param(0.0, marks=pytest.mark.slow), 0.1, 1.0])
+@pytest.mark.parametrize("scale", [0.0, 0.1, 1.0])
 def test_two_imus_find_a_hip_whatever_it_does(scale):
     for seed in range(2):
         recording, truth = hip(seed, scale)
@@ -258,7 +258,6 @@ def test_two_imus_find_a_hip_whatever_it_does(scale):
         assert 0.7 < answer.details["innovation_squared"] < 1.4  # a swing is no random walk: 1.0 to 1.2 measured
 
 
-@pytest.mark.slow
 def test_one_imu_takes_the_pivots_acceleration_for_a_lever():
     rest, walking = (hip(0, scale) for scale in (0.0, 1.0))
     found = []
@@ -297,7 +296,6 @@ def test_walking_in_hip_and_thigh():
 # --- what a motion does not show ---
 
 
-@pytest.mark.slow
 def test_a_hinge_hides_one_direction_and_no_other():
     squares = []
     for seed in range(3):

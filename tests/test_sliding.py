@@ -237,7 +237,6 @@ def test_the_evidence_is_the_largest_likelihood_of_the_integrated_model():
 # --- recovery ---
 
 
-@pytest.mark.slow
 def test_a_constant_stays_constant():
     rows, r = recorded(lambda t: slide(t), seed=0)
     fit = best(rows)
@@ -262,7 +261,6 @@ def test_a_slide_of_unknown_frequency(frequency, phase):
     assert mean_error(fit, rows, r) < 0.0015  # m; asked for are 5 mm, 0.2 to 0.9 are reached
 
 
-@pytest.mark.slow
 def test_two_slides_at_once():
     rows, r = recorded(lambda t: slide(t, BIG, ([0.004, -0.006, 0.003], 2.6, 1.0)), seed=2)
     fit = best(rows)
@@ -270,9 +268,7 @@ def test_two_slides_at_once():
     assert mean_error(fit, rows, r) < 0.002
 
 
-@pytest.mark.parametrize(
-    "frequency", [pytest.param(0.3, marks=pytest.mark.slow), 1.0, pytest.param(4.0, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("frequency", [0.3, 1.0, 4.0])
 def test_a_slide_that_is_not_felt(frequency):
     rows, r = recorded(lambda t: slide(t, (BIG[0], frequency, 0.5)), felt=False, seed=3)
     fit = best(rows)
@@ -280,15 +276,7 @@ def test_a_slide_that_is_not_felt(frequency):
     assert mean_error(fit, rows, r) < 0.0015
 
 
-@pytest.mark.parametrize(
-    ("frequency", "damping"),
-    [
-        pytest.param(6.0, 0.2, marks=pytest.mark.slow),
-        pytest.param(3.7, 0.2, marks=pytest.mark.slow),
-        (3.0, 0.05),
-        (3.7, 0.6),
-    ],
-)
+@pytest.mark.parametrize(("frequency", "damping"), [(6.0, 0.2), (3.7, 0.2), (3.0, 0.05), (3.7, 0.6)])
 def test_a_spring(frequency, damping):
     rows, r = sprung(frequency, damping, seed=4)
     fit = best(rows)
@@ -340,7 +328,7 @@ def streamed(rows):
     ), stream
 
 
-@pytest.mark.parametrize("kind", ["constant", "felt", "unfelt", pytest.param("spring", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", ["constant", "felt", "unfelt", "spring"])
 def test_a_stream_converges(kind):
     if kind == "spring":
         rows, r = sprung(3.7, 0.2, seed=5, duration=6.0)

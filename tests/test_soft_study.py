@@ -25,9 +25,7 @@ def test_a_vector_that_rests_in_the_world_has_no_columns():
     assert np.abs(total).max() < 1e-5  # differences of 2 ms
 
 
-@pytest.mark.parametrize(
-    ("kind", "frequency"), [("none", 0.0), pytest.param("sliding", 0.7, marks=pytest.mark.slow), ("sliding", 1.0)]
-)
+@pytest.mark.parametrize(("kind", "frequency"), [("none", 0.0), ("sliding", 0.7), ("sliding", 1.0)])
 def test_the_estimator_reaches_the_bound(kind, frequency):
     truth = truth_of(Cell(kind, 0.02, frequency))
     squares = []
