@@ -16,7 +16,6 @@ from imubench.diagnosis.select import Selection
 from imubench.diagnosis.separate import separation
 from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, Passed, misfit
 from imubench.effects import EFFECTS
-from imubench.effects.effect import Parameter as Law
 
 EVEN = 0.6  # the confidence at most of a law beside which another was worth as much
 SOFT = 2.0  # nat, how fast confidence grows beyond what is needed; not yet calibrated
@@ -86,12 +85,9 @@ def strained(fit: Fit) -> set[str]:
     little and 43 % of each other, beside a mount that rocks, were cross-talk. Of five such places in 600 blind trials
     each was named falsely.
     """
-
-    def far(h: Hypothesis, p: Law) -> bool:
-        return not p.log and bool(np.any(np.abs(fit.state.values[h.key(p.name)] - p.centre) > STRAINED * p.std))
-
     sensors = [h for h in fit.model.hypotheses if h.effect.place == "imu"]
-    return {h.at for h in sensors if any(far(h, p) for p in h.effect.parameters)}
+    linear = [(h, p) for h in sensors for p in h.effect.parameters if not p.log]
+    return {h.at for h, p in linear if np.any(np.abs(fit.state.values[h.key(p.name)] - p.centre) > STRAINED * p.std)}
 
 
 def strongest_first(selection: Selection) -> list[Kept]:

@@ -40,8 +40,10 @@ def state_trials(
     goes against it, as in a free body with nothing wrong), tried on the seconds that leave most unexplained;
     only the best is fitted to all, first in the list. What the others gained is scaled to the length of the whole.
     `vain`, how often each was refitted for nothing in the rounds before, is counted on; `TWICE` is enough (beside a
-    dead band rocking mounts took 60 s of every round, three times for nothing).
+    dead band rocking mounts took 50 to 60 s of every round, three times for nothing).
     """
+    vain = Counter() if vain is None else vain
+    stateful = [h for h in stateful if vain[h.name] < TWICE]
     if not stateful:
         return []
     window = loudest(fit, SCREENED)
@@ -51,9 +53,7 @@ def state_trials(
     say("screening effects with states")
     lone = len(fit.model.recording.imus) == 1 and not fit.model.wander
     puzzling = misfit(short) > UNEXPLAINED and not fit.model.wander
-    vain = Counter() if vain is None else vain
-    hopeful = [h for h in stateful if vain[h.name] < TWICE]
-    promised = promising(screen(short, hopeful), least, lone, puzzling)
+    promised = promising(screen(short, stateful), least, lone, puzzling)
     likely, tried = _one_by_one(short, promised, say)
     vain.update(t.hypothesis.name for t, _ in tried if t.evidence <= NEEDED)
     worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > NEEDED}

@@ -16,6 +16,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.findings import FREE_SURE
 from imubench.diagnosis.raw_high import CUT
 from imubench.diagnosis.result import Finding, Rejected
 from imubench.recording import Imu, Recording
@@ -25,7 +26,6 @@ FEWEST, ENOUGH = 2, 3  # knocks that may be play, and that are called so
 BEGIN, END = -0.01, 0.06  # s from the beginning of a knock, within which it is
 ALONG = 0.9  # of the mean u u': 0.97 of the play of an unseen trial; 0.49 to 0.66 of three limbs that were struck
 ACROSS = 0.25  # cosine of the line and r, at most
-SURE = 0.65  # as of any joint that moves without a law
 
 
 def rattling(named: Sequence[Finding], recording: Recording) -> tuple[Finding, ...]:
@@ -38,7 +38,7 @@ def rattling(named: Sequence[Finding], recording: Recording) -> tuple[Finding, .
         times = np.atleast_1d(f.parameters["times"].value) if (f.effect, f.at) == (KNOCKS, imu.name) else np.array([])
         if not across(imu, times):
             return f
-        sure = min(f.confidence, SURE)
+        sure = min(f.confidence, FREE_SURE)  # as of any joint that moves without a law
         if len(times) < ENOUGH:
             return replace(f, confidence=sure, equivalent=(Rejected(PLAY, "joint", 0.0),))
         return Finding(PLAY, "joint", sure, {}, f.heldout_gain, (Rejected(KNOCKS, imu.name, 0.0),))

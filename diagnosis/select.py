@@ -40,8 +40,7 @@ class Selection:
     @cached_property
     def numbers(self) -> Fit:
         """The fit that the numbers are read off."""
-        free = loosened(self.fit)
-        return self.fit if free is self.fit else converged(free)
+        return loosened(self.fit)
 
 
 def candidates(model: Model) -> list[Hypothesis]:

@@ -48,7 +48,7 @@ class JointPlay(Effect):
     def read_error(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
         """Of other windows, and of the range a quarter: springs seldom reach it, and what drifts widens it.
 
-        Eleven of two blind runs were off by 28 % RMS, springs by -43 to 29 %.
+        Eleven of two blind runs were off by 29 % RMS, springs by -43 to 29 %.
         """
         quick, whole = (windows(states["rotation"], step, seconds) for seconds in (QUICK, WHOLE))
         size, direction = _played(quick, whole)

@@ -5,10 +5,10 @@ straight phase that is off by a slope of variance 6/5 D^2 / T. In windows of `WI
 times exp(-i 2 pi f t) and a Hann window, turned so that its mean is real: the phase of a window is Im z / |z|, the
 walk's mean there and white noise. D^2 is its mean over all D / noise alike plausible beforehand, weighed by how likely
 they make the phases less the straight line that the fit of f has taken out of them; once with the noise as loud in Re
-z, and once with Re z left out, for a limit on the samples makes that louder. (The likeliest D alone is zero for two
-walks in five that the noise nearly hides, and frequencies were 9 standard deviations off.) The covariance of the walk's
-means in windows i < j is W D^2 (i + 1/2), and in one W D^2 (i + (1 - d) / 2), d the mean distance of two times drawn
-from a window, in windows.
+z, and once with Re z left out, for a limit on the samples makes that louder. (By the likeliest D alone two
+frequencies in five missed their interval where noise nearly hides the walk, one by 9 standard deviations.) The
+covariance of the walk's means in windows i < j is W D^2 (i + 1/2), and in one W D^2 (i + (1 - d) / 2), d the mean
+distance of two times drawn from a window, in windows.
 """
 
 import numpy as np

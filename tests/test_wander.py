@@ -65,7 +65,7 @@ def test_a_walk_that_noise_nearly_hides_is_allowed_for(walk, noise):
 
 def test_a_steady_hum_is_known_nearly_as_well_as_its_noise_lets_it_be():
     rng = np.random.default_rng(6)
-    for noise in (0.01, 0.1):
+    for noise in (0.01, 0.1, 0.3):
         white = np.sqrt(6.0 / (15.0 * RATE)) * noise / 0.3 / (np.pi * 15.0)
         said = [frequency_error(*hum(rng, 0.0, noise, 15.0, motion=10.0), FREQUENCY) for _ in range(50)]
         assert np.median(said) < 4 * white
