@@ -86,9 +86,10 @@ def declared_by(recording: Recording) -> dict[str, float]:
     return {name: std for name, std in out.items() if std}
 
 
-def with_noise(fit: Fit, rounds: int = ROUNDS) -> Fit:
-    """Return a fit with the noise levels that it leaves."""
-    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds)
+def with_noise(fit: Fit, rounds: int = ROUNDS, held: Collection[str] = ()) -> Fit:
+    """Return a fit with the noise levels that it leaves, those of some groups `held`."""
+    only = fit.noise.keys() - held if held else None
+    return fit_with_noise(fit.model, fit.state, fit.noise, fit.anchor, rounds, only=only)
 
 
 def with_settled_noise(fit: Fit) -> Fit:

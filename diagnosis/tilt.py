@@ -34,10 +34,13 @@ from imubench.effects.effect import Scene
 DRAWS = 16
 SEED = 4401  # of the draws, so that a fit repeats itself
 DELTA = 1e-4  # of a parameter's prior standard deviation: the step of the difference
-FURTHEST = 0.5  # of a logarithm: how far one pull may lead
+FURTHEST = 0.5  # of a logarithm, or of another number's prior: how far one pull may lead
 MOST = 0.9  # of the information, that is taken for noise's at most
 LEAST = 1e-9  # of the largest information: less is rounding
 STRIDE = 0.85  # the same for a step: longer ones overshoot
+
+Residuals = dict[str, Array]
+"""Whitened residuals (n, m, DRAWS) under noise, by group."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +60,12 @@ class Driven:
         return np.asarray(root @ (axes / (1 - np.clip(shares, 0.0, most))) @ axes.T @ back)
 
 
-def tilts(fit: Fit, normal: Normal, solution: Solution, parts: list[Linear]) -> dict[str, Prior]:
-    """Return the pull on every logarithmic parameter of a law, as a place and how weakly it is held there.
+def tilts(fit: Fit, normal: Normal, solution: Solution, parts: list[Linear], every: bool = False) -> dict[str, Prior]:
+    """Return the pull on a law's logarithmic parameters, or on all, as a place and how weakly it is held there.
 
     `normal`, `solution` and `parts` are those of the fit's rows.
     """
-    names = [name for h, name, log in lawful(fit) if log]
+    names = [name for _, name, log in lawful(fit) if log or every]
     if not names:
         return {}
     now, told = fit.state.values, fit.model.tilts or {}
@@ -75,9 +78,11 @@ def tilts(fit: Fit, normal: Normal, solution: Solution, parts: list[Linear]) -> 
     slope = slope + np.concatenate(pulled)  # the cost's own, without the pull
     aim = slope + driven.grown(STRIDE) @ (driven.pull - slope)
     out = {}
+    logs = {name for _, name, log in lawful(fit) if log}
     for name, pull in zip(names, np.split(aim, np.cumsum([len(p) for p in pulled])[:-1]), strict=True):
-        std = np.sqrt(FURTHEST / np.maximum(np.abs(pull), 1e-9))
-        out[name] = Prior(now[name] + FURTHEST * np.sign(pull), std)
+        far = FURTHEST * (1.0 if name in logs else fit.model.priors[name].std)
+        std = np.sqrt(far / np.maximum(np.abs(pull), 1e-9))
+        out[name] = Prior(now[name] + far * np.sign(pull), std)
     return out
 
 
@@ -102,12 +107,12 @@ def lawful(fit: Fit) -> list[tuple[Hypothesis, str, bool]]:
 
 def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Sequence[str]) -> Driven:
     """Return what noise does to laws, for all numbers of the named parameters."""
-    moved = noisy(fit, solution.factor, parts)
+    moved, drawn = noisy(fit, solution.factor, parts)
     groups = {r.name: part for r, part in zip(fit.rows, parts, strict=True)}
     blocks, width = len(solution.factor.lower), fit.model.tracks.width
     pull, columns, corner, across = [], [], [], []
-    for left, slope in _slopes(fit, names, moved):
-        pull.append(float(sum(np.sum(a * b) for a, b in zip(left.values(), slope.values(), strict=True))) / DRAWS)
+    for left, slope in _slopes(fit, names, moved, drawn):
+        pull.append(float(sum(np.sum(left[group] * column) for group, column in slope.items())) / DRAWS)
         cross = np.zeros((blocks * KNOTS_PER_BLOCK, width, DRAWS))
         for group, column in slope.items():
             groups[group].scatter(column, cross)
@@ -121,27 +126,31 @@ def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Se
     return Driven(np.array(pull), noise, (whole + whole.T) / 2)
 
 
-def noisy(fit: Fit, factor: Factor, parts: list[Linear]) -> Array:
-    """Return what draws of the measurements' noise do to the splines (knots, width, DRAWS)."""
+def noisy(fit: Fit, factor: Factor, parts: list[Linear]) -> tuple[Array, Residuals]:
+    """Return what draws of the measurements' noise do to the splines (knots, width, DRAWS), and the draws by group."""
     rng = np.random.default_rng(SEED)
     width = fit.model.tracks.width
     pull = np.zeros((len(factor.lower) * KNOTS_PER_BLOCK, width, DRAWS))
+    drawn = {}
     for rows, part in zip(fit.rows, parts, strict=True):
         if rows.counts:
-            part.scatter(rng.standard_normal((*part.residual.shape, DRAWS)), pull)
+            drawn[rows.name] = rng.standard_normal((*part.residual.shape, DRAWS))
+            part.scatter(drawn[rows.name], pull)
     moved = factor.solve(-pull.reshape(len(factor.lower), -1, DRAWS))
-    return np.asarray(moved.reshape(-1, width, DRAWS))
+    return np.asarray(moved.reshape(-1, width, DRAWS)), drawn
 
 
-def _slopes(fit: Fit, names: Sequence[str], moved: Array) -> Iterator[tuple[dict[str, Array], dict[str, Array]]]:
-    """Yield a law's residuals under noise, and how they change with a number, for all numbers of the parameters.
+def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> Iterator[tuple[Residuals, Residuals]]:
+    """Yield residuals under noise, and how they change with a number, for all numbers of the parameters.
 
-    A logarithm (of a stiffness, a damping, a cutoff) is in the law alone: what the law asks of the rig stays.
+    A logarithm (of a stiffness, a damping, a cutoff) is in the law alone, and what the law asks of the rig stays;
+    another number (a lever arm) may be in what the law's sensor reads as well.
     """
     model, state = fit.model, fit.state
     for h, own in groupby(lawful(fit), key=lambda one: one[0]):
         ((_, scene),) = scenes(model, state, h)
-        left = _residual(fit, state, h, scene, moved)
+        read = _read(fit, state, h, moved)
+        left = _residual(fit, state, h, scene, moved) | {group: drawn[group] + x for group, x in read.items()}
         for name, log in [(name, log) for _, name, log in own if name in names]:
             for i, std in enumerate(model.priors[name].std):
                 value = state.values[name].copy()
@@ -149,10 +158,23 @@ def _slopes(fit: Fit, names: Sequence[str], moved: Array) -> Iterator[tuple[dict
                 there = State(state.coefficients, state.values | {name: value})
                 ((_, seen),) = [(h, scene)] if log else scenes(model, there, h)
                 change = _residual(fit, there, h, seen, moved)
-                yield left, {group: (x - left[group]) / (DELTA * std) for group, x in change.items()}
+                slope = {group: (x - left[group]) / (DELTA * std) for group, x in change.items()}
+                if not log:
+                    change = _read(fit, there, h, moved)
+                    slope |= {group: (x - read[group]) / (DELTA * std) for group, x in change.items()}
+                yield left, slope
 
 
-def _residual(fit: Fit, state: State, h: Hypothesis, scene: Scene, moved: Array) -> dict[str, Array]:
+def _read(fit: Fit, state: State, h: Hypothesis, moved: Array) -> Residuals:
+    """Return what moved splines do to the whitened readings (n, m, DRAWS) of h's sensor, by group."""
+    out = {}
+    for rows in fit.model.measured(state, (h.at,)):
+        whitened = replace(rows, std=rows.std * fit.noise[rows.name] * fit.loose)
+        out[rows.name] = linearise(whitened, fit.model.tracks, fit.model.parameters).along(moved)
+    return out
+
+
+def _residual(fit: Fit, state: State, h: Hypothesis, scene: Scene, moved: Array) -> Residuals:
     """Return the whitened residuals (n, m, DRAWS) of h's law, by group, where noise has moved the splines."""
     out = {}
     for rows in law_rows(fit.model, state, h, scene):

@@ -1,0 +1,108 @@
+"""What a motion on fewer knots keeps, when it may have them, and what numbers of springs gain by it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.coarser import coarser, coarsest, enough, matrix, peaks
+from imubench.diagnosis.coloured import parameter_std
+from imubench.diagnosis.fit import solve
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.laws import led
+from imubench.diagnosis.lively_fits import calm_for_laws
+from imubench.diagnosis.noise import declared, with_noise
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.refit import extended
+from imubench.diagnosis.splines import Knots
+from imubench.diagnosis.tilt import lawful
+from imubench.diagnosis.unbiased import settled, unbiased
+from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+
+def test_the_matrix_of_a_spline_makes_its_values():
+    knots = Knots.over(0.0, 2.0, 0.1)
+    greville = knots.start + knots.step * (np.arange(knots.count) - 2)  # a quintic makes a straight line of these
+    time = np.linspace(0.0, 2.0, 57)
+    assert np.allclose(matrix(knots, time) @ greville, time)
+
+
+def test_a_slow_motion_has_half_the_knots_or_less_and_is_the_same(tmp_path):
+    make_case(tmp_path / "r", "hinge", [], 5, seconds=8.0, band=1.5)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    few = coarsest(fit)
+    assert few.model.tracks.knots.count < 0.6 * fit.model.tracks.knots.count
+    time = np.linspace(0.5, 7.5, 400)
+    columns = fit.model.tracks.columns("hinge")
+    fine, rough = (matrix(f.model.tracks.knots, time) @ f.state.coefficients[:, columns] for f in (fit, few))
+    assert np.ptp(fine) > 0.3
+    assert np.std(fine - rough) < 2e-3  # where the joint is at zero nothing tells to less than some milliradians
+
+
+def test_a_quick_motion_has_as_many_knots_as_it_needs(tmp_path):
+    make_case(tmp_path / "r", "hinge", [], 5, seconds=8.0, rate=50.0, band=12.0, vigour=1.5)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    assert coarsest(fit) is fit
+    lost = coarser(fit, 4)  # 6 Hz at most
+    assert not enough(lost)
+    assert max(peaks(lost)) > 3
+
+
+def sprung(tmp_path, name, seed, **options):
+    """Return the fit of a hinge whose first IMU is on springs, begun a tenth too soft, and these springs' numbers."""
+    truth = make_case(tmp_path / "r", "hinge", [(name, "imu1")], seed, **options)["effects"][0]["parameters"]
+    nominal = nominal_fit(read(tmp_path / "r")[0])
+    h = Hypothesis(EFFECTS[name], "imu1")
+    told = {p: np.ravel(truth[p.name]) for p in h.effect.parameters}
+    true = {h.key(p.name): np.log(x) if p.log else x for p, x in told.items()}
+    begun = extended(nominal, (h,), true | {h.key("frequency"): true[h.key("frequency")] - 0.1})
+    state = led(begun.model, begun.state, [h])
+    return with_noise(solve(begun.model, state, calm_for_laws(begun, [h]), nominal.anchor, steps=4), 8), true
+
+
+def off(fit, true):
+    """Return by how many standard deviations the numbers of springs are off."""
+    std = parameter_std(fit)
+    return np.concatenate([(fit.state.values[name] - value) / std[name] for name, value in true.items()])
+
+
+def test_springs_on_fewer_knots_have_the_noise_that_was_put_in_and_their_numbers(tmp_path):
+    fit, true = sprung(tmp_path, "soft_mount", 911, seconds=12.0)
+    few = unbiased(fit)
+    assert few.model.tracks.knots.count < 0.4 * fit.model.tracks.knots.count
+    told = declared(fit.model)
+    level = {name: few.noise[name] / std for name, std in told.items()}
+    assert all(abs(x - 1) < 0.03 for x in level.values())
+    assert max(abs(fit.noise[name] / std - 1) for name, std in told.items()) > 0.035  # with a knot for every sample
+    assert np.sqrt(np.mean(off(few, true) ** 2)) < np.sqrt(np.mean(off(fit, true) ** 2))
+    assert np.max(np.abs(off(few, true))) < 3
+
+
+def test_numbers_of_a_law_stay_while_its_motion_goes_to_fewer_knots(tmp_path):
+    fit, true = sprung(tmp_path, "soft_mount", 912, seconds=6.0)
+    few = coarser(fit, 2)
+    for _, name, _ in lawful(fit):
+        assert few.state.values[name] == pytest.approx(fit.state.values[name], abs=1e-4)
+    assert not few.model.fixed  # and are free again
+    assert true.keys() == {name for _, name, _ in lawful(few)}
+
+
+@pytest.mark.slow
+def test_a_lever_arm_is_pulled_off_what_noise_makes_of_it(tmp_path):
+    """All three parts of the lever arm and of the centre of mass are pulled, beside stiffness and damping."""
+    fit, true = sprung(tmp_path, "rocking_mount", 31, seconds=15.0, band=2.0, strength="weak")
+    pulled = settled(fit)
+    assert {name.split(".")[-1] for name in pulled.model.tilts} == {"frequency", "damping_ratio", "com", "lever"}
+    assert {name.split(".")[-1] for name in fit.model.tilts} == {"frequency", "damping_ratio"}
+    few = unbiased(fit)
+    before, after = (np.sqrt(np.mean(off(f, true) ** 2)) for f in (fit, few))
+    assert after < 1.4 < before  # 1.1 and 1.7: 11 and 9 of 12 within 1.96
+
+
+def test_what_has_no_law_stays_as_it_is(tmp_path):
+    make_case(tmp_path / "r", "hinge", [], 5, seconds=4.0, band=1.5)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    assert unbiased(fit) is fit
+    assert unbiased(replace(fit, loose=2.0)).loose == 2.0
