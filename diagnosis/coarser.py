@@ -1,9 +1,9 @@
 """A motion on fewer knots, where nothing that a recording shows needs as many: what numbers of springs are read off.
 
 With a knot for every sample a slow motion follows half of the noise, up to a frequency at which springs resound with
-it: their numbers then lean on that noise as much as on what moves them, and its level comes out too small (an
-accelerometer's by 40 %). Of five mounts on springs, moved at 1 to 3 Hz, 44 of 60 numbers were within two standard
-deviations; with a third of the knots 59.
+it: their numbers then lean on that noise as much as on what moves them, and its level comes out too small (that of one
+accelerometer by 29 %). Of the numbers of three mounts in a blind run, worth 22 to 30 bounds and moved at 1 to 2 Hz, 19
+of 36 were in their 95 % interval so, and 28 with a half to a quarter of the knots.
 
 A knot less is one too few where the motion, or what rings on it, is above the noise near the highest frequency that
 the knots can follow, or where what they cannot follow is left: white noise leaves a flat spectrum beyond.
