@@ -54,7 +54,7 @@ def coarser(fit: Fit, times: float) -> Fit:
     time = np.linspace(first, last, 3 * old.count)
     design, wanted = matrix(knots, time), matrix(old, time) @ fit.state.coefficients
     normal = (design.T @ design + TINY * identity(knots.count)).tocsc()
-    state = State(np.asarray(spsolve(normal, design.T @ wanted)), fit.state.values)
+    state = State(np.reshape(spsolve(normal, design.T @ wanted), (knots.count, -1)), fit.state.values)
     held = {name: state.values[name] for _, name, _ in lawful(fit)}
     model = replace(fit.model, tracks=Tracks(knots, fit.model.tracks.widths), tilts=None)
     still = replace(model, fixed=(model.fixed or {}) | held)

@@ -41,6 +41,14 @@ def test_a_slow_motion_has_half_the_knots_or_less_and_is_the_same(tmp_path):
     assert np.std(fine - rough) < 2e-3  # where the joint is at zero nothing tells to less than some milliradians
 
 
+def test_a_hinge_on_a_wall_has_one_spline_and_keeps_it(tmp_path):
+    make_case(tmp_path / "r", "hinge", [], 5, seconds=4.0, band=1.5, base="fixed", encoder=True)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    few = coarser(fit, 2)
+    assert few.state.coefficients.shape == (few.model.tracks.knots.count, 1)
+    assert few.cost < 1.3 * fit.cost
+
+
 def test_a_quick_motion_has_as_many_knots_as_it_needs(tmp_path):
     make_case(tmp_path / "r", "hinge", [], 5, seconds=8.0, rate=50.0, band=12.0, vigour=1.5)
     fit = nominal_fit(read(tmp_path / "r")[0])
