@@ -2,8 +2,8 @@
 
 With a knot for every sample a slow motion follows half of the noise, up to a frequency at which springs resound with
 it: their numbers then lean on that noise as much as on what moves them, and its level comes out too small (that of one
-accelerometer by 29 %). Of the numbers of three mounts in a blind run, worth 22 to 30 bounds and moved at 1 to 2 Hz, 19
-of 36 were in their 95 % interval so, and 28 with a half to a quarter of the knots.
+accelerometer by 29 %). Of the numbers of three mounts in a blind run, worth 22 to 30 bounds and moved at up to 2.2 Hz,
+19 of 36 were in their 95 % interval so, and 28 with a third or a quarter of the knots.
 
 A knot less is one too few where the motion, or what rings on it, is above the noise near the highest frequency that
 the knots can follow, or where what they cannot follow is left: white noise leaves a flat spectrum beyond.
@@ -13,16 +13,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import BSpline
 from scipy.signal import welch
-from scipy.sparse import csr_matrix, identity
+from scipy.sparse import csr_array, identity
 from scipy.sparse.linalg import spsolve
 
 from imubench.arrays import Array
 from imubench.diagnosis.coherence import clear_at
-from imubench.diagnosis.fit import Fit, search
+from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.noise import FINE, levels
 from imubench.diagnosis.splines import DEGREE, SUPPORT, Knots, Tracks
+from imubench.diagnosis.start import model_of
 from imubench.diagnosis.tilt import lawful
 
 TIMES = (4, 3, 2)  # fewer knots, the fewest first
@@ -39,35 +41,33 @@ def coarsest(fit: Fit) -> Fit:
         other = coarser(fit, times)
         if enough(other):
             found, _ = levels(other)
-            return replace(other, noise=other.noise | {r.name: found[r.name] for r in other.measured})
+            noise = other.noise | {r.name: found[r.name] for r in other.measured}
+            return solve(other.model, other.state, noise, other.anchor, steps=0)
     return fit
 
 
 def coarser(fit: Fit, times: float) -> Fit:
     """Return the fit solved on so many times fewer knots at its noise levels, the numbers of its laws as they were.
 
-    Without their pulls they would run off: a damping ratio of 0.1 to 9,800.
+    Without their pulls they would run off: a damping ratio to 9,800.
     """
     old = fit.model.tracks.knots
-    first, last = old.start + old.step / 2, old.start + old.step * (old.count - DEGREE - 1)
-    knots = Knots.over(first, last - old.step * times, old.step * times)
-    time = np.linspace(first, last, 3 * old.count)
+    knots = model_of(fit.model.recording, 1 / (times * old.step)).tracks.knots
+    time = np.linspace(old.start + old.step / 2, old.start + old.step * (old.count - SUPPORT), 3 * old.count)
     design, wanted = matrix(knots, time), matrix(old, time) @ fit.state.coefficients
     normal = (design.T @ design + TINY * identity(knots.count)).tocsc()
     state = State(np.reshape(spsolve(normal, design.T @ wanted), (knots.count, -1)), fit.state.values)
     held = {name: state.values[name] for _, name, _ in lawful(fit)}
     model = replace(fit.model, tracks=Tracks(knots, fit.model.tracks.widths), tilts=None)
     still = replace(model, fixed=(model.fixed or {}) | held)
-    found = search(still, state, fit.noise, fit.anchor, steps=STEPS, enough=FINE)[0]
-    return search(model, found.state, fit.noise, fit.anchor, steps=0)[0]
+    found = solve(still, state, fit.noise, fit.anchor, steps=STEPS, enough=FINE)
+    return solve(model, found.state, fit.noise, fit.anchor, steps=0)
 
 
-def matrix(knots: Knots, time: Array) -> csr_matrix:
+def matrix(knots: Knots, time: Array) -> csr_array:
     """Return the matrix (n, knots) that makes values at times (n,) of a spline's coefficients."""
-    first, weights = knots.weights(time, 0)
-    columns = first[:, None] + np.arange(SUPPORT)
-    rows = np.repeat(np.arange(len(time)), SUPPORT)
-    return csr_matrix((weights.ravel(), (rows, columns.ravel())), shape=(len(time), knots.count))
+    places = knots.start + knots.step * (np.arange(knots.count + SUPPORT) - DEGREE)
+    return BSpline.design_matrix(time, places, DEGREE)
 
 
 def enough(fit: Fit) -> bool:

@@ -67,7 +67,7 @@ def grown(fit: Fit, trial: Trial) -> Trial:
     hypotheses = [trial.hypothesis, *trial.also]
     guess = {name: value for name, value in trial.fit.state.values.items() if name not in fit.model.priors}
     begun = extended(fit, (*fit.model.hypotheses, *hypotheses), guess)
-    laws_loose = {n: begun.noise[n] for h in hypotheses for n in begun.noise if n.startswith(f"{h.name}.")}
+    laws_loose = {n: begun.noise[n] for n in law_levels(begun, hypotheses)}
     noise = begun.noise | trial.fit.noise | laws_loose
     quiet = calm_for_laws(replace(begun, noise=noise), hypotheses)
     driven = led(begun.model, begun.state, hypotheses)  # by a motion that holds the spring's own, it may resound
@@ -94,9 +94,14 @@ def tightened(fit: Fit, hypotheses: Sequence[Hypothesis]) -> Fit | None:
     There a state still follows some of the samples' noise, and the fit pays for that freedom: a soft mount of 43 Hz was
     worth -137 nat so, and 70 with a tenth of its law's level.
     """
-    laws = [n for h in hypotheses for n in fit.noise if n.startswith(f"{h.name}.")]
-    lower = {n: TIGHTER * fit.noise[n] for n in laws if LAW_FLOOR / 2 < fit.noise[n] < 2 * LAW_FLOOR}
+    told = law_levels(fit, hypotheses)
+    lower = {n: TIGHTER * fit.noise[n] for n in told if LAW_FLOOR / 2 < fit.noise[n] < 2 * LAW_FLOOR}
     return with_noise(replace(fit, noise=fit.noise | lower), 2) if lower else None
+
+
+def law_levels(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[str]:
+    """Return the names of the noise levels of some effects' laws."""
+    return [n for h in hypotheses for n in fit.noise if n.startswith(f"{h.name}.")]
 
 
 def as_tight(fit: Fit) -> Fit:
@@ -205,4 +210,15 @@ def laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, float]
     return [(fit.noise[r.name], float(np.sqrt(np.mean(r.whitened**2)))) for r in rows if r.name in fit.noise]
 
 
-__all__ = ["ROUNDS", "against", "as_tight", "begun_screened", "calm_for_laws", "grown", "joined", "laws", "resolved"]
+__all__ = [
+    "ROUNDS",
+    "against",
+    "as_tight",
+    "begun_screened",
+    "calm_for_laws",
+    "grown",
+    "joined",
+    "law_levels",
+    "laws",
+    "resolved",
+]

@@ -81,12 +81,12 @@ def plain_scores(fit: Fit, left: list[Hypothesis]) -> tuple[list[Hypothesis], li
 def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most: int = TRIED) -> list[Trial]:
     """Return exact refits of the best scores, at `most` so many, best evidence first; and of clocks half as good.
 
-    A score takes the readings for straight over a clock's error: a skew of 18 ms at either end promised 256 nat and was
+    A score takes the readings for straight over a clock's error: a skew that comes to 18 ms promised 256 nat and was
     worth 612, beside a moving centre of 460.
     """
     best = max((s.evidence for s in scores), default=0.0)
     likely = [s for s in scores if s.evidence > max(NEEDED, NEAR * best)]
-    chosen = [*likely[:most], *(s for s in likely[most:] if late(s.hypothesis) and s.evidence > SECOND * best)]
+    chosen = [*likely[:most], *(s for s in likely[most:] if of_a_clock(s.hypothesis) and s.evidence > SECOND * best)]
     base = log_evidence(fit)
 
     def tried(s: Score) -> Trial | None:
@@ -100,7 +100,7 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most
     return sorted(out, key=lambda t: -t.evidence)
 
 
-def late(h: Hypothesis) -> bool:
+def of_a_clock(h: Hypothesis) -> bool:
     """Return whether an effect is one of a sensor's clock."""
     return type(h.effect).clock is not Effect.clock
 

@@ -13,7 +13,7 @@ from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.filtered import filtered, quickly
 from imubench.diagnosis.fit import Fit, converged
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively_fits import as_tight
+from imubench.diagnosis.lively_fits import as_tight, law_levels
 from imubench.diagnosis.loosened import loosened
 from imubench.diagnosis.merged import merged
 from imubench.diagnosis.mixture import mixed, together
@@ -107,8 +107,7 @@ def laws_of_filters(fit: Fit) -> list[str]:
     A sensor's slow noise behind its filter looks like noise of the law. Round by round more of it went there (0.13 to
     0.33 times the law's standard deviation, and no end), until a motion a little later explained what was left.
     """
-    filters = [h for h in fit.model.hypotheses if h.effect.name == FILTER]
-    return [name for name in fit.noise if any(name.startswith(f"{h.name}.") for h in filters)]
+    return law_levels(fit, [h for h in fit.model.hypotheses if h.effect.name == FILTER])
 
 
 __all__ = ["Selection", "candidates", "select"]

@@ -65,7 +65,8 @@ def tilts(fit: Fit, normal: Normal, solution: Solution, parts: list[Linear], eve
 
     `normal`, `solution` and `parts` are those of the fit's rows.
     """
-    names = [name for _, name, log in lawful(fit) if log or every]
+    logs = {name: log for _, name, log in lawful(fit) if log or every}
+    names = list(logs)
     if not names:
         return {}
     now, told = fit.state.values, fit.model.tilts or {}
@@ -78,9 +79,8 @@ def tilts(fit: Fit, normal: Normal, solution: Solution, parts: list[Linear], eve
     slope = slope + np.concatenate(pulled)  # the cost's own, without the pull
     aim = slope + driven.grown(STRIDE) @ (driven.pull - slope)
     out = {}
-    logs = {name for _, name, log in lawful(fit) if log}
     for name, pull in zip(names, np.split(aim, np.cumsum([len(p) for p in pulled])[:-1]), strict=True):
-        far = FURTHEST * (1.0 if name in logs else fit.model.priors[name].std)
+        far = FURTHEST * (1.0 if logs[name] else fit.model.priors[name].std)
         std = np.sqrt(far / np.maximum(np.abs(pull), 1e-9))
         out[name] = Prior(now[name] + far * np.sign(pull), std)
     return out
@@ -149,9 +149,10 @@ def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> I
     model, state = fit.model, fit.state
     for h, own in groupby(lawful(fit), key=lambda one: one[0]):
         ((_, scene),) = scenes(model, state, h)
-        read = _read(fit, state, h, moved)
+        asked = [(name, log) for _, name, log in own if name in names]
+        read = {} if all(log for _, log in asked) else _read(fit, state, h, moved)
         left = _residual(fit, state, h, scene, moved) | {group: drawn[group] + x for group, x in read.items()}
-        for name, log in [(name, log) for _, name, log in own if name in names]:
+        for name, log in asked:
             for i, std in enumerate(model.priors[name].std):
                 value = state.values[name].copy()
                 value[i] += DELTA * std

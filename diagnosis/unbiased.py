@@ -1,8 +1,8 @@
 """Springs whose numbers lean on no noise: as few knots as there may be, and every number pulled.
 
 While names are sought, only stiffnesses and dampings are pulled (diagnosis/tilt.py). A lever arm leans as well: what
-noise turns a rocking sensor by moves its sensing point, which explains noise of its accelerometer (arms of 5 to 8 cm
-that were 1 or 2, and 7 standard deviations off). Here every number of a law is pulled until none moves any more.
+noise turns a rocking sensor by moves its sensing point, which explains noise of its accelerometer (arms of 5 to 9 cm
+that were below 2, by up to 7 standard deviations). Here every number of a law is pulled until none moves any more.
 """
 
 from dataclasses import replace
@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.diagnosis.coarser import coarsest
-from imubench.diagnosis.fit import AGAIN, Fit, search
+from imubench.diagnosis.fit import AGAIN, Fit, solve
 from imubench.diagnosis.noise import FINE
 from imubench.diagnosis.system import factored
 from imubench.diagnosis.threads import one_thread
@@ -33,7 +33,7 @@ def settled(fit: Fit) -> Fit:
         model = replace(fit.model, tilts=tilts(fit, normal, solution, parts, every=True))
         del normal, solution, parts  # memory
         before = fit.state.values
-        fit = search(model, fit.state, fit.noise, fit.anchor, steps=AGAIN, enough=FINE)[0]
+        fit = solve(model, fit.state, fit.noise, fit.anchor, steps=AGAIN, enough=FINE)
         moved = [np.abs(fit.state.values[n] - before[n]) / model.priors[n].std for n in model.tilts or {}]
         if max(float(m.max()) for m in moved) < STILL:
             break
