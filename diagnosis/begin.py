@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+from imubench.diagnosis.coarser import coarsest
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.samples import Sampled, sampled
@@ -33,4 +34,5 @@ def begun(recording: Recording, step: Step = silent) -> Begun:
             stop = settled_between(stop, without)
             if stop.std < UNSETTLED:
                 fit, samples = without, stop.told(samples)
+        fit = coarsest(fit)
     return Begun(samples, first, fit)

@@ -41,7 +41,7 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         "accel": np.broadcast_to(reading.accel.value, (n, 3)),
     }
     shaken = {part: even(*shaking(x, imu.rate).T) for part, x in sensed.items()}
-    cut = clear_in(fit, imu, "gyro", sensed["gyro"])
+    cut = clear_in(fit, imu, "gyro")
     sensed = {part: slower(x, cut, imu.rate) for part, x in sensed.items()}
     turning = slower(np.broadcast_to(turning, (n, 3)), cut, imu.rate)
     if model.rig.hinge:

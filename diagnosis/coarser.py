@@ -1,4 +1,4 @@
-"""A motion on fewer knots, where nothing that a recording shows needs as many: what numbers of springs are read off.
+"""A motion on fewer knots, where nothing that a recording shows needs as many: what a search begins with.
 
 With a knot for every sample a slow motion follows half of the noise, up to a frequency at which springs resound with
 it: their numbers then lean on that noise as much as on what moves them, and its level comes out too small (that of one
@@ -6,7 +6,8 @@ accelerometer by 29 %). Of the numbers of three mounts in a blind run, worth 22 
 19 of 36 were in their 95 % interval so, and 28 with a third or a quarter of the knots.
 
 A knot less is one too few where the motion, or what rings on it, is above the noise near the highest frequency that
-the knots can follow, or where what they cannot follow is left: white noise leaves a flat spectrum beyond.
+the knots can follow, or where what they cannot follow is left: white noise leaves a flat spectrum beyond. Slow noise,
+and what a sensor reads wrongly of a slow motion, few knots follow as many would.
 """
 
 from collections.abc import Iterator
@@ -29,7 +30,9 @@ from imubench.diagnosis.tilt import lawful
 
 TIMES = (4, 3, 2)  # fewer knots, the fewest first
 SPARED = 0.45  # of the highest frequency of the knots: above, nothing may be more than noise
-BANDS, FLAT = 8, 1.25  # of a residual's spectrum, and how far above the topmost any may be
+BANDS, FLAT = 6, 1.25  # of a residual's spectrum, and how far above the topmost any may be
+BEYOND = 0.7  # of the highest frequency of the knots: from there on they do not follow a residual
+MORE = 1.1  # times as far apart as the knots are: less is no change
 STEPS = 15  # of the solver, to where fewer knots lead
 WINDOW = 256  # samples of which a spectrum is taken
 TINY = 1e-9  # of a coefficient's weight, for those that no time asks for
@@ -37,8 +40,9 @@ TINY = 1e-9  # of a coefficient's weight, for those that no time asks for
 
 def coarsest(fit: Fit) -> Fit:
     """Return the fit on as few knots as its recording needs, at the noise levels that it leaves there, or as it is."""
-    for times in TIMES:
-        other = coarser(fit, times)
+    finest = model_of(fit.model.recording).tracks.knots.step
+    for times in (n for n in TIMES if n * finest > MORE * fit.model.tracks.knots.step):
+        other = coarser(fit, times * finest / fit.model.tracks.knots.step)
         if enough(other):
             found, _ = levels(other)
             noise = other.noise | {r.name: found[r.name] for r in other.measured}
@@ -78,14 +82,16 @@ def enough(fit: Fit) -> bool:
 
 
 def peaks(fit: Fit) -> Iterator[float]:
-    """Yield by how much the loudest band of each IMU's residuals is above their topmost ones."""
+    """Yield by how much the loudest band of each IMU's residuals beyond the knots is above their topmost ones."""
+    least = BEYOND / (2 * fit.model.tracks.knots.step)
     imus = {imu.name for imu in fit.model.recording.imus}
     for rows in fit.measured:
         if rows.name.split(".")[0] in imus:
             rate = 1 / float(np.median(np.diff(rows.time)))
             window = min(WINDOW, len(rows.time) // 4)
-            power = welch(rows.whitened, rate, nperseg=window, axis=0)[1][1:].sum(axis=1)
-            bands = [float(band.mean()) for band in np.array_split(power, BANDS)]
+            f, power = welch(rows.whitened, rate, nperseg=window, axis=0)
+            beyond = power[f >= least].sum(axis=1)
+            bands = [float(band.mean()) for band in np.array_split(beyond, BANDS)]
             yield max(bands) / float(np.mean(bands[-BANDS // 4 :]))
 
 

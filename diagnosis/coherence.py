@@ -19,6 +19,7 @@ from imubench.recording import Imu
 
 LAGS = (-6, -3, -1, 0, 1, 3, 6)  # samples
 ABOVE, SLOW = 4.0, 1.0  # times the noise's power; Hz, the least that a motion is asked up to
+SENSED = {"gyro": "rate", "accel": "force"}  # of a motion
 UPPER = 0.4  # of the sampling rate: what is loud beyond alone is a spline between its knots, and no motion
 SETTLED = 60  # samples that the filter needs
 CHANCE = 1e-6  # that white noise alone looks so, for one channel
@@ -38,7 +39,7 @@ def follows_motion(fit: Fit) -> dict[str, float]:
         if imu is None:
             continue
         signals = [*_motion(fit, imu, rows.time + model.start).values()]
-        cut = min(clear_in(fit, imu, "gyro", signals[0]), BELOW * model.humming.get(sensor, np.inf))
+        cut = min(clear_in(fit, imu, "gyro"), BELOW * model.humming.get(sensor, np.inf))
         out[rows.name] = _gain(rows.whitened, slower(np.concatenate(signals, axis=1), cut, imu.rate))
     return out
 
@@ -46,8 +47,7 @@ def follows_motion(fit: Fit) -> dict[str, float]:
 def clear_at(fit: Fit, name: str) -> float:
     """Return the frequency in Hz up to which the fitted motion of an IMU, or what pushes it, is more than noise."""
     imu = fit.model.recording.imu(name)
-    motion = _motion(fit, imu, imu.time)
-    cut = max(clear_in(fit, imu, part, motion[key]) for key, part in (("rate", "gyro"), ("force", "accel")))
+    cut = max(clear_in(fit, imu, part) for part in SENSED)
     return min(cut, BELOW * fit.model.humming.get(name, np.inf))
 
 
@@ -61,11 +61,21 @@ def _motion(fit: Fit, imu: Imu, stamps: Array) -> dict[str, Array]:
     return {key: np.broadcast_to(s.value, (len(stamps), 3)) for key, s in each.items()}
 
 
-def clear_in(fit: Fit, imu: Imu, part: str, signal: Array) -> float:
-    """Return the frequency in Hz up to which a signal (n, 3) is more than the noise of an IMU's gyro or accel."""
+def clear_in(fit: Fit, imu: Imu, part: str) -> float:
+    """Return the frequency in Hz up to which what an IMU's gyro or accel senses as fitted is more than its noise.
+
+    At even times: a gap is a step at every frequency, and a motion of 1 Hz looked clear at all of them.
+    """
+    signal = _motion(fit, imu, even_stamps(imu))[SENSED[part]]
     quiet = quiet_level(imu.time, getattr(imu, part))
     noise = min(fit.noise.get(f"{imu.name}.{part}", quiet), quiet)  # not in the fit where no sample counts
     return clear_of_noise(signal, noise, imu.rate)
+
+
+def even_stamps(imu: Imu) -> Array:
+    """Return even stamps (n,) s of an IMU at its rate, through the gaps of its samples too."""
+    first, last = imu.time[0], imu.time[-1]
+    return np.asarray(np.linspace(first, last, round((last - first) * imu.rate) + 1))
 
 
 def clear_of_noise(signal: Array, noise: float, sampling: float) -> float:
@@ -100,4 +110,4 @@ def _gain(residual: Array, signals: Array) -> float:
     return float(np.max(np.sum((u.T @ y) ** 2, axis=0)) / chi2.isf(CHANCE, u.shape[1]))
 
 
-__all__ = ["RELATED", "clear_at", "clear_in", "clear_of_noise", "follows_motion", "slower"]
+__all__ = ["RELATED", "clear_at", "clear_in", "clear_of_noise", "even_stamps", "follows_motion", "slower"]

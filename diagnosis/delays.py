@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import welch
 
 from imubench.arrays import Array
-from imubench.diagnosis.coherence import clear_of_noise, slower
+from imubench.diagnosis.coherence import clear_of_noise, even_stamps, slower
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.marks import Columns, Joint
@@ -81,8 +81,7 @@ def met(model: Model, state: State, imu: Imu, noise: Mapping[str, float]) -> tup
 
     At even times of the world, through the gaps of its samples too.
     """
-    first, last = imu.time[0], imu.time[-1]
-    moment = model.moment(state, np.linspace(first, last, round((last - first) * imu.rate) + 1), imu.name)
+    moment = model.moment(state, even_stamps(imu), imu.name)
     segment = model.carrier(state, moment, imu.name)
     reading = model.reading(imu, state, moment, segment)
     many = (len(moment.time.value), 3)  # on a base that stands still a reading is one for all times

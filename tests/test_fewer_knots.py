@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.coarser import coarser, coarsest, enough, matrix, peaks
+from imubench.diagnosis.begin import begun
+from imubench.diagnosis.coarser import FLAT, coarser, coarsest, enough, matrix, peaks
+from imubench.diagnosis.coherence import clear_at
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.hypothesis import Hypothesis
@@ -39,6 +41,38 @@ def test_a_slow_motion_has_half_the_knots_or_less_and_is_the_same(tmp_path):
     fine, rough = (matrix(f.model.tracks.knots, time) @ f.state.coefficients[:, columns] for f in (fit, few))
     assert np.ptp(fine) > 0.3
     assert np.std(fine - rough) < 2e-3  # where the joint is at zero nothing tells to less than some milliradians
+
+
+def test_a_gap_makes_no_motion_look_quick(tmp_path):
+    """Of 0.05 to 0.3 s without samples, on either IMU: the motion of 1.5 Hz on both sides of it is what it was."""
+    found = []
+    for gaps in (0, 1):
+        make_case(tmp_path / f"{gaps}", "hinge", [], 5, seconds=8.0, band=1.5, gaps=gaps)
+        fit = nominal_fit(read(tmp_path / f"{gaps}")[0])
+        assert all(np.max(np.diff(imu.time)) > 0.03 for imu in fit.model.recording.imus) == bool(gaps)
+        found.append([clear_at(fit, imu.name) for imu in fit.model.recording.imus])
+    assert np.max(np.abs(np.subtract(*found))) <= 1.0  # of 7 Hz; with the gaps' steps in it 40
+    assert coarsest(fit).model.tracks.knots.count < 0.6 * fit.model.tracks.knots.count
+
+
+def test_a_search_begins_with_as_few_knots_as_the_motion_needs_though_a_sensor_is_wrong(tmp_path):
+    make_case(tmp_path / "r", "hinge", [("gyro_scale", "imu2")], 7, seconds=12.0, band=1.5)
+    recording = read(tmp_path / "r")[0]
+    fit = begun(recording).fit
+    assert fit.model.tracks.knots.count < 0.6 * nominal_fit(recording).model.tracks.knots.count
+    assert coarsest(fit) is fit  # has them already, and nobody goes below the fewest
+
+
+def test_slow_noise_needs_no_knots_and_quick_noise_does(tmp_path):
+    """What the knots follow anyway, and what is left beyond them."""
+    make_case(tmp_path / "r", "hinge", [], 5, seconds=8.0, band=1.5)
+    few = coarsest(nominal_fit(read(tmp_path / "r")[0]))
+    last = few.measured[-1]
+    time = last.time
+    for frequency, needed in ((1.0, False), (0.9 / (2 * few.model.tracks.knots.step), True)):
+        hum = np.sin(2 * np.pi * frequency * time)[:, None]
+        rows = [replace(r, residual=r.residual + hum * r.std) if r is last else r for r in few.rows]
+        assert (max(peaks(replace(few, rows=rows))) > FLAT) == needed
 
 
 def test_a_hinge_on_a_wall_has_one_spline_and_keeps_it(tmp_path):
