@@ -98,8 +98,13 @@ def slower(signals: Array, cut: float, sampling: float) -> Array:
 
 
 def _gain(residual: Array, signals: Array) -> float:
-    """Return the largest gain of a channel (n, k) from signals (n, m) and their lags, over its critical value."""
+    """Return the largest gain of a channel (n, k) from signals (n, m) and their lags, over its critical value.
+
+    None of fewer samples than there are signals to explain them, as of a sensor that clips nearly throughout.
+    """
     edge = max(LAGS)
+    if len(residual) - 2 * edge <= len(LAGS) * signals.shape[1] + 1:
+        return 0.0
     lagged = [np.roll(signals, -lag, axis=0)[edge:-edge] for lag in LAGS]
     x = np.concatenate([*lagged, np.ones((len(signals) - 2 * edge, 1))], axis=1)
     x = x / np.maximum(np.linalg.norm(x, axis=0), 1e-12)

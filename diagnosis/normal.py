@@ -44,7 +44,7 @@ class Normal:
     def add(self, parts: list[Linear]) -> None:
         """Add the products of the rows, gathered by the knot they start at."""
         for part in parts:
-            shared = part.border.reshape(part.residual.size, -1)
+            shared = part.border.reshape(part.residual.size, part.border.shape[-1])  # a fold may have no row
             self.corner += shared.T @ shared
             self.corner_gradient += shared.T @ part.residual.reshape(-1)
         if not self.diagonal.size:

@@ -116,3 +116,15 @@ def test_what_was_concealed_is_found_and_nothing_else(tmp_path, effects, seed):
     found = {(k.hypothesis.effect.name, k.hypothesis.at) for k in chosen.kept}
     assert found == {(e["effect"], e["at"]) for e in truth["effects"]}
     assert misfit(chosen.fit) == pytest.approx(1.0, abs=0.2)  # 15 s; a declared noise right as it is
+
+
+@pytest.mark.parametrize("count", [0, 5, 40])
+def test_a_sensor_of_which_hardly_a_sample_counts_goes_with_no_motion(tmp_path, count):
+    """As one that clips nearly throughout: of so few samples nine signals at seven lags would explain each."""
+    make_case(tmp_path / "r", "hinge", [], 5, seconds=3.0)
+    recording = read(tmp_path / "r")[0]
+    counts = np.zeros(recording.imus[1].time.size, dtype=bool)
+    counts[:count] = True
+    fit = nominal_fit(recording, {"imu2.accel": counts})
+    assert follows_motion(fit).get("imu2.accel", 0.0) == 0.0
+    assert np.all(held_out(fit) > 0)  # though of some halves no sample counts
