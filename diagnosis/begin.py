@@ -18,7 +18,7 @@ class Begun:
 
     samples: Sampled
     first: Fit  # of the model as it was declared
-    fit: Fit  # the same where no end stop knocks; the search for effects goes on from here
+    fit: Fit  # where no end stop knocks, on as few knots as it needs; the search for effects goes on from here
 
 
 def begun(recording: Recording, step: Step = silent) -> Begun:

@@ -24,6 +24,7 @@ from imubench.diagnosis.coherence import clear_at
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.noise import FINE, levels
+from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.splines import DEGREE, SUPPORT, Knots, Tracks
 from imubench.diagnosis.start import model_of
 from imubench.diagnosis.tilt import lawful
@@ -75,24 +76,32 @@ def matrix(knots: Knots, time: Array) -> csr_array:
 
 
 def enough(fit: Fit) -> bool:
-    """Return whether a fit's knots follow all that its recording shows."""
+    """Return whether a fit's knots follow all that its recording shows; not where no IMU tells."""
+    imus = fit.model.recording.imus
     most = SPARED / (2 * fit.model.tracks.knots.step)
-    quick = any(clear_at(fit, imu.name) > most for imu in fit.model.recording.imus)
-    return not quick and all(peak <= FLAT for peak in peaks(fit))
+    quick = any(clear_at(fit, imu.name) > most for imu in imus)
+    return bool(imus) and not quick and all(peak <= FLAT for peak in peaks(fit))
 
 
 def peaks(fit: Fit) -> Iterator[float]:
     """Yield by how much the loudest band of each IMU's residuals beyond the knots is above their topmost ones."""
     least = BEYOND / (2 * fit.model.tracks.knots.step)
     imus = {imu.name for imu in fit.model.recording.imus}
-    for rows in fit.measured:
-        if rows.name.split(".")[0] in imus:
-            rate = 1 / float(np.median(np.diff(rows.time)))
-            window = min(WINDOW, len(rows.time) // 4)
-            f, power = welch(rows.whitened, rate, nperseg=window, axis=0)
-            beyond = power[f >= least].sum(axis=1)
-            bands = [float(band.mean()) for band in np.array_split(beyond, BANDS)]
-            yield max(bands) / float(np.mean(bands[-BANDS // 4 :]))
+    yield from (peak(rows, least) for rows in fit.measured if rows.name.split(".")[0] in imus)
+
+
+def peak(rows: Rows, least: float) -> float:
+    """Return that of one group from a frequency in Hz on; inf of so few samples that they have no spectrum there."""
+    window = min(WINDOW, len(rows.time) // 4)
+    if window < BANDS:
+        return np.inf
+    rate = 1 / float(np.median(np.diff(rows.time)))
+    f, power = welch(rows.whitened, rate, nperseg=window, axis=0)
+    beyond = power[f >= least].sum(axis=1)
+    if len(beyond) < BANDS:
+        return np.inf
+    bands = [float(band.mean()) for band in np.array_split(beyond, BANDS)]
+    return max(bands) / float(np.mean(bands[-BANDS // 4 :]))
 
 
 __all__ = ["coarser", "coarsest"]

@@ -63,6 +63,24 @@ def test_a_search_begins_with_as_few_knots_as_the_motion_needs_though_a_sensor_i
     assert coarsest(fit) is fit  # has them already, and nobody goes below the fewest
 
 
+@pytest.mark.parametrize("count", [1, 3, 12, 30])
+def test_so_few_samples_that_they_have_no_spectrum_keep_the_knots(tmp_path, count):
+    make_case(tmp_path / "r", "hinge", [], 5, seconds=3.0)
+    recording = read(tmp_path / "r")[0]
+    counts = np.zeros(recording.imus[1].time.size, dtype=bool)
+    counts[:count] = True
+    fit = nominal_fit(recording, {"imu2.accel": counts})
+    assert max(peaks(fit)) == np.inf
+    assert coarsest(fit) is fit
+
+
+def test_a_recording_without_an_imu_keeps_its_knots(tmp_path):
+    make_case(tmp_path / "r", "free", [], 5, seconds=3.0, pose=True, band=1.0)
+    fit = nominal_fit(replace(read(tmp_path / "r")[0], imus=()))
+    assert not enough(fit)
+    assert coarsest(fit) is fit
+
+
 def test_slow_noise_needs_no_knots_and_quick_noise_does(tmp_path):
     """What the knots follow anyway, and what is left beyond them."""
     make_case(tmp_path / "r", "hinge", [], 5, seconds=8.0, band=1.5)
