@@ -8,6 +8,8 @@ The fitted motion holds some of the noise of the very samples that it leaves res
 alone. It is the motion up to the frequency at which it falls to a few times the noise that may be asked, below a hum.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.signal import butter, sosfiltfilt, welch
 from scipy.stats import chi2
@@ -64,9 +66,12 @@ def _motion(fit: Fit, imu: Imu, stamps: Array) -> dict[str, Array]:
 def clear_in(fit: Fit, imu: Imu, part: str) -> float:
     """Return the frequency in Hz up to which what an IMU's gyro or accel senses as fitted is more than its noise.
 
-    At even times: a gap is a step at every frequency, and a motion of 1 Hz looked clear at all of them.
+    At even times: a gap is a step at every frequency, and a motion of 1 Hz looked clear at all of them. So is a slip,
+    which is no motion of splines: effects without states are left out.
     """
-    signal = _motion(fit, imu, even_stamps(imu))[SENSED[part]]
+    moving = tuple(h for h in fit.model.hypotheses if h.effect.states)
+    splines = replace(fit, model=replace(fit.model, hypotheses=moving))
+    signal = _motion(splines, imu, even_stamps(imu))[SENSED[part]]
     quiet = quiet_level(imu.time, getattr(imu, part))
     noise = min(fit.noise.get(f"{imu.name}.{part}", quiet), quiet)  # not in the fit where no sample counts
     return clear_of_noise(signal, noise, imu.rate)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from imubench.diagnosis.brief import blind, blinded
+from imubench.diagnosis.coarser import finer
 from imubench.diagnosis.entered import MOST, Refused, entered
 from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.filtered import filtered, quickly
@@ -81,7 +82,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             asked_for = [h for h in everything if h.effect.states]
         else:
             break
-    fit, kept, dropped = prune(fit, kept, say)
+    fit, kept, dropped = prune(finer(fit), kept, say)
     for change in (mixed, merged, filtered):
         other, kept = change(fit, kept, say)
         if other is not fit:

@@ -60,10 +60,12 @@ class Driven:
         return np.asarray(root @ (axes / (1 - np.clip(shares, 0.0, most))) @ axes.T @ back)
 
 
-def tilts(fit: Fit, normal: Normal, solution: Solution, parts: list[Linear], every: bool = False) -> dict[str, Prior]:
+def tilts(
+    fit: Fit, normal: Normal, solution: Solution, parts: list[Linear], every: bool = False, share: float = 1.0
+) -> dict[str, Prior]:
     """Return the pull on a law's logarithmic parameters, or on all, as a place and how weakly it is held there.
 
-    `normal`, `solution` and `parts` are those of the fit's rows.
+    `normal`, `solution` and `parts` are those of the fit's rows; `share`: of the whole step, how much is taken.
     """
     logs = {name: log for _, name, log in lawful(fit) if log or every}
     names = list(logs)
@@ -77,7 +79,7 @@ def tilts(fit: Fit, normal: Normal, solution: Solution, parts: list[Linear], eve
     driven = replace(driven, whole=driven.whole - np.diag(np.concatenate(stiff)))  # a pull is no information
     pulled = [(told[n].start - now[n]) / told[n].std ** 2 if n in told else np.zeros(len(now[n])) for n in names]
     slope = slope + np.concatenate(pulled)  # the cost's own, without the pull
-    aim = slope + driven.grown(STRIDE) @ (driven.pull - slope)
+    aim = slope + share * driven.grown(STRIDE) @ (driven.pull - slope)
     out = {}
     for name, pull in zip(names, np.split(aim, np.cumsum([len(p) for p in pulled])[:-1]), strict=True):
         far = FURTHEST * (1.0 if logs[name] else fit.model.priors[name].std)

@@ -1,12 +1,13 @@
-"""What a motion on fewer knots keeps, when it may have them, and what numbers of springs gain by it."""
+"""What a motion on fewer knots keeps, when it may have them, which springs need more, and what their numbers gain."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_lsq_spline
 
 from imubench.diagnosis.begin import begun
-from imubench.diagnosis.coarser import FLAT, coarser, coarsest, enough, matrix, peaks
+from imubench.diagnosis.coarser import FLAT, PERIOD, coarser, coarsest, enough, finer, matrix, peaks, ringing
 from imubench.diagnosis.coherence import clear_at
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.fit import solve
@@ -110,9 +111,9 @@ def test_a_quick_motion_has_as_many_knots_as_it_needs(tmp_path):
     assert max(peaks(lost)) > 3
 
 
-def sprung(tmp_path, name, seed, **options):
-    """Return the fit of a hinge whose first IMU is on springs, begun a tenth too soft, and these springs' numbers."""
-    truth = make_case(tmp_path / "r", "hinge", [(name, "imu1")], seed, **options)["effects"][0]["parameters"]
+def sprung(tmp_path, name, seed, rig="hinge", **options):
+    """Return the fit of a rig whose first IMU is on springs, begun a tenth too soft, and these springs' numbers."""
+    truth = make_case(tmp_path / "r", rig, [(name, "imu1")], seed, **options)["effects"][0]["parameters"]
     nominal = nominal_fit(read(tmp_path / "r")[0])
     h = Hypothesis(EFFECTS[name], "imu1")
     told = {p: np.ravel(truth[p.name]) for p in h.effect.parameters}
@@ -166,3 +167,63 @@ def test_what_has_no_law_stays_as_it_is(tmp_path):
     fit = nominal_fit(read(tmp_path / "r")[0])
     assert unbiased(fit) is fit
     assert unbiased(replace(fit, loose=2.0)).loose == 2.0
+
+
+def left_of_the_law(per: float) -> float:
+    """Return what a quintic spline with so many knots a period leaves of a ringing spring's law, over what shakes it.
+
+    The spring of 14 Hz, damped by 0.14, is shaken at up to 20 Hz. Its movement is exact (its response in frequency, on
+    a circle of 15 s), the spline the nearest one, the law's stiffness and damping what they are to leave least.
+    """
+    ratio, w, count, seconds = 0.14, 2 * np.pi * 14.0, 1 << 14, 15.0
+    rng = np.random.default_rng(0)
+    bins = 2 * np.pi * np.fft.rfftfreq(count, seconds / count)
+    shaken = (rng.standard_normal(bins.size) + 1j * rng.standard_normal(bins.size)) * (bins < 2 * np.pi * 20)
+    shaken[0] = 0.0
+    time = np.arange(count) * seconds / count
+    force = np.fft.irfft(shaken, count)
+    moved = np.fft.irfft(shaken / (w**2 - bins**2 + 2j * ratio * w * bins), count)
+    step = 2 * np.pi / (per * w)
+    knots = np.arange(-5, int(seconds / step) + 6) * step
+    inside = time < knots[-6]
+    spline = make_lsq_spline(time[inside], moved[inside], knots[: np.searchsorted(knots, time[inside][-1]) + 6], 5)
+    rows = time[(time > 1.0) & (time < seconds - 1.5)]
+    pushed = np.interp(rows, time, force) - spline(rows, 2)
+    columns = np.stack([spline(rows, 1), spline(rows)], axis=1)
+    left = pushed - columns @ np.linalg.lstsq(columns, pushed, rcond=None)[0]
+    return float(np.std(left) / np.std(force))
+
+
+def test_a_spline_with_three_knots_a_period_is_no_solution_of_a_ringing_springs_law():
+    assert left_of_the_law(3.0) > 0.15
+    assert left_of_the_law(PERIOD) < 0.01
+
+
+def test_springs_that_ring_have_knots_enough_and_their_numbers(tmp_path):
+    options = {"rig": "pendulum", "swing": True, "rate": 50.0, "band": 7.5, "vigour": 0.63}
+    fit, true = sprung(tmp_path, "rocking_mount", 1, seconds=10.0, **options)
+    many = finer(fit)
+    assert 1 / (ringing(fit) * fit.model.tracks.knots.step) < 3.5
+    assert 1 / (ringing(fit) * many.model.tracks.knots.step) == pytest.approx(PERIOD, rel=0.02)
+    before, after = (np.sqrt(np.mean(off(settled(f), true) ** 2)) for f in (fit, many))
+    assert after < 1.2 < 3 < before  # 0.6 and 3.7: 12 and 6 of 12 within 1.96
+    assert finer(many) is many
+
+
+def test_springs_quicker_than_the_motion_follow_it_and_need_no_knots(tmp_path):
+    fit, _ = sprung(tmp_path, "rocking_mount", 31, seconds=8.0, band=2.0, strength="weak")
+    assert ringing(fit) == 0.0
+    assert finer(fit) is fit
+
+
+def test_a_motion_without_springs_keeps_its_knots_and_goes_to_more_the_same(tmp_path):
+    make_case(tmp_path / "r", "hinge", [], 5, seconds=5.0, rate=50.0, band=1.5)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    assert finer(fit) is fit
+    many = coarser(fit, 0.6)
+    assert many.model.tracks.knots.count > 1.6 * fit.model.tracks.knots.count
+    time = np.linspace(0.3, 4.7, 300)
+    columns = fit.model.tracks.columns("hinge")
+    values = [matrix(f.model.tracks.knots, time) @ f.state.coefficients[:, columns] for f in (fit, many)]
+    assert np.ptp(values[0]) > 0.3
+    assert np.std(values[0] - values[1]) < 2e-3
