@@ -13,7 +13,7 @@ from imubench.diagnosis.kinematics import HINGE
 from imubench.diagnosis.priors import middles
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.swings import GROUP, swing_rows
-from imubench.diagnosis.terms import JUMP, LATE, LATER, RATE, TURNING, Term
+from imubench.diagnosis.terms import JUMP, LATE, LATER, OWN, RATE, TURNING, Term
 from imubench.jets import Jet, skew
 from imubench.recording import Imu
 
@@ -53,12 +53,10 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         make = Maker(imu.name, part, time, unit)
         slope = np.gradient(x, time, axis=0)
         lags = np.moveaxis(play(x[:, None], np.std(x, axis=0) * np.array(WIDTHS)[:, None]) - x[:, None], 1, 0)
-        yield make.each("its own reading", [kinked(x[:, i]) for i in range(3)])
-        yield make.each(
-            "its own reading and where it came from", [even(*(lag[:, i] for lag in lags)) for i in range(3)]
-        )
-        yield make.alike("its own reading, by one law for all axes", [x, x * np.abs(x), x**3, *signs(x)])
-        yield make.alike("its own reading and where it came from, by one law for all axes", list(lags))
+        yield make.each(OWN, [kinked(x[:, i]) for i in range(3)])
+        yield make.each(f"{OWN} and where it came from", [even(*(lag[:, i] for lag in lags)) for i in range(3)])
+        yield make.alike(f"{OWN}, by one law for all axes", [x, x * np.abs(x), x**3, *signs(x)])
+        yield make.alike(f"{OWN} and where it came from, by one law for all axes", list(lags))
         bend = np.gradient(slope, time, axis=0)
         yield make.every(LATER, even(*x.T, *slope.T, *bend.T))
         for i in range(3):

@@ -13,8 +13,9 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.followed import as_declared, brought_down, told_little
 from imubench.diagnosis.grids import placed
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import state_trials
+from imubench.diagnosis.lively import explained, state_trials
 from imubench.diagnosis.noise import with_noise
+from imubench.diagnosis.own_law import reads_by_own_law
 from imubench.diagnosis.prune import natural
 from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.score import Score, score
@@ -24,6 +25,7 @@ from imubench.effects.effect import Effect
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
 BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
+CLEARLY = 100.0  # nat of springs, from which on a spline without a law is tried as well, whatever seemed to move
 AHEAD = 3  # effects without states that are tried together before one with states is
 SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
 AKIN = 0.9  # of the best's evidence, from which on one at its place tells what the best does
@@ -64,11 +66,33 @@ def attempted(
     further = chain[-1].fit if chain else first
     moving = suspicious(further)
     least = NEEDED if moving else max([HINTED, promised_by_law(further), *(t.evidence for t in tried)])
-    alive = stateful(fit, left, moving, least > HINTED)
-    lively = [t for t in state_trials(fit, alive, say, least, vain) if t.evidence > promised_by_law(further)]
+    ruled = moving and reads_by_own_law(further)
+    alive = [] if ruled else stateful(fit, left, moving, least > HINTED)
+    lively = [t for t in lively_trials(fit, left, alive, say, least, vain) if t.evidence > promised_by_law(further)]
     if lively and before_plain(lively[0], fit, further):
         return Round(fit, lively + tried, lively[0].fit, [], True)
     return Round(fit, tried + lively, first, chain if moving else [], bool(alive), brief)
+
+
+def lively_trials(
+    fit: Fit,
+    left: list[Hypothesis],
+    alive: list[Hypothesis],
+    say: Callable[[str], None],
+    least: float,
+    vain: Counter[str] | None,
+) -> list[Trial]:
+    """Return the refits with states; where springs alone were asked and explain much, beside what has no law.
+
+    A pivot that shakes left a lone IMU no more than 1.4 times its noise power, and 470 nat for a soft mount: itself it
+    is worth 2,000.
+    """
+    tried = state_trials(fit, alive, say, least, vain)
+    free = [h for h in stateful(fit, left, True, False) if h not in alive and h.effect.free]
+    if not tried or not free or tried[0].evidence < CLEARLY or any(h.effect.free for h in alive):
+        return tried
+    freely = state_trials(fit, free, say, least, vain)
+    return sorted([*freely[:1], *tried[:1]], key=lambda t: -explained(t)) + tried[1:]
 
 
 def plain_scores(fit: Fit, left: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:

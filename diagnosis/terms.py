@@ -22,6 +22,7 @@ from imubench.jets import Jet
 CHANNELS = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z")}
 
 RATE = "the joint's rate"
+OWN = "its own reading"
 FRICTION = ("viscous_friction", "dry_friction", "air_drag")
 TURNING = "angular acceleration"
 JUMP = "time: a jump"
