@@ -73,7 +73,8 @@ def ringing(fit: Fit) -> float:
     """
     imus = {imu.name: imu for imu in fit.model.recording.imus}
     out = 0.0
-    for h in (h for h in fit.model.hypotheses if h.effect.lawful and h.effect.name != FILTER):
+    springs = [h for h in fit.model.hypotheses if h.at in imus and h.effect.lawful and h.effect.name != FILTER]
+    for h in springs:
         quick = [np.exp(fit.state.values[h.key(p.name)]) for p in h.effect.parameters if p.unit == "Hz"]
         most = max((float(f.max()) for f in quick), default=0.0)
         if RUNG * most <= clear_in(fit, imus[h.at], "gyro"):

@@ -227,3 +227,12 @@ def test_a_motion_without_springs_keeps_its_knots_and_goes_to_more_the_same(tmp_
     values = [matrix(f.model.tracks.knots, time) @ f.state.coefficients[:, columns] for f in (fit, many)]
     assert np.ptp(values[0]) > 0.3
     assert np.std(values[0] - values[1]) < 2e-3
+
+
+def test_play_with_a_law_is_no_spring_that_rings(tmp_path):
+    make_case(tmp_path / "r", "hinge", [], 5, seconds=4.0, band=4.0, base="fixed", encoder=True)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    with_play = extended(fit, (Hypothesis(EFFECTS["backlash"], "joint"),))
+    assert with_play.model.hypotheses[0].effect.lawful
+    assert ringing(with_play) == 0.0
+    assert finer(with_play) is with_play

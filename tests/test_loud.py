@@ -34,6 +34,14 @@ def at_levels(fit, noise):
     return solve(fit.model, fit.state, noise, fit.anchor)
 
 
+def test_a_triple_of_which_no_sample_counts_is_not_asked(clean):
+    """As of an accelerometer that clips throughout; its level is still the one that was declared."""
+    fit = nominal_fit(clean, {"imu2.accel": np.zeros(clean.imus[1].time.size, dtype=bool)})
+    told = declared(fit.model)
+    fit = replace(fit, noise=fit.noise | {"imu2.accel": told["imu2.accel"]})
+    assert loud(fit, [WHERE], set()) == []
+
+
 def test_what_is_declared_is_not_loud(clean):
     assert loud(nominal_fit(clean), [WHERE], set()) == []
 
