@@ -1,4 +1,4 @@
-"""A motion on fewer knots, where nothing that a recording shows needs as many: what a search begins with.
+"""A motion on fewer knots, where nothing that a recording shows needs as many, and on more, where springs ring.
 
 With a knot for every sample a slow motion follows half of the noise, up to a frequency at which springs resound with
 it: their numbers then lean on that noise as much as on what moves them, and its level comes out too small (that of one
@@ -46,7 +46,7 @@ TINY = 1e-9  # of a coefficient's weight, for those that no time asks for
 def coarsest(fit: Fit) -> Fit:
     """Return the fit on as few knots as its recording needs, at the noise levels that it leaves there, or as it is."""
     finest = model_of(fit.model.recording).tracks.knots.step
-    step, most = fit.model.tracks.knots.step, 1 / (PERIOD * max(ringing(fit), TINY))
+    step, most = fit.model.tracks.knots.step, widest(fit)
     for times in (n for n in TIMES if MORE * step < n * finest < most):
         other = coarser(fit, times * finest / step)
         if enough(other):
@@ -60,8 +60,14 @@ def finer(fit: Fit) -> Fit:
     Three knots a period cannot: damping ratios came out at 0.18 and 0.10 for 0.22 and 0.14, by 5 and 4 standard
     deviations, and the fit 78 nat above the one in which they are right.
     """
-    times = 1 / (PERIOD * max(ringing(fit), TINY) * fit.model.tracks.knots.step)
+    times = widest(fit) / fit.model.tracks.knots.step
     return relevelled(coarser(fit, times)) if times < 1 / MORE else fit
+
+
+def widest(fit: Fit) -> float:
+    """Return how many seconds knots may be apart for what rings on a fit's motion; inf where nothing does."""
+    quickest = ringing(fit)
+    return 1 / (PERIOD * quickest) if quickest else np.inf
 
 
 def ringing(fit: Fit) -> float:
@@ -72,8 +78,8 @@ def ringing(fit: Fit) -> float:
     with 150. How quick a motion is the gyroscope tells: a hum shakes an accelerometer at any frequency.
     """
     imus = {imu.name: imu for imu in fit.model.recording.imus}
-    out = 0.0
     springs = [h for h in fit.model.hypotheses if h.at in imus and h.effect.lawful and h.effect.name != FILTER]
+    out = 0.0
     for h in springs:
         quick = [np.exp(fit.state.values[h.key(p.name)]) for p in h.effect.parameters if p.unit == "Hz"]
         most = max((float(f.max()) for f in quick), default=0.0)
@@ -90,7 +96,7 @@ def relevelled(fit: Fit) -> Fit:
 
 
 def coarser(fit: Fit, times: float) -> Fit:
-    """Return the fit solved on so many times fewer knots at its noise levels, the numbers of its laws as they were.
+    """Return the fit solved on so many times fewer knots (more, below 1) at its noise levels, its laws' numbers kept.
 
     Without their pulls they would run off: a damping ratio to 9,800.
     """

@@ -26,11 +26,11 @@ LESS = 0.8  # of a louder noise's std, that a fit leaves where it is none
 def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
     """Return white noise by its name, or the loudest place of what is not white; IMUs in `known` are explained."""
     told = declared(fit.model)
-    imus = {i.name for i in fit.model.recording.imus}
-    found, leverage = levels(fit)  # of a triple of which no sample counts there is none
-    told = {n: std for n, std in told.items() if n in found and n.split(".")[0] not in known}
+    imus, seen = {i.name for i in fit.model.recording.imus}, {r.name for r in fit.measured} & fit.noise.keys()
+    told = {n: std for n, std in told.items() if n in seen and n.split(".")[0] not in known}
     if not told:
         return []
+    found, leverage = levels(fit)
     if max(abs(np.log(found[n] / fit.noise[n])) for n in told) > SHARED:
         fit = with_noise(fit, 2)
         found, leverage = levels(fit)

@@ -1,8 +1,8 @@
 """Whether a sensor seems to read by a law of its own: then nothing needs to move, and no spring is sought.
 
-A gyroscope's dead zone left 13 to 17 times its noise, and rounds of springs took 500 s, for nothing. What moves shows
-in more than the reading that it enters: of rocking and soft mounts, skin and pivots no curve over an own reading
-promised as much as how the sensor turns and is pushed, or fitted it took off no more than a fifth.
+A gyroscope's dead zone left 13 to 17 times the noise power, and rounds of springs took 500 s, for nothing. What moves
+shows in more than the reading that it enters: of rocking and soft mounts, skin and pivots, a scale first where one was
+needed, curves over an own reading promised less than another term, or took off a quarter of the excess at most.
 """
 
 from contextlib import suppress
@@ -29,8 +29,8 @@ def reads_by_own_law(fit: Fit) -> bool:
     if best is None or best.evidence < max(BENDS, ABOVE * rival):
         return False
     with suppress(NotPositiveDefiniteError):
-        found = once(fit, best, float(np.log(tried)))
-        taken = misfit(fit) - misfit(found.fit) > TAKEN * (misfit(fit) - 1)
+        found, before = once(fit, best, float(np.log(tried))), misfit(fit)
+        taken = before - misfit(found.fit) > TAKEN * (before - 1)
         return taken and found.evidence > BENDS and found.heldout.foretells()
     return False
 

@@ -33,15 +33,14 @@ def settled(fit: Fit) -> Fit:
     (by 0.4 and in the end 1.4 standard deviations, and 5 nat above where they cross): after each turn pulls are halved.
     """
     share, last = 1.0, np.zeros(1)
-    for round in range(ROUNDS):
+    for turn in range(ROUNDS):
         normal, solution, parts = factored(fit.model, fit.rows)
         model = replace(fit.model, tilts=tilts(fit, normal, solution, parts, every=True, share=share))
         names = list(model.tilts or {})
-        places = fit.model.parameters.places(names)
-        std = np.sqrt(np.diag(np.linalg.inv(solution.schur))[places])
+        std = np.sqrt(np.diag(np.linalg.inv(solution.schur))[fit.model.parameters.places(names)])
         del normal, solution, parts  # memory
         before = fit.state.values
-        fit = search(model, fit.state, fit.noise, fit.anchor, STEPS if round else LONG, FINE, FREE)[0]
+        fit = search(model, fit.state, fit.noise, fit.anchor, STEPS if turn else LONG, FINE, FREE)[0]
         move = np.concatenate([fit.state.values[n] - before[n] for n in names]) / std
         if np.max(np.abs(move)) < STILL:
             break

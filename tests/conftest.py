@@ -9,6 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from imubench.arrays import Array
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.format1 import read
+from imubench.proof.case import make_case
 from imubench.recording import Body, Encoder, Recording
 from imubench.sim.motion import AngleMotion
 from imubench.sim.signals import hand
@@ -69,6 +73,18 @@ def random_motion() -> Callable[[int, float], AngleMotion]:
         return AngleMotion(**{name: hand(rng, duration, std, 1.5) for name, std in stds.items()})
 
     return make
+
+
+@pytest.fixture
+def hardly_counting(tmp_path) -> Callable[[int], Fit]:
+    """Return the fit of a clean hinge of whose second accelerometer only the first so many samples count."""
+
+    def fit(count: int) -> Fit:
+        make_case(tmp_path / "r", "hinge", [], 5, seconds=3.0)
+        recording = read(tmp_path / "r")[0]
+        return nominal_fit(recording, {"imu2.accel": np.arange(recording.imus[1].time.size) < count})
+
+    return fit
 
 
 @pytest.fixture(scope="session")

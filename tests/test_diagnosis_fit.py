@@ -119,12 +119,8 @@ def test_what_was_concealed_is_found_and_nothing_else(tmp_path, effects, seed):
 
 
 @pytest.mark.parametrize("count", [0, 5, 40])
-def test_a_sensor_of_which_hardly_a_sample_counts_goes_with_no_motion(tmp_path, count):
+def test_a_sensor_of_which_hardly_a_sample_counts_goes_with_no_motion(hardly_counting, count):
     """As one that clips nearly throughout: of so few samples nine signals at seven lags would explain each."""
-    make_case(tmp_path / "r", "hinge", [], 5, seconds=3.0)
-    recording = read(tmp_path / "r")[0]
-    counts = np.zeros(recording.imus[1].time.size, dtype=bool)
-    counts[:count] = True
-    fit = nominal_fit(recording, {"imu2.accel": counts})
+    fit = hardly_counting(count)
     assert follows_motion(fit).get("imu2.accel", 0.0) == 0.0
     assert np.all(held_out(fit) > 0)  # though of some halves no sample counts
