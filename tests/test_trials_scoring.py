@@ -195,6 +195,19 @@ def test_the_angle_of_a_pendulums_stop_has_no_sign(rig, off):
     assert error.over_std == pytest.approx((off,))
 
 
+@pytest.mark.parametrize(
+    ("rig", "twist", "off"),
+    [("pendulum", -0.1, (0.0, 0.0)), ("pendulum", 0.01, (-4.0, -9.0)), ("hinge", -0.1, (-4.0, -20.0))],
+)
+def test_what_slides_with_a_pendulums_swing_has_no_sign_but_one_for_all_of_it(rig, twist, off):
+    """Half a turn of heading turns the swing's sign, and with it those of slide and twist together."""
+    true = truth(effect("skin_sliding", "imu1", {"slide": [0.02, 0.0, 0.0], "twist": [0.0, 0.1, 0.0]})) | {"rig": rig}
+    slide = Parameter(np.array([-0.02, 0.0, 0.0]), np.full(3, 0.01), "m/rad")
+    turn = Parameter(np.array([0.0, twist, 0.0]), np.full(3, 0.01), "rad/rad")
+    errors = scored(true, said(found("skin_sliding", "imu1", parameters={"slide": slide, "twist": turn}))).errors
+    assert [errors[0].over_std[0], errors[1].over_std[1]] == pytest.approx(off)
+
+
 def test_wilson_intervals_are_those_of_the_textbook():
     assert wilson(0, 10) == pytest.approx((0.0, 0.2775), abs=1e-4)  # z^2 / (n + z^2)
     assert wilson(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)  # Newcombe 1998's formula by hand

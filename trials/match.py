@@ -14,8 +14,8 @@ Answers = Sequence[Mapping[str, Any]]
 """What is right for one effect: itself and its twins, each with `effect`, `at`, `parameters`."""
 
 
-ABOUT_A_HEADING = (("end_stop", "angle"), ("joint_spring", "q0"))
-"""Angles of a pendulum's swing, whose sign turns with its heading; which is free without a magnetometer."""
+ABOUT_A_HEADING = {"end_stop": ("angle",), "joint_spring": ("q0",), "skin_sliding": ("slide", "twist")}
+"""What is along or per angle of a pendulum's swing, whose sign turns with the heading; free without a magnetometer."""
 
 
 @dataclass(frozen=True)
@@ -95,12 +95,15 @@ def parameter_errors(truth: Truth, effect: int, finding: Finding) -> list[Parame
     if answer is None:
         return []
     out, bounds = [], truth["bounds"][effect] or {}
+    turned = truth["rig"] == "pendulum" and other_way(answer, finding)
     for key, value in answer["parameters"].items():
         told = finding.parameters.get(key)
         if told is None or isinstance(value, str) or key in ("channels", "mode", "times", "band", "gyration"):
             continue
         true, rate = np.asarray(value, dtype=float), _rate(truth, finding.at)
-        off = deviation(finding.effect, key, told, true, rate, truth["rig"] == "pendulum")
+        if turned and key in ABOUT_A_HEADING[finding.effect]:
+            true = -true
+        off = deviation(finding.effect, key, told, true, rate)
         if off is None:
             continue
         std = np.broadcast_to(told.std, off.shape)
@@ -113,13 +116,18 @@ def parameter_errors(truth: Truth, effect: int, finding: Finding) -> list[Parame
     return out
 
 
-def deviation(
-    effect: str, key: str, told: Parameter, value: Array, rate: float, pendulum: bool = False
-) -> Array | None:
+def other_way(answer: dict[str, Any], finding: Finding) -> bool:
+    """Return whether a pendulum's finding is true of the heading that is half a turn away: all its signs together."""
+    keys = [k for k in ABOUT_A_HEADING.get(finding.effect, ()) if k in finding.parameters and k in answer["parameters"]]
+    told = [(finding.parameters[k], np.asarray(answer["parameters"][k], dtype=float)) for k in keys]
+    return sum(float(np.sum(p.value * true / np.maximum(p.std, 1e-300) ** 2)) for p, true in told) < 0  # least squares
+
+
+def deviation(effect: str, key: str, told: Parameter, value: Array, rate: float) -> Array | None:
     """Return told minus true for a sensor of that rate in Hz; None where the shapes cannot be compared.
 
-    A hum's amplitude has no sign, nor has an angle of a pendulum's swing; a hum's frequency may be any image under
-    sampling; a play's direction is an axis; one frequency for three axes is compared with their mean.
+    A hum's amplitude has no sign; its frequency may be any image under sampling; a play's direction is an axis; one
+    frequency for three axes is compared with their mean.
     """
     found = told.value
     if found.size == 1 and value.size == 3 and key in ("frequency", "damping_ratio"):
@@ -131,8 +139,7 @@ def deviation(
     if effect == "vibration" and key == "frequency":
         return np.asarray(image(found, rate) - image(value, rate))
     off = found - value
-    unsigned = (effect, key) == ("vibration", "amplitude") or (pendulum and (effect, key) in ABOUT_A_HEADING)
-    if unsigned and np.abs(found + value).max() < np.abs(off).max():
+    if (effect, key) == ("vibration", "amplitude") and np.abs(found + value).max() < np.abs(off).max():
         return np.asarray(found + value)
     if effect == "joint_play" and key == "direction":
         return np.asarray((off + np.pi / 2) % np.pi - np.pi / 2)
