@@ -39,20 +39,24 @@ def nominal_fit(
     `masks` says which samples count, `humming` names the IMUs whose raw samples hum, with the frequency in Hz.
     """
     model = replace(model_of(recording), masks=masks or None, humming=humming or {}, wander=wander or {})
-    model, state, anchor = blind_start(model.with_effects(biases(model)))
-    noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
-    noise |= roughness(model, state, anchor)
-    laws = {r.name: LOOSE_EQUATION for r in equation_rows(model, state)}
-    noise |= laws
-    begun = solve(model, state, noise, anchor, enough=1e-3)
-    noise |= declared(model)
-    fit = fit_with_noise(model, begun.state, noise, anchor, motion=True)
+    start = begun(model.with_effects(biases(model)))
+    model, anchor = start.model, start.anchor
+    fit = fit_with_noise(model, start.state, start.noise | declared(model), anchor, motion=True)
     fit = freed(fit)
+    laws = {r.name for r in equation_rows(model, start.state)}
     if not laws:
         return fit
     sensors = {name: std for name, std in fit.noise.items() if name not in laws}
-    fit = fit_with_noise(model, fit.state, sensors | dict.fromkeys(laws, 1.0), anchor, rounds=4, only=laws.keys())
+    fit = fit_with_noise(model, fit.state, sensors | dict.fromkeys(laws, 1.0), anchor, rounds=4, only=laws)
     return fit
+
+
+def begun(model: Model) -> Fit:
+    """Return a first fit from the recording alone, at noise levels that hold nothing tightly."""
+    model, state, anchor = blind_start(model)
+    noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
+    noise |= roughness(model, state, anchor) | {r.name: LOOSE_EQUATION for r in equation_rows(model, state)}
+    return solve(model, state, noise, anchor, enough=1e-3)
 
 
 def certain(model: Model) -> tuple[str, ...]:
@@ -120,4 +124,4 @@ def as_smooth(fit: Fit) -> Fit:
     return replace(fit, noise={name: std / (LOOSENED if name in own else 1.0) for name, std in fit.noise.items()})
 
 
-__all__ = ["as_smooth", "freed", "nominal_fit", "rougher"]
+__all__ = ["as_smooth", "begun", "freed", "nominal_fit", "rougher"]

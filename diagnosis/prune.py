@@ -14,13 +14,12 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import rougher
 from imubench.diagnosis.refit import evidence_over, information, refit
-from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, SCREENED, Kept
+from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, POSE, SCREENED, Kept
 from imubench.diagnosis.worth import worth
 
 CERTAIN = 30.0  # nat that an effect is worth without looking closer
 DELAYS = 3.0  # of its standard deviations, that a filter's delay must be
 SPLINES = 15.0  # nat that an effect with a life of its own must be worth
-POSE = "mount_pose"  # what one IMU has is soon said of the other
 SEED = 20201  # of the bootstrap, so that a diagnosis repeats itself
 
 

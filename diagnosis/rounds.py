@@ -21,6 +21,7 @@ from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.score import Score, score
 from imubench.diagnosis.threads import side_by_side
 from imubench.diagnosis.trial import NEEDED, TRIED, Trial, misfit
+from imubench.diagnosis.turned import best_begun
 from imubench.effects.effect import Effect
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
@@ -115,7 +116,7 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most
 
     def tried(s: Score) -> Trial | None:
         say(f"refitting with {s.hypothesis.name}")
-        done = refit(fit, (*fit.model.hypotheses, s.hypothesis))
+        done = best_begun(fit, s.hypothesis, refit(fit, (*fit.model.hypotheses, s.hypothesis)))
         if not (dated(done, s.hypothesis) and natural(done, s.hypothesis)):
             return None
         return Trial(s.hypothesis, done, log_evidence(done) - base)

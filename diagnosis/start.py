@@ -69,7 +69,7 @@ def blind_start(model: Model) -> tuple[Model, State, Array | None]:
     if POSITION in model.tracks.widths:
         targets[POSITION] = _interpolated(model, grid, "position")
     if rig.hinge:
-        targets[HINGE] = _hinge(model, grid, sampled)[:, None]
+        targets[HINGE] = hinge_angle(model, grid, sampled)[:, None]
     coefficients = np.zeros((knots.count, model.tracks.width))
     if ATTITUDE in targets:
         coefficients[:, model.tracks.columns(ATTITUDE)] = targets[ATTITUDE][0]
@@ -127,7 +127,7 @@ def _interpolated(model: Model, grid: Array, what: Literal["position", "quaterni
     return out / np.linalg.norm(out, axis=1, keepdims=True) if what == "quaternion" else out
 
 
-def _hinge(model: Model, grid: Array, sampled: dict[str, tuple[Array, Array]]) -> Array:
+def hinge_angle(model: Model, grid: Array, sampled: dict[str, tuple[Array, Array]]) -> Array:
     """Return the hinge angle (n,) rad: integrated, then moved to where the specific forces agree."""
     recording = model.recording
     if recording.encoders:
@@ -150,4 +150,4 @@ def _hinge(model: Model, grid: Array, sampled: dict[str, tuple[Array, Array]]) -
     return angle + np.unwrap(np.angle(smooth))
 
 
-__all__ = ["blind_start", "levelled", "model_of"]
+__all__ = ["blind_start", "hinge_angle", "levelled", "model_of"]
