@@ -21,6 +21,7 @@ from imubench.diagnosis.trial import SLIP
 
 NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
 REST = np.arange(-1.5, 1.6, 0.25)  # rad, angles of rest of a joint's spring
+ELSEWHERE = 1.0  # Hz off: another line than that of the raw samples
 LOWEST = 1.0  # Hz, under which a hum is part of the motion
 
 
@@ -31,8 +32,7 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
     out, judged = [], []
     for h in hypotheses:
         if h.effect.name == "vibration":
-            found = hum(fit, h.at)
-            if found:
+            if found := hummed(fit, h.at):
                 out.append(replace(h, effect=h.effect.starting(frequency=found)))
         elif h.effect.name == SLIP:
             out.append(replace(h, effect=h.effect.starting(time=slip(base, h.at))))
@@ -61,6 +61,15 @@ def rested(base: Base, h: Hypothesis) -> Score:
     return replace(best, hypothesis=replace(best.hypothesis, tag=""))
 
 
+def hummed(fit: Fit, at: str) -> float:
+    """Return where a hum begins, in Hz: in the residual, but where the raw samples hum elsewhere.
+
+    A motion with 128 knots a second follows 53 Hz, and what it leaves of that is their image at 75 Hz.
+    """
+    left, raw = hum(fit, at), fit.model.humming.get(at)
+    return raw if left and raw and abs(left - raw) > ELSEWHERE else left
+
+
 def hum(fit: Fit, at: str) -> float:
     """Return the frequency in Hz of the strongest line in an accelerometer's residual; 0 where there is none to see."""
     rows = next((r for r in fit.measured if r.name == f"{at}.accel"), None)
@@ -76,4 +85,4 @@ def hum(fit: Fit, at: str) -> float:
     return float(frequency[np.argmax(ratio)])
 
 
-__all__ = ["hum", "placed", "rested"]
+__all__ = ["hum", "hummed", "placed", "rested"]

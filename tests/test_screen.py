@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.begin import begun
 from imubench.diagnosis.excerpt import cut, excerpt, loudest
 from imubench.diagnosis.fit import solve
-from imubench.diagnosis.grids import hum
+from imubench.diagnosis.grids import hum, hummed
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import LONE, RIVALS, SHORT, promising, softer, state_trials
 from imubench.diagnosis.nominal import nominal_fit
@@ -199,3 +200,13 @@ def test_springs_are_begun_softer_where_a_refit_falls_short(tmp_path):
     best, *_ = state_trials(fit, [one.hypothesis], lambda _: None)
     assert best.evidence > SHORT * one.evidence
     assert softer(screen(fit, [h for h in candidates(fit.model) if h.effect.name == FILTER])[0]) is None
+
+
+@pytest.mark.parametrize("frequency", [53.0, 30.0])
+def test_a_hum_begins_where_the_samples_have_it_and_not_at_its_image_in_the_knots(tmp_path, frequency):
+    """128 knots a second follow 53 Hz and leave 75; of 30 Hz they leave 30."""
+    shaken = ("vibration", "imu1", {"frequency": frequency, "amplitude": [0.32, -0.02, 0.07]})
+    make_case(tmp_path / "r", "free", [shaken], 7, seconds=14.0, rate=200.0)
+    fit = begun(read(tmp_path / "r")[0]).fit
+    assert hummed(fit, "imu1") == pytest.approx(frequency, abs=0.1)
+    assert hum(fit, "imu1") == pytest.approx(128 - 53 if frequency == 53.0 else frequency, abs=0.1)
