@@ -54,7 +54,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         noises = beside_hum(noises, (*fitted, *samples.findings))
         named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
         named += struck_again(best, samples.struck, named) if chosen else ()
-        named = rattling(beside_rounding(named, recording), recording)
+        named = rattling(beside_rounding(named, recording, samples.humming), recording)
         traces = gather.traces(before, after if named or rest else None)
     evidence = Evidence(
         recording,

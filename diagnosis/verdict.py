@@ -7,6 +7,7 @@ import numpy as np
 
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.kinematics import Rig
+from imubench.diagnosis.raw_findings import UNITS
 from imubench.diagnosis.result import Finding, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.terms import CHANNELS, LATE
@@ -81,18 +82,24 @@ def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple
     return tuple(_at_most(f, DOUBTFUL) if f.effect == LOUD and f.at in humming else f for f in noises)
 
 
-def beside_rounding(named: tuple[Finding, ...], recording: Recording) -> tuple[Finding, ...]:
+def beside_rounding(
+    named: tuple[Finding, ...], recording: Recording, heard: Collection[str] = ()
+) -> tuple[Finding, ...]:
     """Return named findings, motions of an IMU or beside a lone one doubted where rounding may be all they explain.
+
+    So are hums that no raw samples have (`heard`: the IMUs whose samples hum), up to the most that a regular error of
+    rounding has at one frequency, step / pi: 0.10 m/s^2 of 93 nat on a swing rounded to 0.64.
 
     A reading that stays on a step while the sensor turns slowly is off by what goes with the motion, no white noise: on
     one rounded to 0.6 m/s^2 springs were worth 228 nat that were not there. Noise of std s blurs steps of d: of what
     is regular in their error exp(-2 (pi s / d)^2) is left. Where most of it is, three names in 25 rounded recordings
     were all of it.
     """
-    numbers, regular = {}, {}
+    numbers, regular, most = {}, {}, {}
     for rounded in (f for f in named if f.effect == "quantisation"):
         imu, step = recording.imu(rounded.at), rounded.parameters["step"]
         x, std = (imu.gyro, imu.gyro_noise_std) if step.unit == "rad/s" else (imu.accel, imu.accel_noise_std)
+        most[imu.name] = float(step.value) / np.pi if step.unit == UNITS["accel"] else 0.0
         for at in (imu.name, "joint") if len(recording.imus) == 1 else (imu.name,):
             numbers[at] = x.size
             regular[at] = float(np.exp(-2 * (np.pi * (std or 0.0) / float(step.value)) ** 2))
@@ -102,7 +109,9 @@ def beside_rounding(named: tuple[Finding, ...], recording: Recording) -> tuple[F
         if f.at not in regular or effect is None:
             return 1.0
         lasting = bool(effect.states) and f.heldout_gain.value < ROUNDED * numbers[f.at]
-        return (STRANGE if regular[f.at] > SHARP else DOUBTFUL) if lasting else 1.0
+        size = float(np.linalg.norm(f.parameters["amplitude"].value)) if f.effect == HUM else np.inf
+        told = lasting or (f.at not in heard and size < most.get(f.at, 0.0))
+        return (STRANGE if regular[f.at] > SHARP else DOUBTFUL) if told else 1.0
 
     return tuple(_at_most(f, sure(f)) for f in named)
 

@@ -99,6 +99,19 @@ def test_a_pivot_that_only_a_rounded_sensor_shows_is_doubted():
     assert found.confidence == STRANGE
 
 
+@pytest.mark.parametrize(
+    ("size", "heard", "sure"), [(0.1, (), STRANGE), (0.1, ("imu1",), 0.98), (0.1, ("imu2",), STRANGE), (0.3, (), 0.98)]
+)
+def test_a_hum_that_only_the_fit_has_is_doubted_where_rounding_may_hum_so(size, heard, sure):
+    """A sawtooth of 0.6 m/s^2 has 0.19 at its own frequency, and less at any other."""
+    hum = Finding(
+        "vibration", "imu1", 0.98, {"amplitude": Parameter(np.array([0.0, size, 0.0]), np.ones(3), "m/s^2")},
+        Interval(93.0, (51.0, 126.0)),
+    )  # fmt: skip
+    found, _ = beside_rounding((hum, ROUNDED), rounded_recording("hinge", ("imu1", "imu2"), 0.03), heard)
+    assert found.confidence == sure
+
+
 ROUNDED = Finding("quantisation", "imu1", 0.99, {"step": Parameter(0.6, 0.001, "m/s^2")}, Interval(0.0, (0.0, 0.0)))
 
 
