@@ -9,6 +9,7 @@ from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import log_evidence, refit
+from imubench.diagnosis.start import model_of
 from imubench.diagnosis.turned import axis_in, far_turns, turned
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -18,9 +19,13 @@ FLIPPED, ACROSS, FAR = [0.0, 0.0, np.pi], [np.pi / 2, 0.0, 0.0], [1.2, -2.0, 0.5
 Y = np.array([0.0, 1.0, 0.0])
 
 
-def fit_of(tmp_path, effects, seed=65, **options):
+def recorded(tmp_path, effects, seed=65, **options):
     make_case(tmp_path / "r", "hinge", effects, seed, **{"seconds": 8.0} | options)
-    return nominal_fit(read(tmp_path / "r")[0])
+    return read(tmp_path / "r")[0]
+
+
+def fit_of(tmp_path, effects, seed=65):
+    return nominal_fit(recorded(tmp_path, effects, seed))
 
 
 def posed(at, rotation):
@@ -50,7 +55,7 @@ def test_the_axis_is_what_turns_across_it_leaves_equal():
 )
 def test_a_far_turn_takes_the_axis_to_where_it_is_in_the_sensor(tmp_path, at, turn, options):
     """One of both signs does; a turn about the axis itself is the angle's."""
-    model = fit_of(tmp_path, [posed(at, turn)], **options).model.with_effects(())
+    model = model_of(recorded(tmp_path, [posed(at, turn)], **options))
     in_sensor = rotations.to_matrix(model.recording.imu(at).mount_quaternion).T @ Y
     true = Rotation.from_rotvec(turn).inv().apply(in_sensor)
     off = [Rotation.from_rotvec(t).inv().apply(in_sensor) @ true for t in far_turns(model, at)]
@@ -60,7 +65,7 @@ def test_a_far_turn_takes_the_axis_to_where_it_is_in_the_sensor(tmp_path, at, tu
 @pytest.mark.parametrize("effects", [[], [posed("imu2", [0.1, -0.05, 0.1])], [("rocking_mount", "imu2")]])
 @pytest.mark.parametrize("base", ["free", "fixed"])
 def test_where_gyroscopes_agree_nothing_is_begun_anew(tmp_path, effects, base):
-    model = fit_of(tmp_path, effects, base=base).model.with_effects(())
+    model = model_of(recorded(tmp_path, effects, base=base))
     assert far_turns(model, "imu1") == far_turns(model, "imu2") == []
 
 
