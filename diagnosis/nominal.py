@@ -39,7 +39,7 @@ def nominal_fit(
     `masks` says which samples count, `humming` names the IMUs whose raw samples hum, with the frequency in Hz.
     """
     model = replace(model_of(recording), masks=masks or None, humming=humming or {}, wander=wander or {})
-    start = begun(model.with_effects(biases(model)))
+    start = first_fit(model.with_effects(biases(model)))
     model, anchor = start.model, start.anchor
     fit = fit_with_noise(model, start.state, start.noise | declared(model), anchor, motion=True)
     fit = freed(fit)
@@ -51,7 +51,7 @@ def nominal_fit(
     return fit
 
 
-def begun(model: Model) -> Fit:
+def first_fit(model: Model) -> Fit:
     """Return a first fit from the recording alone, at noise levels that hold nothing tightly."""
     model, state, anchor = blind_start(model)
     noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
@@ -124,4 +124,4 @@ def as_smooth(fit: Fit) -> Fit:
     return replace(fit, noise={name: std / (LOOSENED if name in own else 1.0) for name, std in fit.noise.items()})
 
 
-__all__ = ["as_smooth", "begun", "freed", "nominal_fit", "rougher"]
+__all__ = ["as_smooth", "first_fit", "freed", "nominal_fit", "rougher"]

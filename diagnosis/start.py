@@ -104,13 +104,14 @@ def levelled(rate: Array, force: Array, step: float, still: bool) -> Array:
     for _ in range(3):
         up = gaussian_filter1d(rotations.rotate(q, force), width, axis=0, mode="nearest")
         up /= np.linalg.norm(up, axis=1, keepdims=True)
-        turn = np.cross(up, [0.0, 0.0, 1.0])
-        q = rotations.multiply(_turning(turn, 1 + up[:, 2]), q)
+        q = rotations.multiply(least_turn(up, np.array([0.0, 0.0, 1.0])), q)
     return q
 
 
-def _turning(axis: Array, cosine: Array) -> Array:
-    q = np.concatenate([cosine[:, None], axis], axis=1)
+def least_turn(u: Array, v: Array) -> Array:
+    """Return the least turns (n, 4) that take unit vectors u (n, 3) to v (3,), across x; opposite ones turn about x."""
+    cosine = 1 + u @ v
+    q = np.concatenate([cosine[:, None], np.cross(u, v)], axis=1)
     q[cosine < 1e-9] = [0.0, 1.0, 0.0, 0.0]
     return q / np.linalg.norm(q, axis=1, keepdims=True)
 
@@ -150,4 +151,4 @@ def hinge_angle(model: Model, grid: Array, sampled: dict[str, tuple[Array, Array
     return angle + np.unwrap(np.angle(smooth))
 
 
-__all__ = ["blind_start", "hinge_angle", "levelled", "model_of"]
+__all__ = ["blind_start", "hinge_angle", "least_turn", "levelled", "model_of"]

@@ -24,11 +24,12 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.kinematics import HINGE_AXIS
 from imubench.diagnosis.model import Model
-from imubench.diagnosis.nominal import begun
+from imubench.diagnosis.nominal import first_fit
 from imubench.diagnosis.refit import log_evidence, refit
-from imubench.diagnosis.start import hinge_angle
+from imubench.diagnosis.start import hinge_angle, least_turn
 from imubench.diagnosis.trial import POSE
 
+JOINT = np.eye(3)[HINGE_AXIS]
 AGREE = 0.25  # of a gyroscope's reading: where the two agree so well across the axis no mount is turned far
 FAINT = 0.03  # of the strongest: a turn that is seen less is noise, as all are but one on a base that stands still
 FAR = 0.35  # rad: what is turned by less is found from where it is declared
@@ -48,11 +49,11 @@ def turned(fit: Fit, h: Hypothesis) -> Fit | None:
         mount = model.mounts[h.at]
         other = replace(mount, turn=mount.turn @ rotations.to_matrix(rotations.exp(turn)))
         with suppress(NotPositiveDefiniteError):
-            tries.append((begun(replace(model, mounts=model.mounts | {h.at: other})), turn))
+            tries.append((first_fit(replace(model, mounts=model.mounts | {h.at: other})), turn))
     if not tries:
         return None
     best, turn = min(tries, key=lambda t: t[0].cost)
-    if best.cost > BETTER * begun(model).cost:
+    if best.cost > BETTER * first_fit(model).cost:
         return None
     with suppress(NotPositiveDefiniteError):
         return refit(moved_to(fit, best), (*fit.model.hypotheses, h), {h.key("rotation"): turn})
@@ -68,29 +69,28 @@ def best_begun(fit: Fit, h: Hypothesis, done: Fit) -> Fit:
 def far_turns(model: Model, at: str) -> list[Array]:
     """Return the turns (3,) rad in the sensor's axes that take the joint's axis to where an IMU has it, if far ones."""
     imus = {i.name: i for i in model.recording.imus}
-    if at not in imus or not (model.rig.turns or at == "imu2") or (model.rig.turns and len(imus) == 1):
+    needed = {"imu1", "imu2"} if model.rig.turns else {"imu2"}
+    if at not in needed or not needed <= imus.keys():
         return []
     offsets, own = late(model), imus[at].time - model.start
     grid = own[(own > 0) & (own < min(i.time[-1] for i in imus.values()) - model.start)]
-    both = {n: on_segment(model, i, grid, offsets.get(n, 0.0)) for n, i in imus.items()}
-    if agreeing(model, grid, both):
+    read = {n: on_segment(model, i, grid, offsets.get(n, 0.0)) for n, i in imus.items()}
+    rates = {n: rate for n, (rate, _) in read.items()}
+    if not model.rig.turns:
+        rates["imu1"] = np.zeros_like(rates["imu2"])
+    if agreeing(rates["imu1"], rates["imu2"], hinge_angle(model, grid, read)):
         return []
-    rate = both[at][0]
-    across = [np.delete(w, HINGE_AXIS, axis=1) for n, (w, _) in both.items() if n != at and model.rig.turns]
-    axis = axis_in(rate, np.sum(across[0] ** 2, axis=1) if across else np.zeros(len(rate)))
-    turns = [_least_turn(sign * axis) for sign in (1, -1)]
-    back = model.mounts[at].turn.T
-    return [np.asarray(back @ t) for t in turns if np.linalg.norm(t) > FAR]
+    other = rates["imu2" if at == "imu1" else "imu1"]
+    axis = axis_in(rates[at], np.sum(np.delete(other, HINGE_AXIS, axis=1) ** 2, axis=1))
+    turns = rotations.log(least_turn(np.stack([axis, -axis]), JOINT))
+    return [np.asarray(model.mounts[at].turn.T @ t) for t in turns if np.linalg.norm(t) > FAR]
 
 
-def agreeing(model: Model, grid: Array, both: dict[str, tuple[Array, Array]]) -> bool:
-    """Return whether the gyroscopes of a hinge, as they are declared, agree across its axis."""
-    second = both["imu2"][0]
-    first = both["imu1"][0] if model.rig.turns else np.zeros_like(second)
-    angle = hinge_angle(model, grid, both)
-    c, s = np.cos(angle), np.sin(angle)
-    gap = second[:, [0, 2]] - np.stack([c * first[:, 0] - s * first[:, 2], s * first[:, 0] + c * first[:, 2]], axis=1)
-    return float(np.mean(np.sum(gap**2, axis=1))) < AGREE**2 * float(np.mean(np.sum(second**2, axis=1)))
+def agreeing(first: Array, second: Array, angle: Array) -> bool:
+    """Return whether two gyroscopes' rates (n, 3) rad/s on a hinge at angles (n,) rad agree across its axis."""
+    turned_on = rotations.rotate_back(rotations.from_axis_angle(JOINT, angle), first)
+    gap = np.delete(second - turned_on, HINGE_AXIS, axis=1)
+    return bool(np.sum(gap**2) < AGREE**2 * np.sum(second**2))
 
 
 def axis_in(rate: Array, across: Array) -> Array:
@@ -101,16 +101,6 @@ def axis_in(rate: Array, across: Array) -> Array:
     outer = np.zeros((3, 3))
     outer[i, j] = np.linalg.lstsq(known, np.sum(rate**2, axis=1) - across, rcond=FAINT)[0] / size
     return np.asarray(np.linalg.eigh(outer, UPLO="U")[1][:, -1])
-
-
-def _least_turn(axis: Array) -> Array:
-    """Return the least turn (3,) rad that takes an axis to that of the joint."""
-    joint = np.eye(3)[HINGE_AXIS]
-    normal = np.cross(axis, joint)
-    size = float(np.linalg.norm(normal))
-    if size < 1e-9:  # against it: about any axis across
-        return np.zeros(3) if axis @ joint > 0 else np.pi * np.eye(3)[HINGE_AXIS - 1]
-    return np.asarray(normal / size * np.arctan2(size, axis @ joint))
 
 
 def moved_to(fit: Fit, start: Fit) -> Fit:

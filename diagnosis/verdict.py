@@ -7,7 +7,6 @@ import numpy as np
 
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.kinematics import Rig
-from imubench.diagnosis.raw_findings import UNITS
 from imubench.diagnosis.result import Finding, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.terms import CHANNELS, LATE
@@ -98,8 +97,9 @@ def beside_rounding(
     numbers, regular, most = {}, {}, {}
     for rounded in (f for f in named if f.effect == "quantisation"):
         imu, step = recording.imu(rounded.at), rounded.parameters["step"]
-        x, std = (imu.gyro, imu.gyro_noise_std) if step.unit == "rad/s" else (imu.accel, imu.accel_noise_std)
-        most[imu.name] = float(step.value) / np.pi if step.unit == UNITS["accel"] else 0.0
+        turns = step.unit == "rad/s"
+        x, std = (imu.gyro, imu.gyro_noise_std) if turns else (imu.accel, imu.accel_noise_std)
+        most[imu.name] = 0.0 if turns else float(step.value) / np.pi
         for at in (imu.name, "joint") if len(recording.imus) == 1 else (imu.name,):
             numbers[at] = x.size
             regular[at] = float(np.exp(-2 * (np.pi * (std or 0.0) / float(step.value)) ** 2))
