@@ -13,6 +13,7 @@ PIECE = 1.3  # blocks of held-out data that a drift's pieces last, or it could n
 KINKS = (0.01, 0.03, 0.1, 0.3)  # of what is signed: its scatter
 ZONES = (0.07, 0.14, 0.28, 0.56, 1.12)  # of its scatter: where a law may break besides
 WIDTHS = (0.03, 0.06, 0.12, 0.25, 0.5)  # of a reading's own scatter: half widths of play that it may have
+SETTLED = (0.05, 0.15, 0.45)  # of a recording: times after which a share 1/e is left of what settles
 SLOW = (0.1, 0.3, 1.0)  # s, over which shaking is felt
 SHAKING = 2.0  # Hz, from which on it is shaking
 
@@ -51,6 +52,12 @@ def drifts(time: Array) -> Array:
     knots = np.concatenate([[knots[0]] * 3, knots, [knots[-1]] * 3])
     basis = BSpline.design_matrix(time, knots, 3).toarray()
     return np.asarray(basis[:, 1:] - basis[:1, 1:])
+
+
+def settling(time: Array) -> Array:
+    """Return functions of time (n, k) that settle exponentially from the start on, as what creeps or warms up does."""
+    late = (time - time[0]) / float(time[-1] - time[0])
+    return np.asarray(1 - np.exp(-late[:, None] / np.array(SETTLED)))
 
 
 def play(x: Array, width: Array) -> Array:

@@ -1,12 +1,12 @@
 """The terms without a name that are tried on a fit: at each IMU, and in the torque of free swings."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.bases import WIDTHS, curve, drifts, even, kinked, play, shaking, signs
+from imubench.diagnosis.bases import WIDTHS, curve, drifts, even, kinked, play, settling, shaking, signs
 from imubench.diagnosis.coherence import clear_in, slower
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import HINGE
@@ -19,6 +19,7 @@ from imubench.recording import Imu
 
 LAGS = (0.02, 0.04, 0.08)  # s, by which a reading enters another axis later
 HARMONICS = 12  # of the joint's angle
+TURN = 0.01  # rad, of a mount that turns
 
 
 def terms(fit: Fit) -> Iterator[Term]:
@@ -71,13 +72,16 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         if model.rig.hinge:
             yield make.every("the hinge angle", curve(angle))
             yield make.every("the hinge rate", kinked(rate))
-    late = drifts(time)
+    yield replace(turning_with("time: the sensor turns slowly", imu.name, time, sensed, drifts(time)), timed=True)
+    yield turning_with("time: the sensor turns and settles", imu.name, time, sensed, settling(time))
+
+
+def turning_with(goes_with: str, at: str, time: Array, sensed: Mapping[str, Array], late: Array) -> Term:
+    """Return the term in which a mount turns about each axis by functions of time (n, k)."""
     late = late - late.mean(axis=0)  # the mount is where it is on average
-    turned = [np.einsum("nk,nij->nijk", late, skew(x)).reshape(n, 3, -1) for x in sensed.values()]
-    unit = 0.01  # rad, of a mount that turns
-    signals = {part: unit * s for part, s in zip(sensed, turned, strict=True)}
-    several = (-1,) * signals["gyro"].shape[2]
-    yield Term(imu.name, "both", "time: the sensor turns slowly", time, signals, several, timed=True)
+    turned = [np.einsum("nk,nij->nijk", late, skew(x)).reshape(len(time), 3, -1) for x in sensed.values()]
+    signals = {part: TURN * s for part, s in zip(sensed, turned, strict=True)}
+    return Term(at, "both", goes_with, time, signals, (-1,) * (3 * late.shape[1]))
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ def test_a_cogging_joint_is_found_by_its_angle(swinging):
         ("cross_talk", "imu2", 8, {}, "how the sensor turns and is pushed, a little later"),
         ("dead_band", "imu1", 9, {}, "its own reading"),
         ("thermal_walk", "imu2", 20, {}, "time"),
-        ("creep", "imu1", 11, {}, "time: the sensor turns slowly"),
+        ("creep", "imu1", 11, {}, "time: the sensor turns"),
     ],
 )
 def test_what_the_table_does_not_have_is_found_where_it_is(tmp_path, name, at, seed, options, words):
