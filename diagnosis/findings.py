@@ -14,7 +14,9 @@ from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Rejected, Where
 from imubench.diagnosis.select import Selection
 from imubench.diagnosis.separate import separation
-from imubench.diagnosis.trial import NEEDED, POSE, UNEXPLAINED, Kept, Passed, misfit
+from imubench.diagnosis.springs_std import with_springs
+from imubench.diagnosis.strained import STRAINED_SURE, strained
+from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, Passed, misfit
 from imubench.effects import EFFECTS
 
 EVEN = 0.6  # the confidence at most of a law beside which another was worth as much
@@ -27,12 +29,11 @@ OPEN_SURE = 0.6
 OPEN = 0.1
 """Of what all names leave: one beside a stronger one that is worth less says so much. 2 of 7 in 515 blind trials were
 true; of those worth more, but less than all that was left, 14 of 15."""
-STRAINED = 5.0  # of its prior's standard deviations, beyond which a number is none that a sensor has
 
 
 def findings(selection: Selection) -> tuple[Finding, ...]:
     """Return the effects that stay, strongest first."""
-    std = parameter_std(selection.numbers)
+    std = with_springs(selection.numbers, parameter_std(selection.numbers))
     recording = selection.fit.model.recording
     loose, small, odd = loosely(selection.fit), overshadowed(selection), strained(selection.fit)
     out = []
@@ -45,7 +46,8 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
         told = {(r.effect, r.at) for r in same}
         ties = [Rejected(t.hypothesis.effect.name, h.at, gain.value + t.evidence) for t in kept.ties]
         ties = [r for r in ties if (r.effect, r.at) not in told]
-        most = EVEN if springs else OPEN_SURE if h in small or h.at in odd else FREE_SURE if h in loose else MOST_SURE
+        most = EVEN if springs else OPEN_SURE if h in small else FREE_SURE if h in loose else MOST_SURE
+        most = STRAINED_SURE if h.at in odd else most
         out.append(
             Finding(
                 h.effect.name,
@@ -76,18 +78,6 @@ def overshadowed(selection: Selection) -> list[Hypothesis]:
     left = left_over(selection.fit, 1.0)
     weaker = strongest_first(selection)[1:]
     return [k.hypothesis for k in weaker if (k.heldout.value or k.evidence) < OPEN * left]
-
-
-def strained(fit: Fit) -> set[str]:
-    """Return the IMUs that an effect is told of in numbers that no sensor has.
-
-    What is wrong there has another law, and all names there make up for it: a gyroscope's axes that read 73 % too
-    little and 43 % of each other, beside a mount that rocks, were cross-talk. Of five such places in 600 blind trials
-    each was named falsely. A mount may be turned by any angle.
-    """
-    sensors = [h for h in fit.model.hypotheses if h.effect.place == "imu" and h.effect.name != POSE]
-    linear = [(h, p) for h in sensors for p in h.effect.parameters if not p.log]
-    return {h.at for h, p in linear if np.any(np.abs(fit.state.values[h.key(p.name)] - p.centre) > STRAINED * p.std)}
 
 
 def strongest_first(selection: Selection) -> list[Kept]:

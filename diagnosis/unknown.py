@@ -26,6 +26,7 @@ from imubench.diagnosis.refit import information
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Parameter, Where
 from imubench.diagnosis.stand_ins import MUCH
+from imubench.diagnosis.strained import lawless, strained
 from imubench.diagnosis.term_scores import ENOUGH, Guess, promising
 from imubench.diagnosis.terms import CHANNELS, SERIES, Term, Unknown, signals_of
 from imubench.diagnosis.where import locate, shares
@@ -65,6 +66,7 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
             out.append(finding(f))
     loose = [h for h in unheld(fit) if h.at not in {o.at for o in out}]
     out += [left_by(h, fit) for h in loose]
+    out += [lawless(at, where) for at in sorted(strained(fit) - {o.at for o in out})]
     noisy = loud(fit, where, {f.at for f in out})
     sunk = drowned(fit, say) if any(f.effect == UNKNOWN for f in noisy) else []
     return Unknowns((*out, *noisy), fit, (*held.doubted, *unsure, *loose, *sunk))

@@ -1,0 +1,47 @@
+"""Numbers that no sensor has say that another law is at work: names that have them are doubted, and it has none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.refit import refit
+from imubench.diagnosis.result import UNKNOWN, Where
+from imubench.diagnosis.strained import lawless, strained
+from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+SCALE, BIAS = Hypothesis(EFFECTS["gyro_scale"], "imu2"), Hypothesis(EFFECTS["gyro_bias"], "imu1")
+
+
+@pytest.fixture(scope="module")
+def fit(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("strained") / "case"
+    asked = [("gyro_scale", "imu2", {"scale": [0.02, -0.03, 0.02]}), ("gyro_bias", "imu1", {"bias": [0.01, 0.0, 0.02]})]
+    make_case(folder, rig="hinge", effects=asked, seed=5, seconds=5.0, rate=50.0)
+    return refit(nominal_fit(read(folder)[0]), (SCALE, BIAS))
+
+
+def at(fit, scale):
+    """The fit, its gyroscope's scales elsewhere."""
+    values = fit.state.values | {SCALE.key("scale"): np.array(scale)}
+    return replace(fit, state=replace(fit.state, values=values))
+
+
+def test_a_sensor_s_numbers_strain_nothing(fit):
+    assert strained(fit) == set()
+
+
+def test_a_gyroscope_that_reads_a_fraction_is_none(fit):
+    assert strained(at(fit, [-0.89, 0.22, -0.13])) == {"imu2"}
+
+
+@pytest.mark.parametrize(("places", "channels"), [(("imu2",), {"gyr_x": 0.7}), (("imu1",), {}), ((), {})])
+def test_what_is_there_has_no_name_and_the_place_of_the_residuals(places, channels):
+    said = lawless("imu2", [Where(at, {"gyr_x": 0.7}, (), (), "", 0.8) for at in places])
+    assert (said.effect, said.at, said.where.at) == (UNKNOWN, "imu2", "imu2")
+    assert said.where.channels == channels
+    assert said.confidence > 0.5
