@@ -5,6 +5,7 @@ from time import perf_counter
 
 from imubench.diagnosis import gather
 from imubench.diagnosis.begin import begun
+from imubench.diagnosis.by_size import named_by_size
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.findings import findings, rejected
 from imubench.diagnosis.fit import Fit
@@ -34,13 +35,14 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
     unseen = missing(recording)
     with step("find what was left out"):
         chosen = select(fit) if not unseen else None
-    told, now = declared_by(recording), declared(fit.model)
+    stated, now = declared_by(recording), declared(fit.model)
     with step("weigh and locate what is left"):
-        before = gather.weighed(first, told, samples.white)
+        before = gather.weighed(first, stated, samples.white)
         where = locate(gather.traces(before), regressors(first))
         strange = unknowns(chosen.fit, where) if chosen else Unknowns((), fit, ())
-        if chosen and (told_by_law := named_by_law(chosen, strange)) is not chosen:
-            chosen, strange = told_by_law, unknowns(told_by_law.fit, where)
+        for naming in (named_by_law, named_by_size):
+            if chosen and (told := naming(chosen, strange)) is not chosen:
+                chosen, strange = told, unknowns(told.fit, where)
         rest, best = strange.findings, strange.fit
         samples = samples.without(refuted(samples.findings, best, {f.at for f in rest}))
         rest = not_told(rest, samples.findings)

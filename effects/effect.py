@@ -175,6 +175,12 @@ class Effect:
         )
         return out
 
+    def as_large(self, times: float) -> "Effect":
+        """Return the same effect with priors so many times as wide."""
+        out = copy(self)
+        out.parameters = tuple(replace(p, std=p.std * times) for p in self.parameters)
+        return out
+
     def grid(self, seconds: float) -> dict[str, Array]:
         """Return the starts (k,) to try of the parameters in which the law is far from linear."""
         return {}
