@@ -30,10 +30,11 @@ FEWEST, FEWEST_ABOUT = 2, 4  # knocks that can agree, and about an axis that is 
 HEADINGS = np.linspace(0.0, 2 * np.pi, 180, endpoint=False)  # rad, of the axis that a pendulum swings about
 SAME = 0.02  # rad, how closely they do, as a median
 BEYOND = 0.15  # rad that a smeared contact may seem to go beyond the stop
+HARD, SOON = 0.3, 0.1  # rad, so soon (s) after a knock that was heard: the spline turns round later than the segment
 NEAR, PAD = 0.02, 0.02  # rad before the stop and s around it that are left out with it
 FINE = 0.005  # s
 UNSETTLED = 0.1  # rad: an angle that is so little known without the knocks is none, it was chosen to suit them
-LEAST_STD, LEAST_ABOUT = 0.002, 0.02  # rad; about an axis that is sought: 0.007, 0.031 and 0.031 off
+LEAST_STD, LEAST_ABOUT = 0.002, 0.03  # rad; about an axis that is sought: 0.007, 0.031, 0.031 and 0.039 off
 SURE = 0.95
 
 
@@ -88,7 +89,8 @@ def stop_of(fit: Fit, samples: Sampled) -> Stop | None:
     fine = np.arange(first, last, FINE)
     free = covered(fine + start, fit.model.recording.free_swings)
     away = side * (_angle(fit, fine, heading) - angle)
-    if np.median(np.abs(at - angle)) > SAME or away[free].max() > BEYOND:
+    soon = np.any((fine >= times[:, None] - start) & (fine < times[:, None] - start + SOON), axis=0)
+    if np.median(np.abs(at - angle)) > SAME or np.any(away[free] > np.where(soon, HARD, BEYOND)[free]):
         return None
     touching = binary_dilation(free & (away > -NEAR), iterations=round(PAD / FINE))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], touching.astype(int), [0]])))

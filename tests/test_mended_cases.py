@@ -88,6 +88,15 @@ CASES = {
         *(4021, 40, 2, 40.0),
         {("joint_spring", "joint"), ("viscous_friction", "joint"), ("gyro_scale", "imu2")},
     ),
+    "a creep that a slip held": (495495588, 300, 159, 15.0, {("unknown", "imu1")}),
+    "a creep as faint as its noise is coloured": (495495588, 300, 295, 15.0, {("unknown", "imu1")}),
+    "cross-talk that names held with numbers that no sensor has": (495495588, 300, 87, 15.0, {("unknown", "imu2")}),
+    "springs that bend as much on every axis": (
+        *(495495588, 300, 151, 15.0),
+        {("soft_mount", "imu1"), ("unknown", "imu1")},
+    ),
+    "a misalignment that cost more than it explained": (495495588, 300, 130, 15.0, {("gyro_misalignment", "imu2")}),
+    "a stop whose first knock is smeared": (495495588, 300, 255, 15.0, {("end_stop", "joint")}),
 }
 
 OPEN = {
