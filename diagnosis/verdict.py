@@ -10,6 +10,7 @@ from imubench.diagnosis.kinematics import Rig
 from imubench.diagnosis.result import Finding, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.terms import CHANNELS, LATE
+from imubench.diagnosis.trial import SLIP
 from imubench.effects import EFFECTS
 from imubench.effects.soft_mounts import Sprung
 from imubench.recording import Recording
@@ -86,7 +87,8 @@ def beside_rounding(
 ) -> tuple[Finding, ...]:
     """Return named findings, motions of an IMU or beside a lone one doubted where rounding may be all they explain.
 
-    So are hums that no raw samples have (`heard`: the IMUs whose samples hum), up to the most that a regular error of
+    So are slips that are told by their moment alone (-51 nat on held-out data: a reading leaves a step there), and hums
+    that no raw samples have (`heard`: the IMUs whose samples hum), up to the most that a regular error of
     rounding has at one frequency, step / pi: 0.10 m/s^2 of 93 nat on a swing rounded to 0.64.
 
     A reading that stays on a step while the sensor turns slowly is off by what goes with the motion, no white noise: on
@@ -110,7 +112,8 @@ def beside_rounding(
             return 1.0
         lasting = bool(effect.states) and f.heldout_gain.value < ROUNDED * numbers[f.at]
         size = float(np.linalg.norm(f.parameters["amplitude"].value)) if f.effect == HUM else np.inf
-        told = lasting or (f.at not in heard and size < most.get(f.at, 0.0))
+        stepped = f.effect == SLIP and f.heldout_gain.value <= 0
+        told = lasting or stepped or (f.at not in heard and size < most.get(f.at, 0.0))
         return (STRANGE if regular[f.at] > SHARP else DOUBTFUL) if told else 1.0
 
     return tuple(_at_most(f, sure(f)) for f in named)

@@ -86,9 +86,12 @@ def test_what_is_there_whatever_else_is_is_not_doubted():
         ("soft_mount", "imu2", -3.0, 0.03, 0.98),  # a tie in the place of an offset, say
         ("moving_pivot", "joint", 228.0, 0.03, 0.98),
         ("accel_scale", "imu1", 228.0, 0.03, 0.98),
+        ("mount_shift", "imu1", -51.0, 0.03, STRANGE),  # told by its moment alone
+        ("mount_shift", "imu1", 51.0, 0.03, 0.98),
+        ("mount_shift", "imu2", -51.0, 0.03, 0.98),
     ],
 )
-def test_springs_worth_no_more_than_rounding_may_give_are_doubted(effect, at, gain, std, sure):
+def test_springs_and_slips_worth_no_more_than_rounding_may_give_are_doubted(effect, at, gain, std, sure):
     found, same = beside_rounding((said(effect, at, gain), ROUNDED), rounded_recording("hinge", ("imu1", "imu2"), std))
     assert (found.confidence, same) == (sure, ROUNDED)
 

@@ -156,13 +156,18 @@ def test_coloured_noise_alone_raises_nothing(tmp_path, seed, options):
     assert unknowns(fitted(tmp_path, [], seed, **options)).findings == ()
 
 
+def tightened(fit, times):
+    """The fit of a motion that is held so many times as smooth."""
+    tight = {n: std / times if n.startswith("smooth.") else std for n, std in fit.noise.items()}
+    return solve(fit.model, fit.state, tight, fit.anchor)
+
+
 @pytest.mark.slow
 def test_a_motion_that_a_term_makes_smoother_is_no_mismatch(tmp_path):
     """What a limb's gyroscope reads is its motion: the term takes a share of it, and the splines' prior is content."""
     options = {"band": 2.86, "vigour": 0.71, "rest": 0.13, "gyro_noise": 0.0031, "accel_noise": 0.03, "gaps": 1}
     fit = fitted(tmp_path, [], 20261121 + 116, "pendulum", 15.0, **options)
-    tight = {n: std / 16 if n.startswith("smooth.") else std for n, std in fit.noise.items()}
-    fit = solve(fit.model, fit.state, tight, fit.anchor)
+    fit = tightened(fit, 64)
     (guess, *_), tried = promising(fit)
     assert guess.term.goes_with.startswith("how the sensor turns") and guess.white > 3 * NEEDED
     assert in_the_fit(fit, guess, float(np.log(tried))).evidence < 0.5 * NEEDED
@@ -174,7 +179,7 @@ def test_a_motion_held_too_smooth_is_no_mismatch(tmp_path):
     """What a limb turns that is rougher than the fit takes it for goes on in the residuals: 243 nat held out."""
     options = {"rate": 200.0, "band": 1.552, "vigour": 1.161, "rest": 0.0046, "gaps": 1, "misdeclared": -0.0973}
     options |= {"gyro_noise": 0.00362, "accel_noise": 0.01674, "position_std": 0.00233, "rotation_std": 0.03205}
-    fit = fitted(tmp_path, [], 321279244, "pendulum", 15.0, **options)
+    fit = tightened(fitted(tmp_path, [], 321279244, "pendulum", 15.0, **options), 256)
     (guess, *_), _ = promising(fit)
     assert guess.term.part == "gyro" and guess.white > 10 * NEEDED
     assert unknowns(fit).findings == ()
