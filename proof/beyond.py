@@ -6,8 +6,8 @@ place, or at the joint; F the information of [d, C] with motion and geometry unk
     beyond = min over names, over c of |d - C c| in F, square root
 
 is a number of standard deviations: below about two no method tells the physics from that name, which is then what the
-recording shows. Laws are taken for straight in their numbers, filters at four cutoffs; a mount with
-hardening springs is held against straight ones of its own frequency, damping and their neighbours.
+recording shows. Laws are taken for straight in their numbers, filters at four cutoffs, slips at eight moments; a mount
+with hardening springs is held against straight ones of its own frequency, damping and their neighbours.
 """
 
 from dataclasses import replace
@@ -35,6 +35,8 @@ IMU: dict[str, Parameters] = {
 }  # fmt: skip
 JOINT: dict[str, Parameters] = {"axis_coupling": {"coupling": np.zeros(2)}, "moving_centre": {"slide": np.zeros(3)}}
 CUTOFFS = (8.0, 15.0, 30.0, 60.0)  # Hz
+TURNED = ("rotation", "translation")
+MOMENTS = 8  # at which a mount may have slipped
 CLOCKS = ("time_offset", "clock_skew")
 
 
@@ -51,6 +53,8 @@ def beyond(case: Case, seen: Sight | None = None) -> dict[str, Any] | None:
     names = {name: columns(seen, plain, start) for name, start in _candidates(case, effect).items()}
     names |= {f"low_pass at {effect.at}": np.stack([_filtered(seen, plain, effect.at, f) for f in CUTOFFS], axis=-1)}
     left = {name: _left(seen, np.column_stack([change - plain, C])) for name, C in names.items()}
+    slips = [columns(seen, plain, slip, TURNED) for slip in _slips(case, effect)]
+    left[f"mount_shift at {effect.at}"] = min(_left(seen, np.column_stack([change - plain, C])) for C in slips)
     if effect.effect == "hardening_mount":
         straight = Effect("soft_mount", effect.at, {k: v for k, v in effect.parameters.items() if k != "span"})
         C = columns(seen, seen.readings([straight]), straight, ("frequency", "damping_ratio"))
@@ -80,6 +84,14 @@ def _candidates(case: Case, effect: Effect) -> dict[str, Effect]:
         del imu["skin_sliding"]
     at_imu = {f"{name} at {effect.at}": Effect(name, effect.at, p) for name, p in imu.items()}
     return at_imu | ({f"{name} at joint": Effect(name, "joint", p) for name, p in JOINT.items()} if joint else {})
+
+
+def _slips(case: Case, effect: Effect) -> list[Effect]:
+    seconds = case.options.seconds
+    none: Parameters = {"rotation": np.zeros(3), "translation": np.zeros(3)}
+    return [
+        Effect("mount_shift", effect.at, none | {"time": seconds * (i + 0.5) / MOMENTS}) for i in range(MOMENTS)
+    ]
 
 
 def _filtered(seen: Sight, plain: Array, at: str, cutoff: float) -> Array:

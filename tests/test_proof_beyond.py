@@ -67,3 +67,12 @@ def test_a_mount_on_hardly_hardening_springs_is_one_on_straight_ones():
 
 def test_there_is_no_answer_where_the_motion_is_not_free():
     assert beyond(build("pendulum", [("wind", "joint")], 8, seconds=8.0, swing=True)) is None
+
+
+def test_a_mount_that_slips_at_one_of_the_moments_is_a_slip():
+    """Of moments 0.75 s apart one is at 3.375 s; the turn is so small that it is straight in its numbers."""
+    slip = {"rotation": [0.002, -0.001, 0.003], "translation": [0.0, 0.001, 0.0], "time": 3.375}
+    case = build("hinge", [("mount_shift", "imu2", slip)], 9, **SHORT)
+    found = beyond(case)
+    assert found["nearest"] == "mount_shift at imu2"
+    assert found["beyond"] < 0.02 * visibility(case)
