@@ -1,17 +1,28 @@
-"""A rival that was as good when it was passed over may be the better one beside what came later."""
+"""A rival that was as good when it was passed over may be the better one beside what came later.
 
-from collections.abc import Callable
+One of more numbers may also do what two of few do, before the second of these has come in: the nine of a g-sensitivity
+took the place of a gyroscope's bias, 45 bounds of whose drift were to come. So it is held against both.
+"""
+
+from collections.abc import Callable, Sequence
 
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.refit import log_evidence, refit
+from imubench.diagnosis.rounds import plain_scores, plain_trials
 from imubench.diagnosis.trial import NEEDED, Kept, Passed
 
 TIE, SHARE = 20.0, 0.05  # nat, or of the evidence, within which two effects were as good
 
 
-def exchanged(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
-    """Return the fit and its effects, each changed for the rival of its round that is now worth more."""
+def exchanged(
+    fit: Fit, kept: list[Kept], everything: Sequence[Hypothesis], say: Callable[[str], None]
+) -> tuple[Fit, list[Kept]]:
+    """Return the fit and its effects, each changed for the rival of its round that is now worth more.
+
+    Not where one of `everything` beside it is worth more still, with no more numbers together.
+    """
     if len(kept) < 2:
         return fit, kept
     out = []
@@ -22,8 +33,22 @@ def exchanged(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[F
             say(f"trying {t.hypothesis.name} in the place of {k.hypothesis.name}")
             names = tuple(t.hypothesis if h == k.hypothesis else h for h in fit.model.hypotheses)
             tried = refit(fit, names)
-            if log_evidence(tried) > log_evidence(fit) + NEEDED:
+            more = log_evidence(tried) - log_evidence(fit)
+            if more > NEEDED and more > beside(fit, numbers(t.hypothesis) - numbers(k.hypothesis), everything, say):
                 fit = with_noise(tried)
                 k = Kept(t.hypothesis, k.evidence, k.heldout, (Passed(k.hypothesis, k.evidence - NEEDED),))
         out.append(k)
     return fit, out
+
+
+def numbers(h: Hypothesis) -> int:
+    """Return how many numbers an effect has."""
+    return sum(p.width for p in h.effect.parameters)
+
+
+def beside(fit: Fit, most: int, everything: Sequence[Hypothesis], say: Callable[[str], None]) -> float:
+    """Return the nat that the best effect without states is worth beside a fit's, of at most so many numbers."""
+    taken = {h.name for h in fit.model.hypotheses}
+    few = [h for h in everything if h.name not in taken and 0 < numbers(h) <= most]
+    tried = plain_trials(fit, plain_scores(fit, few)[1], say, 1) if few else []
+    return tried[0].evidence if tried else 0.0

@@ -179,4 +179,4 @@ def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], N
     return out
 
 
-__all__ = ["Round", "akin", "asked", "attempted", "plain_trials"]
+__all__ = ["Round", "akin", "asked", "attempted", "plain_scores", "plain_trials"]

@@ -71,7 +71,7 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         rejected += refused
         if len(kept) > before:
             late = any(k.hypothesis.effect.name == CLOCK for k in kept[before:])
-            fit, kept = exchanged(fit, kept, say)
+            fit, kept = exchanged(fit, kept, everything, say)
             rubs = any(k.hypothesis.effect.name in FRICTION for k in kept[before:])
             fit, kept = mixed(fit, kept, say) if rubs else (fit, kept)
             fit, kept = quickly(fit, kept, say) if late else (fit, kept)
