@@ -19,7 +19,6 @@ from imubench.diagnosis.stand_ins import (
     SLIP,
     SLOW,
     a_filter_is,
-    breaks_its_law,
     groups,
     is_a_drift,
     margins,
@@ -30,6 +29,7 @@ from imubench.diagnosis.stand_ins import (
     wanders,
 )
 from imubench.diagnosis.term_scores import promising
+from imubench.diagnosis.trial import breaks_its_law
 from imubench.diagnosis.worth import worth
 
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like

@@ -124,15 +124,6 @@ def seen_at(h: Hypothesis) -> str:
     return h.at if h.effect.place == "imu" else "joint"
 
 
-def breaks_its_law(fit: Fit, h: Hypothesis) -> bool:
-    """Return whether an effect's states leave more of their law than it allows, and so are splines.
-
-    Of a gyroscope with hysteresis a filter that broke its law by 2.8 times its std explained 690,000 nat, and a term of
-    where the reading came from 212 fewer; a filter's own readings break it by a tenth of its std.
-    """
-    return any(std > 1.0 for name, std in fit.noise.items() if h.effect.lawful and name.startswith(h.key("")))
-
-
 def wanders(guesses: Sequence[Guess], gone: Sequence[Hypothesis], lost: float) -> bool:
     """Return whether a curve of time explains as much, were the noise white, as an offset or a drift of `lost` nat.
 
@@ -164,6 +155,6 @@ def only_wanders(fit: Fit, h: Hypothesis) -> bool:
 
 
 __all__ = [
-    "MOVED", "MUCH", "SLIP", "SLOW", "a_filter_is", "breaks_its_law", "groups", "is_a_drift", "margins", "only_wanders",
+    "MOVED", "MUCH", "SLIP", "SLOW", "a_filter_is", "groups", "is_a_drift", "margins", "only_wanders",
     "rivals", "takes_place", "together", "wanders",
 ]  # fmt: skip

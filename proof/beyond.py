@@ -89,9 +89,7 @@ def _candidates(case: Case, effect: Effect) -> dict[str, Effect]:
 def _slips(case: Case, effect: Effect) -> list[Effect]:
     seconds = case.options.seconds
     none: Parameters = {"rotation": np.zeros(3), "translation": np.zeros(3)}
-    return [
-        Effect("mount_shift", effect.at, none | {"time": seconds * (i + 0.5) / MOMENTS}) for i in range(MOMENTS)
-    ]
+    return [Effect("mount_shift", effect.at, none | {"time": seconds * (i + 0.5) / MOMENTS}) for i in range(MOMENTS)]
 
 
 def _filtered(seen: Sight, plain: Array, at: str, cutoff: float) -> Array:

@@ -92,6 +92,14 @@ CASES = {
         *(495495588, 300, 151, 15.0),
         {("soft_mount", "imu1"), ("unknown", "imu1")},
     ),
+    "a bias and a drift whose part nine numbers took": (
+        *(495495588, 300, 25, 15.0),
+        {("gravity", "world"), ("gyro_bias", "imu1"), ("gyro_drift", "imu1")},
+    ),
+    "a mount, a bias and a g-sensitivity that a filter held which broke its law": (
+        *(495495588, 300, 45, 15.0),
+        {("accel_bias", "imu1"), ("rocking_mount", "imu1"), ("g_sensitivity", "imu1")},
+    ),
     "a misalignment that cost more than it explained": (495495588, 300, 130, 15.0, {("gyro_misalignment", "imu2")}),
     "a stop whose first knock is smeared": (495495588, 300, 255, 15.0, {("end_stop", "joint")}),
 }
