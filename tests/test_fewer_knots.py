@@ -125,6 +125,7 @@ def off(fit, true):
     return np.concatenate([(fit.state.values[name] - value) / std[name] for name, value in true.items()])
 
 
+@pytest.mark.slow
 def test_springs_on_fewer_knots_have_the_noise_that_was_put_in_and_their_numbers(tmp_path):
     fit, true = sprung(tmp_path, "soft_mount", 911, seconds=12.0)
     few = unbiased(fit)
@@ -206,6 +207,7 @@ def test_springs_that_ring_have_knots_enough_and_their_numbers(tmp_path):
     assert finer(many) is many
 
 
+@pytest.mark.slow
 def test_springs_quicker_than_the_motion_follow_it_and_need_no_knots(tmp_path):
     fit, _ = sprung(tmp_path, "rocking_mount", 31, seconds=8.0, band=2.0, strength="weak")
     assert ringing(fit) == 0.0

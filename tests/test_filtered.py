@@ -70,10 +70,8 @@ def test_a_filter_takes_the_place_of_a_delay_that_leaves_much_if_it_leaves_littl
     assert misfit(after) < 1.1
 
 
-@pytest.mark.parametrize(
-    ("cutoff", "found"),
-    [(30.0, "low_pass[quick]@imu2"), pytest.param(50.0, "time_offset@imu2", marks=pytest.mark.slow)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("cutoff", "found"), [(30.0, "low_pass[quick]@imu2"), (50.0, "time_offset@imu2")])
 def test_a_filter_too_quick_to_be_told_from_a_delay_ties_with_it(tmp_path, cutoff, found):
     """What a filter does beside a delay is its curvature: of 30 Hz 12 nat, of 38 Hz 5.4."""
     fit = with_an_offset(tmp_path, [("low_pass", "imu2", {"cutoff": cutoff, "channels": BOTH})], 61)

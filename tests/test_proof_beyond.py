@@ -46,6 +46,7 @@ def test_what_is_left_is_what_a_recording_with_the_name_taken_off_shows():
     assert visibility(both, seen) == pytest.approx(found["beyond"], rel=0.02)
 
 
+@pytest.mark.slow
 def test_hysteresis_is_no_name():
     play = {"channel": "gyro", "share": 0.2, "width": 0.5}
     strange = build("hinge", [("hysteresis", "imu2", play)], 6, **SHORT)

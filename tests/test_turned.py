@@ -69,6 +69,7 @@ def test_where_gyroscopes_agree_nothing_is_begun_anew(tmp_path, effects, base):
     assert far_turns(model, "imu1") == far_turns(model, "imu2") == []
 
 
+@pytest.mark.slow
 def test_begun_anew_a_far_turned_mount_is_where_it_is(tmp_path):
     """Begun as declared its fit goes astray; a turn about the axis, which the angle takes, is left out."""
     fit = fit_of(tmp_path, [posed("imu2", FAR)], seed=66)
