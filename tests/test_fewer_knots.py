@@ -196,6 +196,7 @@ def test_a_spline_with_three_knots_a_period_is_no_solution_of_a_ringing_springs_
     assert left_of_the_law(PERIOD) < 0.01
 
 
+@pytest.mark.slow
 def test_springs_that_ring_have_knots_enough_and_their_numbers(tmp_path):
     options = {"rig": "pendulum", "swing": True, "rate": 50.0, "band": 7.5, "vigour": 0.63}
     fit, true = sprung(tmp_path, "rocking_mount", 1, seconds=10.0, **options)

@@ -29,6 +29,7 @@ def pulled(tmp_path_factory):
     return begun(read(folder)[0]).fit
 
 
+@pytest.mark.slow
 def test_what_few_readings_hold_is_an_effect_where_it_brings_their_level_down(pulled):
     """It is 4.6 times the declared one: beside such noise the effect was worth nothing."""
     assert list(told_little(pulled)) == ["imu1.gyro"]

@@ -70,6 +70,7 @@ def test_louder_white_noise_has_its_name_and_size(clean, shared):
     assert loud(fit, [WHERE], {"imu2"}) == []
 
 
+@pytest.mark.slow
 def test_a_noise_that_the_samples_show_goes_where_the_fit_leaves_less(clean):
     def said(std):
         parameters = {"std": Parameter(np.array(std), np.array(0.01 * std), "rad/s")}

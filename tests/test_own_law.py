@@ -41,6 +41,7 @@ def test_a_dead_zone_is_a_law_of_the_reading_and_nothing_that_moves_is(tmp_path,
     assert reads_by_own_law(with_noise(refit(fit, (Hypothesis(EFFECTS["gyro_scale"], at),)))) == own
 
 
+@pytest.mark.slow
 def test_no_spring_is_sought_beside_a_dead_zone(tmp_path, monkeypatch):
     fit = fit_of(tmp_path, "hinge", [DEAD_ZONE], 63, seconds=8.0, band=2.0)
     assert misfit(fit) > UNEXPLAINED

@@ -27,6 +27,7 @@ def test_physics_that_a_name_is_has_nothing_beyond_it():
     assert "gyro_misalignment at imu1" in found["same"]
 
 
+@pytest.mark.slow
 def test_a_delay_takes_cross_talk_away_from_a_misalignment():
     soon, late = (beyond(crossed(delay))["beyond"] for delay in (0.01, 0.1))
     assert late > 5 * soon > 0

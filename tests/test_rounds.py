@@ -14,6 +14,7 @@ from imubench.proof.case import make_case
 SLIP = {"rotation": [0.0, 0.15, 0.05], "translation": [0.004, 0.0, 0.0], "time": 5.3}
 
 
+@pytest.mark.slow
 def test_all_that_a_round_tries_is_held_against_one_another_on_the_same_samples(tmp_path):
     """How a mount slips is not known: those samples are left out of what is beside it too, and of the fit without."""
     effects = [("mount_shift", "imu2", SLIP), ("gyro_bias", "imu1", {"bias": [0.03, -0.02, 0.02]})]
