@@ -29,6 +29,7 @@ from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit, at_noise_of
 from imubench.diagnosis.heldout import Gain, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.loud import unexplained
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.priors import states_inside
 from imubench.diagnosis.prune import SEED, at_centre
@@ -44,7 +45,6 @@ from imubench.effects.soft_mounts import Sprung
 PROMISED = 10.0  # nat, before they are fitted
 UNSURE = 5.0  # nat that a bend promises, from which on straight springs are in doubt: 2 % of those that are straight
 NEEDED = 20.0  # nat, before springs are believed to bend; what they gain on held-out data only has to be a gain
-SURELY = 0.9  # confidence in what springs leave without a force that explains it
 CLEAR = 25.0  # nat by which b is not 0: so much needs no left-out data
 ROUNDS = 4  # of the noise's estimation, the law's own with it
 
@@ -138,8 +138,7 @@ def unheld(fit: Fit) -> list[Hypothesis]:
 
 def left_by(h: Hypothesis, fit: Fit) -> Finding:
     """Return what springs leave as a finding without a name."""
-    where = _where(h.at, {r.name: r.whitened for r in fit.measured})
-    return nameless(h.at, SURELY, {}, Gain(0.0, 0.0, 0.0, np.zeros(1)), where)
+    return unexplained(_where(h.at, {r.name: r.whitened for r in fit.measured}))
 
 
 def _where(at: str, whitened: dict[str, Array]) -> Where:

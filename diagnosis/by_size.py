@@ -1,9 +1,9 @@
 """Something without a name, held against effects of its IMU as small as it is.
 
-The search prices an effect's numbers by how large they may be: six numbers of a misalignment that are a fiftieth of
-that cost 29 nat, and one that explained 28 was not asked for. A term's weights are as large as they explain most, and
-the term was found. So each effect gets such a size as well: with M its information and g its gradient in units of its
-prior, everything else free to follow,
+The search prices an effect's numbers by how large they may be: six numbers of a misalignment that are a hundredth
+of that cost 33 nat, and one that explained 32 was not asked for. A term's weights are as large as they explain most,
+and the term was found. So each effect gets such a size as well: with M its information and g its gradient in units of
+its prior, everything else free to follow,
 
     e(s) = g' (M + 1/s^2)^-1 g / 2 - log det(I + s^2 M) / 2,
 
@@ -23,23 +23,25 @@ from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.score import each, prior_std
 from imubench.diagnosis.select import Selection, candidates
-from imubench.diagnosis.term_scores import weighed
+from imubench.diagnosis.term_scores import at_best_size
 from imubench.diagnosis.terms import Unknown
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.trial import NEEDED, Kept
 from imubench.diagnosis.unknown import Unknowns
 
-SIZES = 10.0 ** np.arange(-3.0, 3.0, 0.5)  # of an effect's prior, or of a term's weights
+SIZES = tuple(float(s) for s in 10.0 ** np.arange(-3.0, 3.0, 0.5))  # of an effect's prior, or of a term's weights
 
 
 def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], None] = lambda _: None) -> Selection:
     """Return the selection, with the effect that explains as much as a term of `strange` at its IMU, if one does."""
     terms = [h for h in strange.fit.model.hypotheses if isinstance(h.effect, Unknown)]
-    for term in terms if len(selection.kept) < MOST else ():
+    for term in terms:
+        if len(selection.kept) == MOST:
+            break
         say(f"looking whether an effect is as small as {term.name}")
         fit = selection.fit
-        every = candidates(fit.model)
-        likely = [h for h in every if could_be(h, term) and h not in fit.model.hypotheses]
+        every, taken = candidates(fit.model), {h.name for h in fit.model.hypotheses}
+        likely = [h for h in every if could_be(h, term) and h.name not in taken]
         nat = sized(Base.of(fit), [term, *likely])
         best = max(likely, key=lambda h: nat[h], default=term)
         if best is term or nat[best][0] < max(nat[term][0], NEEDED + np.log(len(every))):
@@ -67,8 +69,7 @@ def sized(base: Base, some: Sequence[Hypothesis]) -> dict[Hypothesis, tuple[floa
         std = prior_std(h)
         values, vectors = np.linalg.eigh(information * np.outer(std, std))
         pull = (vectors.T @ (gradient * std)) ** 2
-        promised = ((size, *weighed(values, pull, size)) for size in SIZES)
-        out[h] = max((won - price, float(size)) for size, won, price in promised)
+        out[h] = at_best_size(values, pull, SIZES)
     return out
 
 

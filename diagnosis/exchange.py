@@ -34,21 +34,17 @@ def exchanged(
             names = tuple(t.hypothesis if h == k.hypothesis else h for h in fit.model.hypotheses)
             tried = refit(fit, names)
             more = log_evidence(tried) - log_evidence(fit)
-            if more > NEEDED and more > beside(fit, numbers(t.hypothesis) - numbers(k.hypothesis), everything, say):
+            further = t.hypothesis.effect.numbers - k.hypothesis.effect.numbers
+            if more > NEEDED and more > beside(fit, further, everything, say):
                 fit = with_noise(tried)
                 k = Kept(t.hypothesis, k.evidence, k.heldout, (Passed(k.hypothesis, k.evidence - NEEDED),))
         out.append(k)
     return fit, out
 
 
-def numbers(h: Hypothesis) -> int:
-    """Return how many numbers an effect has."""
-    return sum(p.width for p in h.effect.parameters)
-
-
 def beside(fit: Fit, most: int, everything: Sequence[Hypothesis], say: Callable[[str], None]) -> float:
     """Return the nat that the best effect without states is worth beside a fit's, of at most so many numbers."""
     taken = {h.name for h in fit.model.hypotheses}
-    few = [h for h in everything if h.name not in taken and 0 < numbers(h) <= most]
+    few = [h for h in everything if h.name not in taken and 0 < h.effect.numbers <= most]
     tried = plain_trials(fit, plain_scores(fit, few)[1], say, 1) if few else []
     return tried[0].evidence if tried else 0.0

@@ -49,8 +49,13 @@ def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
     sensors = {n.split(".")[0] for n in over}
     chosen = next((w for w in where if w.at in sensors), None)
     if chosen is not None:
-        out.append(Finding(UNKNOWN, chosen.at, SURELY, {}, Interval(0.0, (0.0, 0.0)), where=chosen))
+        out.append(unexplained(chosen))
     return out
+
+
+def unexplained(where: Where) -> Finding:
+    """Return what no term holds at a place as a finding without a name."""
+    return Finding(UNKNOWN, where.at, SURELY, {}, Interval(0.0, (0.0, 0.0)), where=where)
 
 
 def refuted(raw: Sequence[Finding], fit: Fit, known: set[str]) -> tuple[Finding, ...]:
@@ -114,4 +119,4 @@ def louder(name: str, std: float, leverage: Array) -> Finding:
     return Finding(f"{part}_noise", at, SURELY, {"std": size}, Interval(0.0, (0.0, 0.0)))
 
 
-__all__ = ["ALLOWED", "flat", "left_over", "loud", "louder", "refuted", "steady"]
+__all__ = ["ALLOWED", "flat", "left_over", "loud", "louder", "refuted", "steady", "unexplained"]

@@ -102,11 +102,10 @@ def together(candidates: Iterable[Hypothesis], most: int) -> Iterator[list[Hypot
     some: list[Hypothesis] = []
     count = 0
     for h in candidates:
-        width = sum(p.width for p in h.effect.parameters)
-        if some and count + width > most:
+        if some and count + h.effect.numbers > most:
             yield some
             some, count = [], 0
         some.append(h)
-        count += width
+        count += h.effect.numbers
     if some:
         yield some

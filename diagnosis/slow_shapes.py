@@ -26,7 +26,7 @@ from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.score import each
 from imubench.diagnosis.slow_noise import COLOUR, powers
-from imubench.diagnosis.term_scores import JUMPS, SIZES, hypothesis_of, weighed
+from imubench.diagnosis.term_scores import JUMPS, SIZES, at_best_size, hypothesis_of
 from imubench.diagnosis.terms import Term
 from imubench.diagnosis.threads import one_thread
 
@@ -49,7 +49,7 @@ class Beside:
         reached = self.reach @ spread
         values, vectors = np.linalg.eigh(reached.T @ reached)
         pull = (vectors.T @ (reached.T @ self.pull)) ** 2
-        return self.alone + max(won - price for won, price in (weighed(values, pull, std) for std in SIZES))
+        return self.alone + at_best_size(values, pull, SIZES)[0]
 
 
 @dataclass(frozen=True)

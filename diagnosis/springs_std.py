@@ -12,7 +12,6 @@ so with the largest such x' the stated deviation is (x' - x) / 1.96. The spring'
 in any such fit.
 """
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -38,18 +37,16 @@ def with_springs(fit: Fit, std: dict[str, Array]) -> dict[str, Array]:
     for h in fit.model.hypotheses:
         for name in (p.name for p in h.effect.parameters if p.log and p.name in SURE):
             if np.any(std[h.key(name)] > SURE[name]):
-                own = np.exp(fit.state.values[h.key(name)])
-                tried = [np.maximum(own, z) for z in DAMPINGS] if name == DAMPING else [own * k for k in STIFFER]
-                widen(out, fit, h, name, tried)
+                widen(out, fit, h, name)
     return out
 
 
-def widen(out: dict[str, Array], fit: Fit, h: Hypothesis, name: str, tried: Iterable[Array]) -> None:
-    """Widen the deviations `out` of a spring by what fits say with the number `name` at values (k,), ever larger."""
+def widen(out: dict[str, Array], fit: Fit, h: Hypothesis, name: str) -> None:
+    """Widen the deviations `out` of a spring by what fits say that hold its number `name` at ever larger values."""
     key = h.key(name)
     own = np.exp(fit.state.values[key])
     last, scatter, asked = own, out[key] * own, np.ones(own.size, dtype=bool)
-    for value in tried:
+    for value in [np.maximum(own, z) for z in DAMPINGS] if name == DAMPING else [own * k for k in STIFFER]:
         there = held_at(fit, key, value)
         if there.cost - fit.cost > LITTLE:
             break

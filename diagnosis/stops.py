@@ -34,7 +34,7 @@ HARD, SOON = 0.3, 0.1  # rad, so soon (s) after a knock that was heard: the spli
 NEAR, PAD = 0.02, 0.02  # rad before the stop and s around it that are left out with it
 FINE = 0.005  # s
 UNSETTLED = 0.1  # rad: an angle that is so little known without the knocks is none, it was chosen to suit them
-LEAST_STD, LEAST_ABOUT = 0.002, 0.03  # rad; about an axis that is sought: 0.007, 0.031, 0.031 and 0.039 off
+LEAST_STD, LEAST_ABOUT = 0.002, 0.03  # rad; about an axis that is sought: 0.007, 0.031, 0.031 and 0.041 off
 SURE = 0.95
 
 
@@ -81,15 +81,17 @@ def stop_of(fit: Fit, samples: Sampled) -> Stop | None:
     times = np.concatenate([np.atleast_1d(f.parameters["times"].value) for f in samples.unless_stopped])
     if len(times) < (FEWEST_ABOUT if ball else FEWEST):
         return None
-    heading = _agreed(fit, times - start) if ball else 0.0
-    at = _angle(fit, times - start, heading)
+    knocks = times - start
+    heading = _agreed(fit, knocks) if ball else 0.0
+    at = _angle(fit, knocks, heading)
     angle = float(np.median(at))
     side = 1.0 if angle > 0 else -1.0
     first, last = fit.span
     fine = np.arange(first, last, FINE)
     free = covered(fine + start, fit.model.recording.free_swings)
     away = side * (_angle(fit, fine, heading) - angle)
-    soon = np.any((fine >= times[:, None] - start) & (fine < times[:, None] - start + SOON), axis=0)
+    since = fine - knocks[:, None]
+    soon = np.any((since >= 0) & (since < SOON), axis=0)
     if np.median(np.abs(at - angle)) > SAME or np.any(away[free] > np.where(soon, HARD, BEYOND)[free]):
         return None
     touching = binary_dilation(free & (away > -NEAR), iterations=round(PAD / FINE))

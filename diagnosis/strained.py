@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.loud import SURELY
-from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Where
+from imubench.diagnosis.loud import unexplained
+from imubench.diagnosis.result import Finding, Where
 from imubench.diagnosis.trial import POSE
 
 STRAINED = 5.0  # of its prior's standard deviations, beyond which a number is none that a sensor has
@@ -26,8 +26,7 @@ def strained(fit: Fit) -> set[str]:
 
 def lawless(at: str, where: Sequence[Where]) -> Finding:
     """Return what is at such a place as a finding without a name; `where` the nominal fit's residuals were."""
-    seen = next((w for w in where if w.at == at), Where(at, {}, (), (), "", 1.0))
-    return Finding(UNKNOWN, at, SURELY, {}, Interval(0.0, (0.0, 0.0)), where=seen)
+    return unexplained(next((w for w in where if w.at == at), Where(at, {}, (), (), "", 1.0)))
 
 
 __all__ = ["STRAINED_SURE", "lawless", "strained"]

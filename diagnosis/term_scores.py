@@ -1,6 +1,6 @@
 """What terms promise before any is fitted: their information with motion, geometry and effects free to follow."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -115,13 +115,17 @@ def _best(matrix: Array, gradient: Array, term: Term, louder: float = 1.0) -> Gu
         values, vectors = np.linalg.eigh(matrix[np.ix_(own, own)])
         pull = (vectors.T @ gradient[own]) ** 2
         chosen = term if channel is None else term.only(channel)
-        for std in SIZES:
-            won, price = weighed(values, pull, std)
-            white = max(white, won - price)
-            won, price = weighed(values, pull, std, louder)
-            if won - price > out.evidence:
-                out = Guess(chosen, std, won - price, 0.0)
+        white = max(white, at_best_size(values, pull, SIZES)[0])
+        evidence, std = at_best_size(values, pull, SIZES, louder)
+        if evidence > out.evidence:
+            out = Guess(chosen, std, evidence, 0.0)
     return replace(out, white=white)
+
+
+def at_best_size(values: Array, pull: Array, sizes: Iterable[float], louder: float = 1.0) -> tuple[float, float]:
+    """Return the nat that weights win less the price of their freedom, and the size of their prior, that have most."""
+    told = ((weighed(values, pull, size, louder), size) for size in sizes)
+    return max(((won - price, size) for (won, price), size in told), key=lambda t: t[0])
 
 
 def weighed(values: Array, pull: Array, std: float, louder: float = 1.0) -> tuple[float, float]:
@@ -135,4 +139,4 @@ def weighed(values: Array, pull: Array, std: float, louder: float = 1.0) -> tupl
     return won, 0.5 * float(np.sum(np.log(grown / louder)))
 
 
-__all__ = ["ENOUGH", "Guess", "hypothesis_of", "promising", "weighed"]
+__all__ = ["ENOUGH", "SIZES", "Guess", "at_best_size", "hypothesis_of", "promising", "weighed"]

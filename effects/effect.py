@@ -202,6 +202,11 @@ class Effect:
         return ()
 
     @property
+    def numbers(self) -> int:
+        """How many numbers its parameters are."""
+        return sum(p.width for p in self.parameters)
+
+    @property
     def lawful(self) -> bool:
         """Whether its states obey a law, and are no free splines."""
         return type(self).equations is not Effect.equations

@@ -35,7 +35,6 @@ IMU: dict[str, Parameters] = {
 }  # fmt: skip
 JOINT: dict[str, Parameters] = {"axis_coupling": {"coupling": np.zeros(2)}, "moving_centre": {"slide": np.zeros(3)}}
 CUTOFFS = (8.0, 15.0, 30.0, 60.0)  # Hz
-TURNED = ("rotation", "translation")
 MOMENTS = 8  # at which a mount may have slipped
 CLOCKS = ("time_offset", "clock_skew")
 
@@ -53,7 +52,7 @@ def beyond(case: Case, seen: Sight | None = None) -> dict[str, Any] | None:
     names = {name: columns(seen, plain, start) for name, start in _candidates(case, effect).items()}
     names |= {f"low_pass at {effect.at}": np.stack([_filtered(seen, plain, effect.at, f) for f in CUTOFFS], axis=-1)}
     left = {name: _left(seen, np.column_stack([change - plain, C])) for name, C in names.items()}
-    slips = [columns(seen, plain, slip, TURNED) for slip in _slips(case, effect)]
+    slips = [columns(seen, plain, slip, tuple(IMU["mount_pose"])) for slip in _slips(case, effect)]
     left[f"mount_shift at {effect.at}"] = min(_left(seen, np.column_stack([change - plain, C])) for C in slips)
     if effect.effect == "hardening_mount":
         straight = Effect("soft_mount", effect.at, {k: v for k, v in effect.parameters.items() if k != "span"})
@@ -87,9 +86,8 @@ def _candidates(case: Case, effect: Effect) -> dict[str, Effect]:
 
 
 def _slips(case: Case, effect: Effect) -> list[Effect]:
-    seconds = case.options.seconds
-    none: Parameters = {"rotation": np.zeros(3), "translation": np.zeros(3)}
-    return [Effect("mount_shift", effect.at, none | {"time": seconds * (i + 0.5) / MOMENTS}) for i in range(MOMENTS)]
+    times = case.options.seconds * (np.arange(MOMENTS) + 0.5) / MOMENTS
+    return [Effect("mount_shift", effect.at, IMU["mount_pose"] | {"time": float(t)}) for t in times]
 
 
 def _filtered(seen: Sight, plain: Array, at: str, cutoff: float) -> Array:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.exchange import beside, exchanged, numbers
+from imubench.diagnosis.exchange import beside, exchanged
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
@@ -53,7 +53,7 @@ def test_nine_numbers_are_held_against_three_and_three(tmp_path, asked, expected
 def test_what_stands_beside_has_no_more_numbers_than_asked(tmp_path):
     fit = fit_of(tmp_path, [*GIVEN, DRIFTS])
     drift = evidence_over(fit, refit(fit, (*fit.model.hypotheses, DRIFT)))
-    assert numbers(MATRIX) - numbers(BIAS) == 6
+    assert MATRIX.effect.numbers - BIAS.effect.numbers == 6
     assert beside(fit, 6, candidates(fit.model), lambda _: None) == pytest.approx(drift, rel=0.01)
     assert beside(fit, 2, candidates(fit.model), lambda _: None) < 0.5 * drift
     assert beside(fit, 0, candidates(fit.model), lambda _: None) == 0

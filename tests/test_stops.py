@@ -57,7 +57,8 @@ def test_a_pendulum_stops_about_the_axis_on_which_its_knocks_agree(seed, tmp_pat
     (said,) = [f for f in begin.samples.findings if f.effect == "end_stop"]
     assert not begin.samples.unless_stopped
     angle = said.parameters["angle"]
-    assert abs(angle.value - abs(truth["effects"][0]["parameters"]["angle"])) < 2 * angle.std < 0.07
+    assert abs(angle.value - abs(truth["effects"][0]["parameters"]["angle"])) < min(2 * angle.std, 0.05)
+    assert angle.std < 0.035
 
 
 def test_knocks_of_a_pendulum_at_any_angle_are_no_stop(tmp_path):
