@@ -35,8 +35,8 @@ def faint_knocks(imu: Imu, bad: Mask, step: float) -> tuple[Window, ...]:
     limit = beyond_chance(sum(s.time.size for s in whole), rate) if whole else np.inf
     found = []
     for stretch in whole:
-        power, level = quick_power(stretch, taps, rate, skip, step)
-        for peak in peaks_of(power, limit * level, rate):
+        power, _, bar = quick_power(stretch, taps, rate, skip, step)
+        for peak in peaks_of(power, limit * bar, rate):
             if not stepped(stretch.accel, int(peak), rate):
                 found.append(lasting(stretch.time, stretch.accel, power, int(peak), rate))
     return tuple(found) if len(found) >= FEWEST else ()

@@ -14,6 +14,7 @@ CUT, SLOPE, BETA = 15.0, 8.0, 7.86  # Hz, Hz from stop to pass, of the Kaiser wi
 LENGTH = 0.627  # s, that window's
 NEAR, FAR = 0.15, 1.0  # s, from a peak: the local level is taken between them, on either side
 ALARM = 1e-3  # per recording, of stationary noise
+ENDS = 10.0  # of amplitude, bar over level near the ends: of 386 stretches knocks had 37 to 1,269, others up to 35
 TOGETHER, ECHO, FAINT = 0.2, 0.35, 0.1  # s, s, of the amplitude: nearer peaks are one knock, fainter ones its echo
 
 Peaks = np.ndarray[tuple[int], np.dtype[np.int64]]
@@ -25,16 +26,20 @@ def high_pass(rate: float) -> Array:
     return np.asarray(taps)
 
 
-def quick_power(stretch: Stretch, taps: Array, rate: float, skip: Mask, step: float) -> tuple[Array, Array]:
-    """Return the power (m,) above 15 Hz, 0 where no knock may begin, and its local level (m,), of a stretch.
+def quick_power(stretch: Stretch, taps: Array, rate: float, skip: Mask, step: float) -> tuple[Array, Array, Array]:
+    """Return the power (m,) above 15 Hz of a stretch, 0 where no knock may begin, its local level (m,), and the bar
+    (m,) that a peak is measured by.
 
-    Samples of `skip` (n,) begin none, nor does what the filter's ends smear; no level is below that of rounding.
+    Samples of `skip` (n,) begin none; no level is below that of rounding. Near an end, where half of what the filter
+    sees is made up and nobody knows what was before, the bar is above the level.
     """
-    power, edge = high(stretch.accel, taps), taps.size // 2
+    far, power = round(FAR * rate), high(stretch.accel, taps)
     level = np.maximum(local_level(power, rate), step**2 / 12)
-    power[:edge], power[-edge:] = 0.0, 0.0
+    bar = level.copy()
+    bar[:far] *= ENDS**2
+    bar[max(far, bar.size - far) :] *= ENDS**2
     power[skip[stretch.source]] = 0.0
-    return power, level
+    return power, level, bar
 
 
 def peaks_of(power: Array, least: Array, rate: float) -> Peaks:
@@ -44,21 +49,31 @@ def peaks_of(power: Array, least: Array, rate: float) -> Peaks:
     return peaks[power[peaks] >= FAINT**2 * np.max(near * power[peaks], axis=1, initial=0.0)]
 
 
+def extended(accel: Array, more: int) -> Array:
+    """Return accel (m, 3) with `more` samples on either side, oddly about its ends: value and slope go on."""
+    return np.pad(accel, ((more, more), (0, 0)), "reflect", reflect_type="odd")
+
+
 def high(accel: Array, taps: Array) -> Array:
-    """Return the power (m,) of accel (m, 3) above 15 Hz, mean of the axes."""
-    left = accel - accel.mean(axis=0)
-    return np.asarray(np.mean(fftconvolve(left, taps[:, None], mode="same", axes=0) ** 2, axis=1))
+    """Return the power (m,) of accel (m, 3) above 15 Hz, mean of the axes; beyond its ends it goes on oddly."""
+    long = extended(accel - accel.mean(axis=0), taps.size // 2)
+    return np.asarray(np.mean(fftconvolve(long, taps[:, None], mode="valid", axes=0) ** 2, axis=1))
 
 
 def local_level(power: Array, rate: float) -> Array:
-    """Return the larger of the levels (m,) just before and just after each sample, a median over 0.85 s."""
+    """Return the larger of the levels (m,) just before and just after each sample, a median over 0.85 s.
+
+    Nearer to an end it is that of the other side; where both are near, of all.
+    """
     near, far = round(NEAR * rate), round(FAR * rate)
     width = (far - near) | 1
-    middle = median_filter(power, width, mode="nearest") / (chi2.median(3) / 3)
+    middle = median_filter(power, width, mode="nearest")
     shift = near + width // 2
     ends = np.arange(power.size)
     before, after = middle[(ends - shift).clip(0)], middle[(ends + shift).clip(max=power.size - 1)]
-    return np.maximum(np.maximum(before, after), 1e-16)
+    before[:far], after[max(0, power.size - far) :] = 0.0, 0.0
+    level = np.where((before > 0) | (after > 0), np.maximum(before, after), np.median(power))
+    return np.maximum(level / (chi2.median(3) / 3), 1e-16)
 
 
 def beyond_chance(total: int, rate: float) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.raw_grid import Stretch, smooth_fill
-from imubench.diagnosis.raw_high import ALARM, NEAR, beyond_chance, high, high_pass, peaks_of, quick_power
+from imubench.diagnosis.raw_high import ALARM, NEAR, beyond_chance, extended, high, high_pass, peaks_of, quick_power
 from imubench.diagnosis.raw_samples import Mask
 
 SLOWEST = 45.0  # Hz, a rate under which too little is left above 19 Hz
@@ -50,24 +50,25 @@ def knocks(stretches: tuple[Stretch, ...], rate: float, skip: Mask, step: float)
     total = sum(s.time.size for s in stretches)
     limit = max(STEADY, beyond_chance(total, rate))
     inside, wild = np.zeros(skip.size, dtype=bool), np.zeros(skip.size, dtype=bool)
-    times, ratios = [], []
+    times, ratios, whole = [], [], []
     for stretch in (s for s in stretches if s.time.size >= 2 * taps.size):
-        power, level = quick_power(stretch, taps, rate, skip, step)
-        for peak in peaks_of(power, HEAVY**2 * level, rate):
-            if rate >= FAST and single(stretch, int(peak), taps, limit * level[peak]):
-                wild[stretch.source[peak]] |= power[peak] > limit * level[peak]
+        power, level, bar = quick_power(stretch, taps, rate, skip, step)
+        for peak in peaks_of(power, HEAVY**2 * bar, rate):
+            if rate >= FAST and single(stretch, int(peak), taps, limit * bar[peak]):
+                wild[stretch.source[peak]] |= power[peak] > limit * bar[peak]
                 continue
             if stepped(stretch.accel, int(peak), rate):
                 continue
             first = onset(stretch.accel, int(peak), rate)
             times.append(float(stretch.time[first]))
-            ratios.append(float(np.sqrt(power[peak] / level[peak])))
-            if power[peak] > limit * level[peak]:
+            ratios.append(float(np.sqrt(power[peak] / bar[peak])))
+            whole.append(bool(bar[peak] == level[peak]))
+            if power[peak] > limit * bar[peak]:
                 last = min(int(peak) + round(2 * NEAR * rate), stretch.time.size)
                 loud = np.flatnonzero(power[peak:last] > limit * level[peak:last] / 4)
                 inside[stretch.source[first : peak + int(loud[-1]) + 2]] = True
     each = np.array(ratios)
-    apart = each > apart_from(each)
+    apart = each > apart_from(each[np.array(whole, dtype=bool)])  # what is seen in half says nothing of a tail
     return Knocks(np.array(times)[apart], each[apart], inside, wild)
 
 
@@ -102,10 +103,10 @@ def stepped(accel: Array, peak: int, rate: float) -> bool:
     """Return whether the reading only goes over from one value to another, as where a held limb is let go.
 
     A knock leaves the straight way between the values before and after it, and by more than these differ; the slope
-    that they share is the motion's. A peak is farther from the ends of a stretch than all that is looked at.
+    that they share is the motion's.
     """
     near, far = max(2, round(OVER * rate)), max(4, round(2 * OVER * rate))
-    place = np.arange(-far, far + 1)
+    accel, peak, place = extended(accel, far), peak + far, np.arange(-far, far + 1)
     before, after, between = place <= -near, place >= near, np.abs(place) <= near
     piece = accel[peak + place]
     slope = np.mean([np.polyfit(place[part], piece[part], 1)[0] for part in (before, after)], axis=0)

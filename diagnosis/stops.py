@@ -28,7 +28,7 @@ from imubench.jets import Jet
 STOP = "end_stop"
 FEWEST, FEWEST_ABOUT = 2, 4  # knocks that can agree, and about an axis that is sought for them
 HEADINGS = np.linspace(0.0, 2 * np.pi, 180, endpoint=False)  # rad, of the axis that a pendulum swings about
-SAME = 0.02  # rad, how closely they do, as a median
+SAME, OF_SWING = 0.02, 0.01  # rad, how closely they do, as a median; and of how far the joint swings: stops 0.003
 BEYOND = 0.15  # rad that a smeared contact may seem to go beyond the stop
 HARD, SOON = 0.3, 0.1  # rad, so soon (s) after a knock that was heard: the spline turns round later than the segment
 NEAR, PAD = 0.02, 0.02  # rad before the stop and s around it that are left out with it
@@ -92,7 +92,9 @@ def stop_of(fit: Fit, samples: Sampled) -> Stop | None:
     away = side * (_angle(fit, fine, heading) - angle)
     since = fine - knocks[:, None]
     soon = np.any((since >= 0) & (since < SOON), axis=0)
-    if np.median(np.abs(at - angle)) > SAME or np.any(away[free] > np.where(soon, HARD, BEYOND)[free]):
+    apart = min(SAME, OF_SWING * float(np.ptp(away[free])))
+    beyond = np.any(away[free] > np.where(soon, HARD, BEYOND)[free])
+    if beyond or np.median(np.abs(at - angle)) > apart:
         return None
     touching = binary_dilation(free & (away > -NEAR), iterations=round(PAD / FINE))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], touching.astype(int), [0]])))

@@ -20,6 +20,7 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.clocks import late, on_segment
+from imubench.diagnosis.far_arm import far_arm
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.kinematics import HINGE_AXIS
@@ -33,7 +34,7 @@ JOINT = np.eye(3)[HINGE_AXIS]
 AGREE = 0.25  # of a gyroscope's reading: where the two agree so well across the axis no mount is turned far
 FAINT = 0.03  # of the strongest: a turn that is seen less is noise, as all are but one on a base that stands still
 FAR = 0.35  # rad: what is turned by less is found from where it is declared
-BETTER = 0.5  # of the cost of the start as declared, that one begun anew must have
+BETTER = 0.8  # of the cost of the start as declared, that one begun anew must have
 
 
 def turned(fit: Fit, h: Hypothesis) -> Fit | None:
@@ -46,18 +47,27 @@ def turned(fit: Fit, h: Hypothesis) -> Fit | None:
     model = fit.model.with_effects(())
     tries = []
     for turn in far_turns(model, h.at):
-        mount = model.mounts[h.at]
-        other = replace(mount, turn=mount.turn @ rotations.to_matrix(rotations.exp(turn)))
-        with suppress(NotPositiveDefiniteError):
-            tries.append((first_fit(replace(model, mounts=model.mounts | {h.at: other})), turn))
+        there = placed(model, h.at, turn, np.zeros(3))
+        for way in (np.zeros(3), far_arm(there, h.at)):
+            if way is not None:
+                with suppress(NotPositiveDefiniteError):
+                    tries.append((first_fit(placed(model, h.at, turn, way)), turn, way))
     if not tries:
         return None
-    best, turn = min(tries, key=lambda t: t[0].cost)
+    best, turn, way = min(tries, key=lambda t: t[0].cost)
     if best.cost > BETTER * first_fit(model).cost:
         return None
     with suppress(NotPositiveDefiniteError):
-        return refit(moved_to(fit, best), (*fit.model.hypotheses, h), {h.key("rotation"): turn})
+        start = {h.key("rotation"): turn, h.key("translation"): way}
+        return refit(moved_to(fit, best), (*fit.model.hypotheses, h), start)
     return None
+
+
+def placed(model: Model, at: str, turn: Array, way: Array) -> Model:
+    """Return the model with a mount turned by (3,) rad in its own axes and moved by (3,) m in the segment's."""
+    mount = model.mounts[at]
+    other = replace(mount, turn=mount.turn @ rotations.to_matrix(rotations.exp(turn)), position=mount.position + way)
+    return replace(model, mounts=model.mounts | {at: other})
 
 
 def best_begun(fit: Fit, h: Hypothesis, done: Fit) -> Fit:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis import begin as begin_module
+from imubench.diagnosis import stops as stops_module
 from imubench.diagnosis.begin import begun
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.samples import sampled
@@ -66,6 +67,21 @@ def test_knocks_of_a_pendulum_at_any_angle_are_no_stop(tmp_path):
     make_case(tmp_path / "r", "pendulum", [knocks], 204, seconds=15.0, swing=True)
     begin = begun(read(tmp_path / "r")[0])
     assert [f.effect for f in begin.samples.findings + begin.samples.unless_stopped] == ["impacts"]
+
+
+@pytest.mark.parametrize(("swing", "stops"), [(1.6, True), (0.3, False)])
+def test_how_closely_knocks_must_agree_goes_with_how_far_the_joint_swings(swing, stops, tmp_path, monkeypatch):
+    """Of eight knocks on a pendulum that swung by 0.3 rad most lay within 0.016 rad about some axis."""
+    _, _, samples, fit = looked_at(tmp_path, ("end_stop", "joint"), 201)
+    count = sum(f.parameters["times"].value.size for f in samples.unless_stopped)
+
+    def angle(_, time, heading=0.0):
+        if len(time) == count:
+            return swing / 2 + np.resize([0.012, -0.012], count)
+        return swing / 2 * np.sin(2 * np.pi * time)
+
+    monkeypatch.setattr(stops_module, "_angle", angle)
+    assert (stop_of(fit, samples) is not None) == stops
 
 
 def test_an_angle_that_is_another_without_the_knocks_is_no_stop(tmp_path, monkeypatch):

@@ -6,11 +6,12 @@ from scipy.spatial.transform import Rotation
 
 from imubench import rotations
 from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.far_arm import far_arm
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.start import model_of
-from imubench.diagnosis.turned import axis_in, far_turns, turned
+from imubench.diagnosis.turned import axis_in, far_turns, placed, turned
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -67,6 +68,19 @@ def test_a_far_turn_takes_the_axis_to_where_it_is_in_the_sensor(tmp_path, at, tu
 def test_where_gyroscopes_agree_nothing_is_begun_anew(tmp_path, effects, base):
     model = model_of(recorded(tmp_path, effects, base=base))
     assert far_turns(model, "imu1") == far_turns(model, "imu2") == []
+
+
+@pytest.mark.parametrize(("at", "way"), [("imu2", [-0.4, 0.3, -0.2]), ("imu1", [0.3, 0.0, 0.4]), ("imu2", [0.0] * 3)])
+def test_where_a_far_mount_is_the_joints_centre_reads_as_long_from_both(tmp_path, at, way):
+    """Told how it is turned: where it is follows, whatever the joint's angle and however far it is away."""
+    pose = ("mount_pose", at, {"rotation": FAR, "translation": way})
+    model = model_of(recorded(tmp_path, [pose], vigour=1.5))
+    found = far_arm(placed(model, at, np.array(FAR), np.zeros(3)), at)
+    assert found == pytest.approx(way, abs=0.03)
+
+
+def test_without_the_other_imu_no_arm_is_sought(tmp_path):
+    assert far_arm(model_of(recorded(tmp_path, [], base="fixed")), "imu2") is None
 
 
 @pytest.mark.slow
