@@ -102,6 +102,10 @@ CASES = {
     ),
     "a misalignment that cost more than it explained": (495495588, 300, 130, 15.0, {("gyro_misalignment", "imu2")}),
     "a stop whose first knock is smeared": (495495588, 300, 255, 15.0, {("end_stop", "joint")}),
+    "axes far off, by a sensor that tells little": (
+        *(315475440, 300, 104, 15.0),
+        {("quantisation", "imu1"), ("accel_misalignment", "imu1")},
+    ),
     "a knock just before a gap": (315475440, 300, 213, 15.0, {("impacts", "imu1")}),
     "knocks on a pendulum that hardly swings": (315475440, 300, 206, 15.0, {("impacts", "imu1")}),
 }

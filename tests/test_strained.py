@@ -39,6 +39,13 @@ def test_a_gyroscope_that_reads_a_fraction_is_none(fit):
     assert strained(at(fit, [-0.89, 0.22, -0.13])) == {"imu2"}
 
 
+def test_a_number_that_nothing_beside_makes_up_for_may_be_larger(fit):
+    other = Hypothesis(EFFECTS["gyro_bias"], "imu2")
+    both = refit(fit, (SCALE, BIAS, other))
+    odd = [0.31, -0.22, -0.22]
+    assert strained(at(fit, odd)) == set() and strained(at(both, odd)) == {"imu2"}
+
+
 @pytest.mark.parametrize(("places", "channels"), [(("imu2",), {"gyr_x": 0.7}), (("imu1",), {}), ((), {})])
 def test_what_is_there_has_no_name_and_the_place_of_the_residuals(places, channels):
     said = lawless("imu2", [Where(at, {"gyr_x": 0.7}, (), (), "", 0.8) for at in places])
