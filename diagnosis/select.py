@@ -27,6 +27,7 @@ from imubench.diagnosis.terms import FRICTION
 from imubench.diagnosis.trial import CLOCK, FILTER, SLIP, Kept
 from imubench.diagnosis.unbiased import unbiased
 from imubench.effects import possible
+from imubench.effects.soft_mounts import Sprung
 
 SETTLED = 8  # rounds at most, of a law that the fit ends with
 
@@ -43,6 +44,11 @@ class Selection:
     def numbers(self) -> Fit:
         """The fit that the numbers are read off."""
         return unbiased(loosened(self.fit))
+
+    @property
+    def springs_refused(self) -> frozenset[str]:
+        """Return the places at which springs explained much and foretold nothing."""
+        return frozenset(h.at for h, _ in self.rejected if isinstance(h.effect, Sprung))
 
 
 def candidates(model: Model) -> list[Hypothesis]:

@@ -7,7 +7,7 @@ stretches is beyond it: a real hand's peaks have a Q of 10 and 30 beside others 
 of a swing that turns round beside dry friction. Several too faint to be left out are held against the fit together.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from imubench.diagnosis.raw_findings import SURE_OF_KNOCKS, UNITS, joined
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.swings import turning
 from imubench.diagnosis.unmoved import BESIDE, counted, knocks, solved
-from imubench.diagnosis.verdict import KNOCKING
+from imubench.diagnosis.verdict import DOUBTFUL, KNOCKING
 from imubench.diagnosis.windows import Window, covered
 from imubench.recording import Imu
 
@@ -33,10 +33,13 @@ FEWEST = 2  # samples of a peak; a single wild one is none
 LOST, ROUNDED = "dropouts", "quantisation"
 
 
-def struck_again(fit: Fit, struck: Mapping[str, Mask], named: Sequence[Finding]) -> tuple[Finding, ...]:
+def struck_again(
+    fit: Fit, struck: Mapping[str, Mask], named: Sequence[Finding], sprung: Collection[str] = ()
+) -> tuple[Finding, ...]:
     """Return knocks among the peaks `struck` ("imu1" -> (n,) samples) that the fit has not seen and cannot explain.
 
-    Not where `named` has what knocks by itself, nor at an IMU of which the raw samples told some.
+    Not where `named` has what knocks by itself, nor at an IMU of which the raw samples told some. Doubted where springs
+    (`sprung`, of IMUs) explained much and foretold nothing: a mount that rings after a push does so in one sensor too.
     """
     if any(f.effect in KNOCKING for f in named):
         return ()
@@ -53,7 +56,7 @@ def struck_again(fit: Fit, struck: Mapping[str, Mask], named: Sequence[Finding])
             times = faint(fit, imu, samples, named)
         if times.size:
             parameters = {"times": Parameter(times, np.full(times.size, 1 / imu.rate), "s")}
-            sure = SURE_OF_KNOCKS[times.size > 1]
+            sure = min(SURE_OF_KNOCKS[times.size > 1], DOUBTFUL if imu.name in sprung else 1.0)
             out.append(Finding("impacts", imu.name, sure, parameters, Interval(0.0, (0.0, 0.0))))
     return tuple(out)
 

@@ -14,6 +14,7 @@ from imubench.diagnosis.result import Finding, Interval
 from imubench.diagnosis.samples import sampled
 from imubench.diagnosis.struck import FEWEST, TOGETHER, struck_again
 from imubench.diagnosis.unmoved import elsewhere
+from imubench.diagnosis.verdict import DOUBTFUL
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -84,6 +85,8 @@ def test_several_knocks_too_faint_for_the_raw_samples_are_found_together(tmp_pat
     times = found.parameters["times"].value
     assert len(times) >= 3
     assert all(np.min(np.abs(np.array(TIMES) - t)) < 0.06 for t in times)
+    (doubted,) = struck_again(fit, samples.struck, (), {"imu1"})
+    assert doubted.confidence <= DOUBTFUL < found.confidence  # springs that foretold nothing may ring so
     lost = Finding("dropouts", "imu1", 0.99, {}, Interval(0.0, (0.0, 0.0)))
     assert struck_again(fit, samples.struck, (lost,)) == ()
 
