@@ -49,7 +49,8 @@ class RawChecks:
 def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
     """Return what the raw samples of an IMU say; nothing where there are fewer than 32.
 
-    The jerk with which a limb is let go, just before one of `free_swings` (s) begins, is no knock.
+    The jerk with which a limb is let go, just before one of `free_swings` (s) begins, is no knock, unless it is far
+    louder than such a jerk.
     """
     n = imu.time.size
     none = np.zeros(n, dtype=bool)
@@ -73,7 +74,7 @@ def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
     let_go = np.zeros(n, dtype=bool)
     for start, _ in free_swings:
         let_go |= (imu.time > start - LET_GO) & (imu.time < start + LET_GO / 4)
-    knocked = knocks(pieces, rate, spread(clip["accel"], RING) | let_go, float(step["accel"].max()))
+    knocked = knocks(pieces, rate, spread(clip["accel"], RING), float(step["accel"].max()), let_go)
     struck = knocked.samples | knocked.wild if knocked else none
     skip = {"gyro": spread(clip["gyro"], BESIDE) | struck, "accel": spread(clip["accel"], BESIDE) | struck}
     levels = {part: white_level(pieces, part, rate, skip[part]) for part in UNITS}

@@ -14,7 +14,7 @@ CUT, SLOPE, BETA = 15.0, 8.0, 7.86  # Hz, Hz from stop to pass, of the Kaiser wi
 LENGTH = 0.627  # s, that window's
 NEAR, FAR = 0.15, 1.0  # s, from a peak: the local level is taken between them, on either side
 ALARM = 1e-3  # per recording, of stationary noise
-ENDS = 10.0  # of amplitude, bar over level near the ends: of 386 stretches knocks had 37 to 1,269, others up to 35
+UNSURE = 10.0  # of amplitude, bar over level: near 386 ends knocks had 37 to 1,269, others to 35; let go 65, and 27
 TOGETHER, ECHO, FAINT = 0.2, 0.35, 0.1  # s, s, of the amplitude: nearer peaks are one knock, fainter ones its echo
 
 Peaks = np.ndarray[tuple[int], np.dtype[np.int64]]
@@ -26,20 +26,21 @@ def high_pass(rate: float) -> Array:
     return np.asarray(taps)
 
 
-def quick_power(stretch: Stretch, taps: Array, rate: float, skip: Mask, step: float) -> tuple[Array, Array, Array]:
+def quick_power(
+    stretch: Stretch, taps: Array, rate: float, skip: Mask, step: float, doubted: Mask | None = None
+) -> tuple[Array, Array, Array]:
     """Return the power (m,) above 15 Hz of a stretch, 0 where no knock may begin, its local level (m,), and the bar
     (m,) that a peak is measured by.
 
     Samples of `skip` (n,) begin none; no level is below that of rounding. Near an end, where half of what the filter
-    sees is made up and nobody knows what was before, the bar is above the level.
+    sees is made up and nobody knows what was before, and at `doubted` samples (n,) the bar is above the level.
     """
     far, power = round(FAR * rate), high(stretch.accel, taps)
     level = np.maximum(local_level(power, rate), step**2 / 12)
-    bar = level.copy()
-    bar[:far] *= ENDS**2
-    bar[max(far, bar.size - far) :] *= ENDS**2
+    unsure = np.zeros(power.size, dtype=bool) if doubted is None else doubted[stretch.source]
+    unsure[:far], unsure[max(far, power.size - far) :] = True, True
     power[skip[stretch.source]] = 0.0
-    return power, level, bar
+    return power, level, np.where(unsure, UNSURE**2, 1.0) * level
 
 
 def peaks_of(power: Array, least: Array, rate: float) -> Peaks:

@@ -39,10 +39,13 @@ class Knocks:
     wild: Mask  # (n,) single samples off by more than noise allows
 
 
-def knocks(stretches: tuple[Stretch, ...], rate: float, skip: Mask, step: float) -> Knocks | None:
+def knocks(
+    stretches: tuple[Stretch, ...], rate: float, skip: Mask, step: float, doubted: Mask | None = None
+) -> Knocks | None:
     """Return the knocks of a recording; None where it is sampled too slowly.
 
-    Samples of `skip` (n,) begin none; readings rounded to `step` (0: none) are never quieter than the rounding.
+    Samples of `skip` (n,) begin none, `doubted` ones (n,) only such as are far louder; readings rounded to `step` (0:
+    none) are never quieter than the rounding.
     """
     if rate < SLOWEST:
         return None
@@ -52,9 +55,9 @@ def knocks(stretches: tuple[Stretch, ...], rate: float, skip: Mask, step: float)
     inside, wild = np.zeros(skip.size, dtype=bool), np.zeros(skip.size, dtype=bool)
     times, ratios, whole = [], [], []
     for stretch in (s for s in stretches if s.time.size >= 2 * taps.size):
-        power, level, bar = quick_power(stretch, taps, rate, skip, step)
+        power, level, bar = quick_power(stretch, taps, rate, skip, step, doubted)
         for peak in peaks_of(power, HEAVY**2 * bar, rate):
-            if rate >= FAST and single(stretch, int(peak), taps, limit * bar[peak]):
+            if rate >= FAST and single(stretch, int(peak), taps, limit * level[peak]):
                 wild[stretch.source[peak]] |= power[peak] > limit * bar[peak]
                 continue
             if stepped(stretch.accel, int(peak), rate):
@@ -68,7 +71,7 @@ def knocks(stretches: tuple[Stretch, ...], rate: float, skip: Mask, step: float)
                 loud = np.flatnonzero(power[peak:last] > limit * level[peak:last] / 4)
                 inside[stretch.source[first : peak + int(loud[-1]) + 2]] = True
     each = np.array(ratios)
-    apart = each > apart_from(each[np.array(whole, dtype=bool)])  # what is seen in half says nothing of a tail
+    apart = each > apart_from(each[np.array(whole, dtype=bool)])  # the doubted say nothing of a tail
     return Knocks(np.array(times)[apart], each[apart], inside, wild)
 
 

@@ -107,6 +107,7 @@ CASES = {
         {("quantisation", "imu1"), ("accel_misalignment", "imu1")},
     ),
     "a knock just before a gap": (315475440, 300, 213, 15.0, {("impacts", "imu1")}),
+    "a knock just before a limb is let go": (315475440, 300, 273, 15.0, {("impacts", "imu2"), ("gravity", "world")}),
     "knocks on a pendulum that hardly swings": (315475440, 300, 206, 15.0, {("impacts", "imu1")}),
 }
 
