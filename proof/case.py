@@ -21,6 +21,7 @@ from imubench.proof.unknown import NAMES as OUTSIDE
 from imubench.proof.write import write_folder
 
 DETAIL = ("kind", "peak")
+NEARER = 0.85  # of its angle from hanging: where a stop that was not touched is tried next
 Asked = Sequence[tuple[Any, ...]]
 """Effects as (name, at) or (name, at, parameters); parameters None: drawn."""
 
@@ -96,11 +97,29 @@ def settled(options: Options, effects: list[Effect], seed: int) -> list[Effect]:
         elif "from_rest" in p:
             off = p.pop("from_rest")
             if e.effect == "end_stop":  # the sign of its angle is its side: it must not be on the way to hanging
-                p["angle"] = hangs + (off if off * (hangs + off) > 0 else -off)
+                off = off if off * (hangs + off) > 0 else -off
+                p["angle"] = hangs + touched(options, rest, hangs, off, seed)
             else:
                 p["q0"] = hangs + off
         done.append(replace(e, parameters=p))
     return done
+
+
+def touched(options: Options, rest: list[Effect], hangs: float, off: float, seed: int) -> float:
+    """Return how far (rad) from hanging a stop is: `off`, or as much nearer as the swing needs to touch it.
+
+    A stop that nothing touches changes no sample, and nobody could find it. Its angle keeps its sign.
+    """
+    t = grid(options.seconds)
+    nearer = off
+    while nearer * (hangs + nearer) > 0 and abs(nearer) > 0.1 * abs(off):
+        stop = Effect("end_stop", "joint", {"angle": hangs + nearer}, True)
+        world = moved(options, [*rest, stop], t, seed)
+        inside = np.any([(t >= a) & (t <= b) for a, b in world.swings], axis=0)
+        if np.any((world.angle[0][inside] - hangs) * np.sign(off) > abs(nearer)):
+            return nearer
+        nearer *= NEARER
+    return off
 
 
 def played(options: Options, effects: list[Effect], seed: int) -> Case:

@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ellipk
 
 from imubench.proof.body import limb
-from imubench.proof.case import build
+from imubench.proof.case import NEARER, build
 from imubench.proof.instruments import read_encoder
 from imubench.proof.options import stream
 from imubench.proof.rotation import about, apply, apply_back, log
@@ -108,6 +108,20 @@ def test_a_stop_holds_on_its_side_only(rig):
         reached = side * (case.world.angle[0][inside] - angle)
         assert 0.001 < reached.max() < 0.08  # it hits, and is stiff: 25 Hz under a few rad/s
         assert reached.min() < -0.5
+
+
+@pytest.mark.parametrize("rig", ["hinge", "pendulum"])
+def test_a_drawn_stop_is_touched_and_one_that_is_touched_stays_where_it_was_drawn(rig):
+    """A stop at 1.2 rad that a swing of less never reached changed no sample of two unseen trials."""
+    for seed in (4, 5):
+        for far in (0.3, 1.7):
+            case, inside, _ = swinging(rig, [("end_stop", "joint", {"from_rest": far})], seed)
+            (stop,), hangs = case.effects, case.world.hangs
+            off = stop.parameters["angle"] - hangs
+            beyond = (case.world.angle[0][inside] - hangs) * np.sign(off) - abs(off)
+            assert beyond.max() > 0
+            steps = np.log(abs(off) / far) / np.log(NEARER)
+            assert steps == pytest.approx(round(steps), abs=1e-9) and (far > 0.3 or steps == pytest.approx(0, abs=1e-9))
 
 
 def test_the_declared_body_and_windows_are_there():
