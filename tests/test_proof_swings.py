@@ -110,7 +110,7 @@ def test_a_stop_holds_on_its_side_only(rig):
         assert reached.min() < -0.5
 
 
-@pytest.mark.parametrize("rig", ["hinge", "pendulum"])
+@pytest.mark.parametrize("rig", ["hinge", pytest.param("pendulum", marks=pytest.mark.slow)])
 def test_a_drawn_stop_is_touched_and_one_that_is_touched_stays_where_it_was_drawn(rig):
     """A stop at 1.2 rad that a swing of less never reached changed no sample of two unseen trials."""
     for seed in (4, 5):
