@@ -48,6 +48,11 @@ def on_segment(model: Model, imu: Imu, grid: Array, offset: float) -> tuple[Arra
     return gyro @ turn.T, accel @ turn.T
 
 
+def on_segments(model: Model, grid: Array, offsets: Mapping[str, float]) -> dict[str, tuple[Array, Array]]:
+    """Return rate and specific force of every IMU in segment axes, on the grid, where stamps are late by `offsets`."""
+    return {i.name: on_segment(model, i, grid, offsets.get(i.name, 0.0)) for i in model.recording.imus}
+
+
 def clock_offset(model: Model, one: Imu, two: Imu) -> float:
     """Return by how much the second IMU's stamps are late, in s, from what a hinge leaves equal: |w x j|."""
     step = 0.2 / max(one.rate, two.rate)
@@ -98,4 +103,4 @@ def pose_offset(imu: Imu, pose: Pose) -> float:
     return 0.0
 
 
-__all__ = ["LAG", "clock_offset", "coarse", "late", "on_segment", "pose_offset"]
+__all__ = ["LAG", "clock_offset", "coarse", "late", "on_segments", "pose_offset"]

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from imubench.arrays import Array
-from imubench.diagnosis.clocks import late, on_segment
+from imubench.diagnosis.clocks import late, on_segments
 from imubench.diagnosis.model import Model
 from imubench.estimators.hinge_position import angular_acceleration, lever_matrices, residuals
 
@@ -24,18 +24,19 @@ def far_arm(model: Model, at: str) -> Array | None:
 
     None where the other IMU is not there, or nothing is seen.
     """
-    imus = {i.name: i for i in model.recording.imus}
-    if not model.rig.turns or len(imus) < 2:
+    imus = model.recording.imus
+    if not model.rig.turns or len(imus) != 2:
         return None
-    offsets, period = late(model), 1 / min(i.rate for i in imus.values())
-    first, last = (f(i.time[k] for i in imus.values()) - model.start for f, k in ((max, 0), (min, -1)))
-    grid = np.arange(first, last, period)
-    read = [on_segment(model, i, grid, offsets.get(n, 0.0)) for n, i in imus.items()]
+    period = 1 / min(i.rate for i in imus)
+    grid = np.arange(max(i.time[0] for i in imus), min(i.time[-1] for i in imus), period) - model.start
+    if len(grid) <= BETWEEN:
+        return None
+    read = on_segments(model, grid, late(model)).values()
     inner = slice(BETWEEN // 2, -(BETWEEN // 2))
     levers = np.stack([lever_matrices(rate[inner], angular_acceleration(rate, period)) for rate, _ in read])
     accel = np.stack([force[inner] for _, force in read])
-    centre = -np.stack([model.mounts[n].position for n in imus])  # (2, 3) m, as seen from the sensors
-    which = list(imus).index(at)
+    centre = -np.stack([model.mounts[i.name].position for i in imus])  # (2, 3) m, as seen from the sensors
+    which = [i.name for i in imus].index(at)
     own = slice(3 * which, 3 * which + 3)
 
     def stacked(p: Array) -> Array:

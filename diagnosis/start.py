@@ -7,7 +7,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.clocks import LAG, coarse, late, on_segment
+from imubench.diagnosis.clocks import LAG, coarse, late, on_segments
 from imubench.diagnosis.hypothesis import Geometry, Hypothesis, State
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, Rig
 from imubench.diagnosis.model import Model
@@ -50,14 +50,13 @@ def blind_start(model: Model) -> tuple[Model, State, Array | None]:
     knots = model.tracks.knots
     grid = np.asarray(knots.start + knots.step * np.arange(knots.count - 5), dtype=float)
     targets: dict[str, Array] = {}
-    imus = {i.name: i for i in recording.imus}
     offsets = late(model)
     for at, offset in offsets.items():
         clock = Hypothesis(TIME_OFFSET, at)
         if abs(offset) > coarse(recording) and clock.effect.name in EFFECTS:
             model = model.with_effects((*model.hypotheses, clock))
             values[clock.key("offset")] = np.array([offset])
-    sampled = {n: on_segment(model, i, grid, offsets.get(n, 0.0)) for n, i in imus.items()}
+    sampled = on_segments(model, grid, offsets)
     if rig.turns:
         if recording.poses and recording.poses[0].quaternion is not None:
             targets[ATTITUDE] = _interpolated(model, grid, "quaternion")

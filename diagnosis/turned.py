@@ -19,7 +19,7 @@ import numpy as np
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
-from imubench.diagnosis.clocks import late, on_segment
+from imubench.diagnosis.clocks import late, on_segments
 from imubench.diagnosis.far_arm import far_arm
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, State
@@ -34,7 +34,7 @@ JOINT = np.eye(3)[HINGE_AXIS]
 AGREE = 0.25  # of a gyroscope's reading: where the two agree so well across the axis no mount is turned far
 FAINT = 0.03  # of the strongest: a turn that is seen less is noise, as all are but one on a base that stands still
 FAR = 0.35  # rad: what is turned by less is found from where it is declared
-BETTER = 0.8  # of the cost of the start as declared, that one begun anew must have
+BETTER = 0.5  # of the cost of the start as declared, that one begun anew must have
 
 
 def turned(fit: Fit, h: Hypothesis) -> Fit | None:
@@ -47,11 +47,10 @@ def turned(fit: Fit, h: Hypothesis) -> Fit | None:
     model = fit.model.with_effects(())
     tries = []
     for turn in far_turns(model, h.at):
-        there = placed(model, h.at, turn, np.zeros(3))
-        for way in (np.zeros(3), far_arm(there, h.at)):
-            if way is not None:
-                with suppress(NotPositiveDefiniteError):
-                    tries.append((first_fit(placed(model, h.at, turn, way)), turn, way))
+        arm = far_arm(placed(model, h.at, turn, np.zeros(3)), h.at)
+        for way in (np.zeros(3), arm) if arm is not None else (np.zeros(3),):
+            with suppress(NotPositiveDefiniteError):
+                tries.append((first_fit(placed(model, h.at, turn, way)), turn, way))
     if not tries:
         return None
     best, turn, way = min(tries, key=lambda t: t[0].cost)
@@ -82,9 +81,9 @@ def far_turns(model: Model, at: str) -> list[Array]:
     needed = {"imu1", "imu2"} if model.rig.turns else {"imu2"}
     if at not in needed or not needed <= imus.keys():
         return []
-    offsets, own = late(model), imus[at].time - model.start
+    own = imus[at].time - model.start
     grid = own[(own > 0) & (own < min(i.time[-1] for i in imus.values()) - model.start)]
-    read = {n: on_segment(model, i, grid, offsets.get(n, 0.0)) for n, i in imus.items()}
+    read = on_segments(model, grid, late(model))
     rates = {n: rate for n, (rate, _) in read.items()}
     if not model.rig.turns:
         rates["imu1"] = np.zeros_like(rates["imu2"])
