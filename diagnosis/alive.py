@@ -4,7 +4,7 @@ from imubench.diagnosis.coherence import RELATED, follows_motion
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.refit import evidence_over
-from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, UNEXPLAINED, Trial, misfit
+from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, UNEXPLAINED, Trial, kind, misfit
 
 JUMPS = ("dry_friction", "end_stop")  # torques with a jump
 HINTED = 30.0  # nat that a screening must promise where nothing else says that a sensor moves on its own
@@ -23,7 +23,8 @@ def stateful(fit: Fit, left: list[Hypothesis], moving: bool, rivalled: bool) -> 
     either, while little is left: a spline rounds the corners of such a motion as a filter would its readings.
     """
     delayed = any(h.effect.name in (CLOCK, *JUMPS) for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
-    alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic"]
+    there = {kind(h) for h in fit.model.hypotheses}
+    alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic" and kind(h) not in there]
     alive = [h for h in alive if not ((delayed or (rivalled and not moving)) and h.effect.name == FILTER)]
     if moving:
         return alive

@@ -15,7 +15,7 @@ from imubench.diagnosis.lively_fits import ROUNDS, against, begun_screened, grow
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.screen import Screened, screen
 from imubench.diagnosis.threads import side_by_side
-from imubench.diagnosis.trial import FILTER, NEEDED, SCREENED, TRIED, UNEXPLAINED, Trial, breaks_its_law, misfit
+from imubench.diagnosis.trial import FILTER, NEEDED, SCREENED, TRIED, UNEXPLAINED, Trial, breaks_its_law, kind, misfit
 
 MORE = 2  # rounds for the best of them on the whole recording
 FREE = 0.75  # of what a state without a law explains, that one with a law must
@@ -84,14 +84,20 @@ def promising(screened: list[Screened], least: float, lone: bool, puzzling: bool
     much is left (`puzzling`) the next are also those whose law the motion goes against.
     """
     if least == ANYWAY:
-        return [screened[:TRIED]]
+        return [first(screened)]
     hopeful = [s for s in screened if s.evidence > least and s.amount > 0]
-    likely = [s for s in hopeful if s.evidence > RIVALS * hopeful[0].evidence][:TRIED]
+    likely = first([s for s in hopeful if s.evidence > RIVALS * hopeful[0].evidence])
     if lone:
         filters = [s for s in screened if s.hypothesis.effect.name == FILTER and s not in likely]
         likely += sorted(filters, key=lambda s: -len(s.hypothesis.effect.states))[:LONE]  # of both triples first
-    then = [s for s in hopeful if s not in likely][:TRIED]
+    then = first([s for s in hopeful if s not in likely])
     return [likely, then + (against_law(screened, least, likely) if puzzling else [])]
+
+
+def first(screened: list[Screened]) -> list[Screened]:
+    """Return the screenings of the first `TRIED` effects, the variants of one counted as one."""
+    kinds = list(dict.fromkeys(kind(s.hypothesis) for s in screened))[:TRIED]
+    return [s for s in screened if kind(s.hypothesis) in kinds]
 
 
 def against_law(screened: list[Screened], least: float, tried: list[Screened]) -> list[Screened]:

@@ -19,6 +19,7 @@ SMOOTH_ELSE = 4  # accelerations fall with the square of the frequency
 UNIT = 0.1  # how closely an attitude's quaternion keeps its norm; only holds a direction without meaning
 PACE = 1.0  # m/s, how fast a joint centre that nobody measured moves, a second later being another draw
 DRIFT = 0.05  # m/s^2, how closely its velocity follows its specific force; over a second 0.005
+NEAR = 1e-4  # of its std: a heavy-tailed residual that is straight there
 HEADING = 0.03  # half the angle in rad about the vertical from the first attitude of the start: nothing may see it
 
 
@@ -80,6 +81,7 @@ def smooth_rows(model: Model, state: State, noise: dict[str, float], names: Iter
     time, step = middles(model), model.tracks.knots.step
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     sensor = sensor_turn(model, state)
+    jumpy = {h.key(s.name) for h in model.hypotheses for s in h.effect.states if s.jumps}
     for name in names:
         density = np.full(model.tracks.widths[name], noise[f"smooth.{name}"] / np.sqrt(step))
         curved = moment.track(name, SMOOTH.get(name, SMOOTH_ELSE))
@@ -87,7 +89,22 @@ def smooth_rows(model: Model, state: State, noise: dict[str, float], names: Iter
             curved = sensor.back(curved)
         elif name == ATTITUDE:
             curved = turned(curved, sensor)
+        elif name in jumpy:
+            curved = heavy_tailed(curved, density)
         yield Rows(f"smooth.{name}", time, curved, density, False)
+
+
+def heavy_tailed(x: Jet, std: Array) -> Jet:
+    """Return x (n, m) as a residual of normal errors whose cost is that of errors of Cauchy's: log(1 + (x / std)^2).
+
+    What rests on one side and falls to the other is smooth but for moments. One roughness for both let a joint's play
+    of 2 mrad follow noise at rest and rounded its falls: 1,200 nat where there are 2,537.
+    """
+    u = x.value / std
+    cost = np.log1p(u * u)
+    root = np.sign(u) * np.sqrt(2 * cost)
+    slope = 2 * u / (1 + u * u) / np.where(np.abs(u) > NEAR, root, 1.0)
+    return x.through(root * std, np.where(np.abs(u) > NEAR, slope, np.sqrt(2.0)))
 
 
 def pace_rows(model: Model, state: State) -> Iterator[Rows]:

@@ -13,6 +13,7 @@ as the fit leaves it and, where that is louder and so may hold what the state is
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -33,12 +34,15 @@ from imubench.diagnosis.splines import Tracks
 from imubench.diagnosis.swings import swing_rows
 from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.threads import one_thread, side_by_side
-from imubench.diagnosis.trial import FILTER
+from imubench.diagnosis.trial import FILTER, kind
 from imubench.diagnosis.worth import foreseen, tallied, won
 from imubench.jets import derivatives_by
 
 ROUGH = (1e2, 1e3, 1e4, 1e5)  # of a free state, in its unit per s^4 and root Hz
+MIDDLE = ROUGH[1]
 AMOUNT = 0.3  # std about 1 of the share of a driven motion that a recording shows: the fit has taken in some of it
+FAINTEST = 0.01  # of a driven motion, at which a fit begins that may scale it
+NEARLY = 0.1  # of the best promise: what one with fewer states may lack
 FAIR = 0.3  # of the best point's promise: of such points that comes first whose amount is nearest to 1
 
 
@@ -56,21 +60,30 @@ class Screened:
 
 @one_thread
 def screen(fit: Fit, hypotheses: list[Hypothesis]) -> list[Screened]:
-    """Return what effects with states promise, best first."""
+    """Return what effects with states promise, best first; of one's variants without a law the best alone."""
     base = Base.of(fit)
     out = [s for h in hypotheses for s in [driven(base, h) if h.effect.lawful else free(base, h)] if s is not None]
-    return sorted(out, key=lambda s: -s.evidence)
+    out.sort(key=lambda s: -s.evidence)
+    return [s for s in out if s.hypothesis.effect.lawful or s is _plainest(s, out)]
+
+
+def _plainest(one: Screened, out: list[Screened]) -> Screened:
+    """Return, of the variants without a law of one's effect, the one with fewest states that promises nearly most."""
+    same = [s for s in out if s.hypothesis.effect.free and kind(s.hypothesis) == kind(one.hypothesis)]
+    good = [s for s in same if s.evidence > same[0].evidence - NEARLY * abs(same[0].evidence)]
+    return min(good, key=lambda s: sum(state.width for state in s.hypothesis.effect.states))
 
 
 def driven(base: Base, h: Hypothesis) -> Screened | None:
     """Return the best point of an effect whose states obey a law; None where the law has no solution.
 
-    Its evidence is that of the best point; its fit begins at the point whose amount is nearest to the law's.
+    Its evidence is that of the best point; its fit begins at the point whose amount is nearest to the law's, or where a
+    number of its own says how much of its drive there is, with that at the best one.
     """
     fit = base.fit
     start, end = fit.span
     calm = fit.state if h.effect.place != "imu" or h.effect.name == FILTER else calmed(fit, h.at)
-    grid = [{name: value} for name, values in h.effect.grid(end - start).items() for value in values] or [{}]
+    grid = points(h, end - start)
 
     def at_point(point: dict[str, float]) -> Screened | None:
         at = replace(h, effect=h.effect.starting(**point)) if point else h
@@ -85,6 +98,9 @@ def driven(base: Base, h: Hypothesis) -> Screened | None:
     if not found:
         return None
     best = max(found, key=lambda s: s.evidence)
+    if h.effect.scale:
+        drive = {h.key(h.effect.scale): np.log(np.full(1, max(best.amount, FAINTEST)))}
+        return replace(best, values=best.values | drive)
     fair = [s for s in found if s.evidence >= FAIR * best.evidence] or found
     begin = min(fair, key=lambda s: abs(np.log(max(s.amount, 1e-3))))
     return replace(begin, evidence=best.evidence, best=best.values)
@@ -115,26 +131,40 @@ def _scored(base: Base, model: Model, state: State, sensitivity: Array, h: Hypot
 def free(base: Base, h: Hypothesis) -> Screened | None:
     """Return the best roughness of an effect whose states obey no law, and the noise with which it is that.
 
-    One linear step each, weighed as a refit is: of a free state the evidence is about the motion's prior.
+    One linear step each, weighed as a refit is: of a free state the evidence is about the motion's prior. Of the points
+    of its grid the one that is best at a middling roughness.
     """
     fit = base.fit
-    model = fit.model.with_effects((*fit.model.hypotheses, h))
-    state = started(model, fit.state)
-    names = [f"smooth.{h.key(s.name)}" for s in h.effect.states]
+    start, end = fit.span
     told = {n: std for n, std in declared(fit.model).items() if DECLARED * std < fit.noise.get(n, 0.0)}
-    known, best = tallied(fit), None
-    for levels in ({}, told) if told else ({},):
-        for rough in ROUGH:
-            start = levels | dict.fromkeys(names, rough)
-            noise = fit.noise | start
-            try:
-                seen = foreseen(model, all_rows(model, state, noise, fit.anchor, fit.loose))
-            except NotPositiveDefiniteError:
-                continue
-            evidence = won(fit.noise, known, noise, seen)
-            if best is None or evidence > best.evidence:
-                best = Screened(h, evidence, {}, start)
-    return best
+    ways = ({}, told) if told else ({},)
+    known = tallied(fit)
+
+    def at_level(point: dict[str, float], levels: dict[str, float], rough: float) -> Screened | None:
+        at = replace(h, effect=h.effect.starting(**point)) if point else h
+        model = fit.model.with_effects((*fit.model.hypotheses, at))
+        begin = levels | {f"smooth.{h.key(s.name)}": rough for s in h.effect.states}
+        state, noise = started(model, fit.state), fit.noise | begin
+        with suppress(NotPositiveDefiniteError):
+            seen = foreseen(model, all_rows(model, state, noise, fit.anchor, fit.loose))
+            values = {h.key(p.name): state.values[h.key(p.name)].copy() for p in h.effect.parameters}
+            return Screened(h, won(fit.noise, known, noise, seen), values, begin)
+        return None
+
+    grid = points(h, end - start)
+    if len(grid) > 1:
+        grid = [max(grid, key=lambda point: _promise(at_level(point, ways[-1], MIDDLE)))]
+    return max((at_level(grid[0], *way) for way in product(ways, ROUGH)), key=_promise)
+
+
+def points(h: Hypothesis, seconds: float) -> list[dict[str, float]]:
+    """Return the points of an effect's grid in a recording of so many seconds; without one a point without numbers."""
+    axes = h.effect.grid(seconds)
+    return [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
+
+
+def _promise(screened: Screened | None) -> float:
+    return -np.inf if screened is None else screened.evidence
 
 
 __all__ = ["Screened", "screen"]

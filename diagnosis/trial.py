@@ -54,6 +54,11 @@ class Kept:
         return cls(h, np.inf, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())
 
 
+def kind(h: Hypothesis) -> str:
+    """Return an effect at its place, of whose variants a fit has one; a filter's are apart, as its triples are."""
+    return h.name if h.effect.name == FILTER else f"{h.effect.name}@{h.at}"
+
+
 def misfit(fit: Fit, at_least: bool = False) -> float:
     """Return the mean over the sensors of noise power left over noise power expected.
 

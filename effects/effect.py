@@ -124,6 +124,7 @@ class State:
     name: str
     width: int
     std: float  # their plausible size, for a prior
+    jumps: bool = False  # whether they may go quickly now and then, as what falls over does
 
 
 Values = Mapping[str, Jet]
@@ -144,6 +145,7 @@ class Effect:
     needs: ClassVar[tuple[str, ...]] = ()  # of a recording: "free_swings", "encoders", "imus"
     scales_angle: ClassVar[bool] = False  # whether with other numbers a joint that turns faster looks the same
     variant: str = ""
+    scale: str = ""  # the parameter that all of what drives its states is multiplied by, where one is
     settings: Mapping[str, Setting] = {}  # what is chosen, not fitted
     parameters: tuple[Parameter, ...] = ()
     found: tuple[Found, ...] = ()

@@ -1,8 +1,7 @@
-"""Joints that are not a perfect hinge or ball: play, an axis or a centre that moves, a pivot that shakes.
+"""Joints that are not a perfect hinge or ball: an axis or a centre that moves, a pivot that shakes, a slack encoder.
 
-Priors: a worn hinge gives some hundredths of a radian across its axis (0.04 rad); a knee's axis and centre
-follow its angle by a tenth (0.1 rad/rad) and by a centimetre or two (0.02 m/rad); a hand holds a pivot
-within 0.5 m/s^2; the teeth of a gear leave a hundredth of a radian (a factor of e either way).
+Priors: a knee's axis and centre follow its angle by a tenth (0.1 rad/rad) and by a centimetre or two (0.02 m/rad); a
+hand holds a pivot within 0.5 m/s^2; the teeth of a gear leave a hundredth of a radian (a factor of e either way).
 """
 
 from collections.abc import Mapping
@@ -13,63 +12,12 @@ from imubench.arrays import Array
 from imubench.effects.effect import Effect, Equation, Found, Parameter, Scene, State, Values
 from imubench.effects.smooth import beyond, magnitude
 from imubench.jets import Jet
-from imubench.links import Link, shift, small_turn, spin
+from imubench.links import Link, shift, spin
 
-QUICK, WHOLE = 0.5, 0.8  # s, windows in which play's direction and its range are seen
-REACHED = 0.9  # of the windows, that span less than what is reported as a range
-DRAWS = 100  # of windows, for the scatter of both
 STOP, EDGE = 0.1, 0.02  # of backlash's range: over which its stops take hold, and begin to
 RANGES = np.array([0.003, 0.006, 0.012, 0.025, 0.05])  # rad, of backlash, where a fit may begin
 CREEP = 1e-3  # rad/s, below which the joint counts as still
 BAND = (0.05, 0.95)  # of the power below the ends of what is reported as a band
-
-
-class JointPlay(Effect):
-    """Segment 2 rotates across the hinge axis, within a range."""
-
-    name, place, law = "joint_play", "joint", "R2 = R1 Ry(q) exp(a, 0, b), |(a, b)| < range"
-    rigs, needs = ("hinge",), ("imus",)
-    states = (State("rotation", 2, 0.04),)
-    found = (Found("range", (), "rad"), Found("direction", (), "rad"))
-
-    def joint(self, link: Link, scene: Scene, p: Values) -> Link:
-        across = [np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])] * 3
-        return link @ small_turn(*(x.at(m) for x, m in zip(scene.own("rotation"), across, strict=True)))
-
-    def read(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
-        """Range and direction of the axis along which the two rotations vary most; a direction is known up to pi.
-
-        In short windows: there a joint knocks from one side to the other, and what drifts, as the gyroscopes'
-        difference does, hardly moves.
-        """
-        quick, whole = (windows(states["rotation"], step, seconds) for seconds in (QUICK, WHOLE))
-        return dict(zip(("range", "direction"), _played(quick, whole), strict=True))
-
-    def read_error(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
-        """Of other windows, and of the range a quarter: springs seldom reach it, and what drifts widens it.
-
-        Eleven of two blind runs were off by 29 % RMS, springs by -43 to 29 %.
-        """
-        quick, whole = (windows(states["rotation"], step, seconds) for seconds in (QUICK, WHOLE))
-        size, direction = _played(quick, whole)
-        rng = np.random.default_rng(0)
-        drawn = [_played(*(w[rng.integers(0, len(w), len(w))] for w in (quick, whole))) for _ in range(DRAWS)]
-        turned = np.array([(d - direction + np.pi / 2) % np.pi - np.pi / 2 for _, d in drawn])
-        return {"range": np.hypot(np.std([r for r, _ in drawn]), 0.25 * size), "direction": np.asarray(np.std(turned))}
-
-
-def windows(states: Array, step: float, seconds: float) -> Array:
-    """Return states (n, m) less their means in windows of some seconds that overlap by half, (windows, k, m)."""
-    k = min(max(round(seconds / step), 2), len(states))
-    cut = np.stack([states[i : i + k] for i in range(0, len(states) - k + 1, max(k // 2, 1))])
-    return np.asarray(cut - cut.mean(axis=1, keepdims=True))
-
-
-def _played(quick: Array, whole: Array) -> tuple[Array, Array]:
-    """Return the range of play and its direction from windows of its rotations."""
-    axis = np.linalg.svd(np.einsum("kni,knj->ij", quick, quick))[0][:, 0]
-    axis *= 1.0 if axis[0] >= 0 else -1.0
-    return np.quantile(np.ptp(whole @ axis, axis=1), REACHED) / 2, np.asarray(np.arctan2(axis[1], axis[0]))
 
 
 class AxisCoupling(Effect):
@@ -156,4 +104,4 @@ class Backlash(Effect):
         return out
 
 
-EFFECTS: tuple[Effect, ...] = (JointPlay(), AxisCoupling(), MovingCentre(), MovingPivot(), Backlash())
+EFFECTS: tuple[Effect, ...] = (AxisCoupling(), MovingCentre(), MovingPivot(), Backlash())

@@ -266,29 +266,6 @@ def test_axis_coupling_is_the_tables_product_of_rotations():
     assert got.turn.blocks == {}
 
 
-def test_joint_play_turns_about_an_axis_in_segment_2():
-    q, size, direction = np.array([0.4, -1.0]), 0.03, 0.7
-    axis = np.array([np.cos(direction), 0.0, np.sin(direction)])
-    off = size * axis[[0, 2]][None].repeat(2, axis=0)
-    scene = plain_scene(q)
-    states = {0: Jet(off), 1: Jet(0 * off), 2: Jet(0 * off)}
-    scene = Scene(scene.time, scene.segment, state=lambda _, order: states[order])
-    hinge = Link(Turn(Rotation.from_euler("Y", q[:, None]).as_matrix()))
-    got = EFFECTS["joint_play"].joint(hinge, scene, {})
-    expected = Rotation.from_euler("Y", q[:, None]) * Rotation.from_rotvec(np.tile(size * axis, (2, 1)))
-    assert_allclose(got.turn.matrix, expected.as_matrix(), atol=1e-14)  # rounding
-
-
-def test_play_is_read_off_its_states():
-    rng = np.random.default_rng(0)
-    along_axis = 0.02 * np.sign(rng.normal(size=4000))
-    direction = -0.6
-    rotation_states = along_axis[:, None] * [np.cos(direction), np.sin(direction)] + 1e-4 * rng.normal(size=(4000, 2))
-    found = EFFECTS["joint_play"].read({}, {"rotation": rotation_states}, 0.01)
-    assert_allclose(found["range"], 0.02, rtol=0.02)  # the spread of 1e-4 at its 99 % point
-    assert_allclose(found["direction"], direction, atol=0.01)
-
-
 def test_a_pivots_shaking_is_read_off_its_states():
     time = np.arange(0, 60, 0.01)
     rng = np.random.default_rng(1)

@@ -109,6 +109,10 @@ CASES = {
     "a knock just before a gap": (315475440, 300, 213, 15.0, {("impacts", "imu1")}),
     "a knock just before a limb is let go": (315475440, 300, 273, 15.0, {("impacts", "imu2"), ("gravity", "world")}),
     "knocks on a pendulum that hardly swings": (315475440, 300, 206, 15.0, {("impacts", "imu1")}),
+    "a joint's springs that were a mount's": (315475440, 300, 33, 15.0, {("joint_play", "joint")}),
+    "a joint's springs that were two mounts'": (315475440, 300, 283, 15.0, {("joint_play", "joint")}),
+    "play that falls over, and left a mount to rock": (9001, 300, 73, 15.0, {("joint_play", "joint")}),
+    "play that fell over for ten minutes": (9004, 300, 10, 15.0, {("joint_play", "joint")}),
 }
 
 OPEN = {

@@ -19,7 +19,7 @@ from imubench.diagnosis.left_out import left_out
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended
-from imubench.effects import EFFECTS
+from imubench.effects import VARIANTS
 from imubench.rotations import conjugate, from_axis_angle, log, multiply
 
 pytestmark = pytest.mark.slow
@@ -170,7 +170,8 @@ def across(loose_joint):
 
 def correlations(recording, reference, start, end):
     nominal = nominal_fit(recording)
-    h = Hypothesis(EFFECTS["joint_play"], "joint")
+    (wobbly,) = [e for e in VARIANTS if (e.name, e.variant) == ("joint_play", "wobbly")]
+    h = Hypothesis(wobbly, "joint")
     begun = extended(nominal, (h,))
     fit = fit_with_noise(begun.model, begun.state, begun.noise, nominal.anchor, rounds=5)
     time = reference.time

@@ -8,14 +8,14 @@ from imubench.diagnosis.excerpt import cut, excerpt, loudest
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.grids import hum, hummed
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import LONE, RIVALS, SHORT, promising, softer, state_trials
+from imubench.diagnosis.lively import LONE, SHORT, promising, softer, state_trials
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.rounds import asked
 from imubench.diagnosis.score import started
 from imubench.diagnosis.screen import Screened, screen
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.system import all_rows
-from imubench.diagnosis.trial import FILTER, TRIED, Trial
+from imubench.diagnosis.trial import FILTER, Trial
 from imubench.diagnosis.worth import foreseen, tallied, won
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.format1 import read
@@ -47,8 +47,7 @@ def lively(fit):
 @pytest.mark.parametrize(("effect", "at", "key"), [("soft_mount", "imu2", "frequency"), ("joint_play", "joint", None)])
 def test_the_right_law_is_refitted_from_near_its_parameter(fitted, effect, at, key):
     _, fit, truth = fitted((effect, at))
-    found = screen(fit, lively(fit))
-    tried = [s for s in found if s.evidence > RIVALS * found[0].evidence][:TRIED]  # a filter looks like a stiff spring
+    tried = promising(screen(fit, lively(fit)), 5.0, lone=False)[0]  # a filter looks like a stiff spring
     best = next(s for s in tried if (s.hypothesis.effect.name, s.hypothesis.at) == (effect, at))
     if key is not None:
         true = np.asarray(truth["effects"][0]["parameters"][key])
@@ -101,6 +100,27 @@ def test_the_next_promises_are_tried_where_the_first_are_no_good():
     first, then = promising([rocking, soft, *single], 5.0, lone=True)
     assert [s.hypothesis.effect.variant for s in first] == ["", "", "gyro"]
     assert (len(first), then) == (1 + LONE, [soft])
+
+
+def test_variants_of_one_effect_count_as_one_that_is_tried():
+    play = [promise_of(("joint_play", variant), "joint", nat) for variant, nat in (("springy", 900.0), ("", 800.0))]
+    mounts = [promise_of((name, ""), at, 700.0) for name in ("rocking_mount", "soft_mount") for at in ("imu1", "imu2")]
+    filters = [promise_of(("low_pass", part), "imu1", 600.0) for part in ("gyro", "accel", "")]
+    assert promising([*play, *mounts], 5.0, lone=False)[0] == [*play, *mounts[:2]]
+    assert promising([*play, *filters], 5.0, lone=False)[0] == [*play, *filters[:2]]
+
+
+def test_play_about_one_axis_is_looked_at_in_eight_directions(tmp_path):
+    """And not beside play about any axis, which has twice the states, where it promises nearly as much."""
+    play = ("joint_play", "joint", {"range": 0.006, "direction": 2.0, "kind": "free"})
+    make_case(tmp_path / "r", "hinge", [play], 5, seconds=12.0)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    found = [s for s in screen(fit, lively(fit)) if s.hypothesis.effect.name == "joint_play"]
+    (freely,) = [s for s in found if s.hypothesis.effect.free]
+    assert freely.hypothesis.effect.variant == ""
+    off = (freely.values["joint_play@joint.direction"] - 2.0 + np.pi / 2) % np.pi - np.pi / 2
+    assert abs(off) < np.pi / 8
+    assert freely.evidence > 50.0
 
 
 @pytest.mark.slow
