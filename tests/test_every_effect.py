@@ -80,7 +80,6 @@ OPEN = {
         "vibration",
         "strong",
     ): "a hum of 1.3 m/s^2 that wanders: a mount on springs resounds with it, and the rest has no name",
-    ("joint_play", "weak"): "something without a name beside it",
 }
 SIZES = [
     pytest.param(
