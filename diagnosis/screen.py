@@ -39,7 +39,7 @@ from imubench.diagnosis.worth import foreseen, tallied, won
 from imubench.jets import derivatives_by
 
 ROUGH = (1e2, 1e3, 1e4, 1e5)  # of a free state, in its unit per s^4 and root Hz
-MIDDLE = ROUGH[1]
+MIDDLE = ROUGH[1]  # at which the points of its grid are compared
 AMOUNT = 0.3  # std about 1 of the share of a driven motion that a recording shows: the fit has taken in some of it
 FAINTEST = 0.01  # of a driven motion, at which a fit begins that may scale it
 NEARLY = 0.1  # of the best promise: what one with fewer states may lack
@@ -70,7 +70,7 @@ def screen(fit: Fit, hypotheses: list[Hypothesis]) -> list[Screened]:
 def _plainest(one: Screened, out: list[Screened]) -> Screened:
     """Return, of the variants without a law of one's effect, the one with fewest states that promises nearly most."""
     same = [s for s in out if s.hypothesis.effect.free and kind(s.hypothesis) == kind(one.hypothesis)]
-    good = [s for s in same if s.evidence > same[0].evidence - NEARLY * abs(same[0].evidence)]
+    good = [s for s in same if s.evidence >= same[0].evidence - NEARLY * abs(same[0].evidence)]
     return min(good, key=lambda s: sum(state.width for state in s.hypothesis.effect.states))
 
 
@@ -86,8 +86,7 @@ def driven(base: Base, h: Hypothesis) -> Screened | None:
     grid = points(h, end - start)
 
     def at_point(point: dict[str, float]) -> Screened | None:
-        at = replace(h, effect=h.effect.starting(**point)) if point else h
-        model = fit.model.with_effects((*fit.model.hypotheses, at))
+        at, model = at_start(fit, h, point)
         names = [*(at.key(s.name) for s in h.effect.states), *(at.key(p.name) for p in h.effect.parameters)]
         with suppress(NotPositiveDefiniteError), derivatives_by(names):
             state, sensitivity = obeyed(model, started(model, fit.state), at, started(model, calm))
@@ -141,8 +140,7 @@ def free(base: Base, h: Hypothesis) -> Screened | None:
     known = tallied(fit)
 
     def at_level(point: dict[str, float], levels: dict[str, float], rough: float) -> Screened | None:
-        at = replace(h, effect=h.effect.starting(**point)) if point else h
-        model = fit.model.with_effects((*fit.model.hypotheses, at))
+        _, model = at_start(fit, h, point)
         begin = levels | {f"smooth.{h.key(s.name)}": rough for s in h.effect.states}
         state, noise = started(model, fit.state), fit.noise | begin
         with suppress(NotPositiveDefiniteError):
@@ -152,15 +150,23 @@ def free(base: Base, h: Hypothesis) -> Screened | None:
         return None
 
     grid = points(h, end - start)
+    best = grid[0]
     if len(grid) > 1:
-        grid = [max(grid, key=lambda point: _promise(at_level(point, ways[-1], MIDDLE)))]
-    return max((at_level(grid[0], *way) for way in product(ways, ROUGH)), key=_promise)
+        promised = side_by_side(lambda point: _promise(at_level(point, ways[-1], MIDDLE)), grid)
+        best = grid[int(np.argmax(list(promised)))]
+    return max(side_by_side(lambda way: at_level(best, *way), product(ways, ROUGH)), key=_promise)
 
 
 def points(h: Hypothesis, seconds: float) -> list[dict[str, float]]:
     """Return the points of an effect's grid in a recording of so many seconds; without one a point without numbers."""
     axes = h.effect.grid(seconds)
     return [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
+
+
+def at_start(fit: Fit, h: Hypothesis, point: dict[str, float]) -> tuple[Hypothesis, Model]:
+    """Return an effect that starts at a point of its grid, and the fit's model with it."""
+    at = replace(h, effect=h.effect.starting(**point)) if point else h
+    return at, fit.model.with_effects((*fit.model.hypotheses, at))
 
 
 def _promise(screened: Screened | None) -> float:
