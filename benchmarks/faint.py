@@ -30,7 +30,7 @@ from imubench.diagnosis.select import candidates
 from imubench.diagnosis.trial import NEEDED
 from imubench.format1 import read
 from imubench.proof.aimed import make_aimed
-from imubench.trials.figures import power
+from imubench.trials.detection import power
 
 COUNT, SEED = 48, 20261126
 BOUNDS = 5.0

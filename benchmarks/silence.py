@@ -24,7 +24,7 @@ from imubench.diagnosis.diagnose import diagnose
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from imubench.proof.mixture import RIGS, nuisances
-from imubench.trials.figures import wilson
+from imubench.trials.detection import wilson
 
 RECORDINGS = 200
 SECONDS = 15.0

@@ -14,7 +14,7 @@ from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.filtered import filtered, quickly
 from imubench.diagnosis.fit import Fit, converged
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively_fits import as_tight, law_levels
+from imubench.diagnosis.lively_worth import as_tight, law_levels
 from imubench.diagnosis.loosened import loosened
 from imubench.diagnosis.merged import merged
 from imubench.diagnosis.mixture import mixed, together

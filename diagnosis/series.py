@@ -17,7 +17,8 @@ from imubench.diagnosis.entered import MOST, foretold
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import MORE
-from imubench.diagnosis.lively_fits import ROUNDS, begun_screened, resolved
+from imubench.diagnosis.lively_fits import ROUNDS, begun_screened
+from imubench.diagnosis.lively_worth import resolved
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import SEED, SPLINES
 from imubench.diagnosis.refit import refit

@@ -14,7 +14,8 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.entered import foretold
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively_fits import begun_screened, resolved
+from imubench.diagnosis.lively_fits import begun_screened
+from imubench.diagnosis.lively_worth import resolved
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import refit

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from imubench.proof.bounds import Sight, sight, visibility
+from imubench.proof.bounds import visibility
 from imubench.proof.case import Case, build, played, truth, write
 from imubench.proof.options import Effect
 from imubench.proof.rotation import Parameters
+from imubench.proof.sight import Sight, sight
 
 POWERS = {  # of the parameters that make an effect larger
     **dict.fromkeys(("bias", "rate", "scale", "matrix", "offset", "skew", "amplitude", "rotation", "translation"), 1.0),

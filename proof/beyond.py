@@ -1,7 +1,7 @@
 """How far physics outside the table is from the nearest name: what that leaves of its visibility.
 
 Let d be the change of all readings by the physics and C those by a unit of each number of a named effect at the same
-place, or at the joint; F the information of [d, C] with motion and geometry unknown (`bounds`). Then
+place, or at the joint; F the information of [d, C] with motion and geometry unknown (`sight`). Then
 
     beyond = min over names, over c of |d - C c| in F, square root
 
@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from imubench.proof.bounds import Sight, sight
 from imubench.proof.case import Case
 from imubench.proof.options import Effect
 from imubench.proof.rotation import Array, Parameters
+from imubench.proof.sight import Sight, sight
 
 SMALL = 1e-4  # of a number, in its unit
 SAME = 2.0  # standard deviations, within which a name is what the recording shows

@@ -10,7 +10,8 @@ from imubench.diagnosis.filtered import filtered, quickly
 from imubench.diagnosis.findings import findings
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively_fits import begun_screened, resolved
+from imubench.diagnosis.lively_fits import begun_screened
+from imubench.diagnosis.lively_worth import resolved
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit

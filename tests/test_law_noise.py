@@ -9,7 +9,7 @@ from imubench.diagnosis.clocks import pose_offset
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively_fits import laws
+from imubench.diagnosis.lively_worth import laws
 from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.prune import natural

@@ -5,7 +5,8 @@ import pytest
 
 from imubench.diagnosis.begin import begun
 from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.lively_fits import begun_screened, resolved
+from imubench.diagnosis.lively_fits import begun_screened
+from imubench.diagnosis.lively_worth import resolved
 from imubench.diagnosis.screen import screen
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.trial import FILTER, NEEDED

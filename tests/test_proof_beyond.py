@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from imubench.proof.beyond import beyond, columns
-from imubench.proof.bounds import sight, visibility
+from imubench.proof.bounds import visibility
 from imubench.proof.case import build
 from imubench.proof.options import Effect
+from imubench.proof.sight import sight
 
 SHORT = {"seconds": 6.0, "band": 2.0, "rate": 50.0}
 CROSSED = {"from": 0, "to": 1, "share": 0.06}  # gyro y reads 6 % of gyro x: the first number of a misalignment

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from imubench.proof.aimed import aimed, make_aimed
-from imubench.proof.bounds import bounds, channels, noise_of, sight, visibility
+from imubench.proof.bounds import bounds, visibility
 from imubench.proof.case import build
 from imubench.proof.frames import STEP, Track, read_at
 from imubench.proof.linearised import blocks, components
 from imubench.proof.mounts import sensor_track
 from imubench.proof.rotation import apply_back, exp
 from imubench.proof.sensors import kept
+from imubench.proof.sight import channels, noise_of, sight
 
 SHORT = {"seconds": 12.0, "rest": 0.0}
 

@@ -8,8 +8,9 @@ from imubench.diagnosis.excerpt import cut, excerpt, loudest
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.grids import hum, hummed
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import LONE, SHORT, promising, softer, state_trials
+from imubench.diagnosis.lively import SHORT, state_trials
 from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.promised import LONE, promising, softer
 from imubench.diagnosis.rounds import asked
 from imubench.diagnosis.score import started
 from imubench.diagnosis.screen import Screened, screen

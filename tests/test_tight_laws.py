@@ -10,7 +10,8 @@ from imubench.diagnosis.findings import like
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively_fits import begun_screened, judged, tightened
+from imubench.diagnosis.lively_fits import begun_screened
+from imubench.diagnosis.lively_worth import judged, tightened
 from imubench.diagnosis.noise import LAW_FLOOR, with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended

@@ -6,7 +6,9 @@ from scipy.stats import chi2
 
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter, Rejected, Where
 from imubench.trials import drawings
-from imubench.trials.figures import FIGURES, by_strength, figures, judged, power, reliability, wilson
+from imubench.trials.counted import FIGURES
+from imubench.trials.detection import by_strength, power, wilson
+from imubench.trials.figures import figures, judged, reliability
 from imubench.trials.match import deviation, paired
 from imubench.trials.scoring import failed, missed, score
 

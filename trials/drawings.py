@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from imubench.trials.figures import LEVEL, PowerRow, power
+from imubench.trials.detection import LEVEL, PowerRow, power
 from imubench.trials.scoring import CaseScore
 
 if TYPE_CHECKING:

@@ -14,9 +14,10 @@ from imubench.diagnosis.findings import parameters
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.grids import placed
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import ANYWAY, state_trials
+from imubench.diagnosis.lively import state_trials
 from imubench.diagnosis.loud import ALLOWED, louder
 from imubench.diagnosis.noise import declared, levels, with_noise
+from imubench.diagnosis.promised import ANYWAY
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.diagnosis.rounds import plain_trials

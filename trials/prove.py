@@ -17,7 +17,8 @@ from imubench.reproduce.parts import cores
 from imubench.trials import blind
 from imubench.trials.beside import fit_baselines, residual_size, to_leave_out, without
 from imubench.trials.crime import SUFFIX, compared
-from imubench.trials.figures import Figure, by_strength, figures, reliability
+from imubench.trials.detection import by_strength
+from imubench.trials.figures import Figure, figures, reliability
 from imubench.trials.judge import ALARM, in_pairs, one_by_one, scored
 from imubench.trials.scoring import CaseScore
 from imubench.trials.seal import Truth, check, salt_of

@@ -9,7 +9,8 @@ from imubench.reproduce.paper import Figure as Drawn
 from imubench.reproduce.report import escape, png
 from imubench.trials import drawings
 from imubench.trials.crime import compared
-from imubench.trials.figures import Figure, by_strength, figures, numbers, reliability
+from imubench.trials.detection import by_strength
+from imubench.trials.figures import Figure, figures, numbers, reliability
 from imubench.trials.scoring import CaseScore, missed
 
 if TYPE_CHECKING:
