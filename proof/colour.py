@@ -26,7 +26,7 @@ def with_colour(A: csc_matrix, case: Case, parts: list[Block]) -> csc_matrix:
         at, _, channel = block.name.partition(".")
         if channel:
             m, rate = len(block.time), case.rates[int(at[-1]) - 1]
-            keep = kept(m, channel, at, rate, case.seed)
+            keep = kept(m, channel, at, rate, case.seed, options.corner)
             _, usual = noise_std(channel, at, [], options)
             size = usual * np.sqrt(options.colour) / block.std
             above = csc_matrix((first, count))

@@ -15,7 +15,7 @@ import numpy as np
 
 from imubench.proof.aimed import make_aimed
 from imubench.proof.case import plain
-from imubench.proof.options import Options, stream
+from imubench.proof.options import COLOUR, Options, stream
 from imubench.proof.ranges import STRENGTHS, places
 from imubench.proof.unknown_ranges import unknown_places
 
@@ -90,7 +90,7 @@ def nuisances(rng: np.random.Generator) -> dict[str, Any]:
         "rest": float(rng.uniform(0, 0.35)),
         "gyro_noise": float(np.exp(rng.uniform(np.log(0.001), np.log(0.006)))),
         "accel_noise": float(np.exp(rng.uniform(np.log(0.01), np.log(0.05)))),
-        "colour": float(rng.uniform(0, 0.2) * (rng.random() < 0.5)),
+        "colour": float(rng.uniform(0, COLOUR) * (rng.random() < 0.5)),
         "misdeclared": float(rng.uniform(-0.15, 0.15)),
         "declare_noise": bool(rng.random() < 0.85),
         "position_std": float(rng.uniform(0.002, 0.006)),

@@ -22,6 +22,10 @@ class Effect:
     inside: bool = True
 
 
+COLOUR = 0.2  # of the white noise's power: coloured noise that is no mismatch, at most
+CORNERS = (0.5, 5.0)  # Hz, between which its corner is
+
+
 @dataclass(frozen=True)
 class Options:
     """Everything about a case beside its effects and its seed."""
@@ -40,7 +44,8 @@ class Options:
     gyro_noise: float = 0.002  # rad/s per sample
     accel_noise: float = 0.02  # m/s^2 per sample
     noise: float = 1.0  # factor on every sensor's noise; 0: none at all
-    colour: float = 0.0  # power of coloured noise over that of the white, up to 0.2
+    colour: float = 0.0  # power of coloured noise over that of the white, up to COLOUR
+    corner: float | None = None  # Hz, of coloured noise; None: drawn within CORNERS
     misdeclared: float = 0.0  # declared noise std = true * (1 + this), up to 0.15
     declare_noise: bool = True
     position_std: float = 0.004  # m, geometry errors are drawn with these

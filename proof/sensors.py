@@ -14,7 +14,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from imubench.proof.frames import STEP, Track, read_at
-from imubench.proof.options import Effect, Options, find, stream
+from imubench.proof.options import CORNERS, Effect, Options, find, stream
 from imubench.proof.rotation import Array
 from imubench.proof.unknown import on_the_samples, on_the_signal
 
@@ -129,20 +129,20 @@ def noise(
 ) -> Array:
     """Return white noise, and coloured noise (first order, 0.5 to 5 Hz) of `colour` times its usual power."""
     std, usual = noise_std(channel, at, effects, options)
-    white, drive, keep = _drawn(m, rate, rng)
+    white, drive, keep = _drawn(m, rate, rng, options.corner)
     drive[1:] *= np.sqrt(1 - keep**2)
     return std * white + usual * np.sqrt(options.colour) * np.asarray(lfilter([1.0], [1.0, -keep], drive, axis=0))
 
 
-def _drawn(m: int, rate: float, rng: np.random.Generator) -> tuple[Array, Array, float]:
+def _drawn(m: int, rate: float, rng: np.random.Generator, corner: float | None) -> tuple[Array, Array, float]:
     """Return two white noises (m, 3) of std 1, and how much of the coloured one is left after a sample."""
-    white, drive, corner = rng.standard_normal((m, 3)), rng.standard_normal((m, 3)), rng.uniform(0.5, 5.0)
-    return white, drive, float(np.exp(-2 * np.pi * corner / rate))
+    white, drive, drawn = rng.standard_normal((m, 3)), rng.standard_normal((m, 3)), rng.uniform(*CORNERS)
+    return white, drive, float(np.exp(-2 * np.pi * (drawn if corner is None else corner) / rate))
 
 
-def kept(m: int, channel: str, at: str, rate: float, seed: int) -> float:
+def kept(m: int, channel: str, at: str, rate: float, seed: int, corner: float | None = None) -> float:
     """Return how much of a channel's coloured noise is left after a sample, of m samples."""
-    return _drawn(m, rate, stream(seed, f"noise {at} {channel}"))[2]
+    return _drawn(m, rate, stream(seed, f"noise {at} {channel}"), corner)[2]
 
 
 def _cutoff(channel: str, at: str, effects: list[Effect]) -> float:

@@ -79,3 +79,18 @@ def test_a_mount_that_slips_at_one_of_the_moments_is_a_slip():
     found = beyond(case)
     assert found["nearest"] == "mount_shift at imu2"
     assert found["beyond"] < 0.02 * visibility(case)
+
+
+def test_what_is_slow_hides_in_noise_whose_colour_nobody_knows():
+    """A jump of a bias in white noise: the least is what is left of it in noise of the slowest colour."""
+    jump = {"channel": "gyro", "jump": [0.0, 0.002, 0.0], "time": 2.9}
+    found = beyond(build("hinge", [("bias_jump", "imu1", jump)], 11, **SHORT))
+    coloured = build("hinge", [("bias_jump", "imu1", jump)], 11, **SHORT, colour=0.2, corner=0.5)
+    assert found["least"] == pytest.approx(beyond(coloured)["beyond"], rel=1e-6)
+    assert found["least"] < 0.6 * found["beyond"]
+
+
+def test_noise_of_a_known_colour_is_no_more_favourable_than_any():
+    case = build("hinge", [("cross_talk", "imu1", CROSSED | {"delay": 0.05})], 5, **SHORT, colour=0.1)
+    found = beyond(case)
+    assert 0 < found["least"] <= found["beyond"]

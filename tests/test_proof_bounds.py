@@ -151,9 +151,10 @@ def test_an_aimed_case_is_written_with_what_it_reached(tmp_path):
     assert (tmp_path / "a" / "recording.toml").exists()
 
 
-def test_coloured_noise_hides_what_is_slow():
+@pytest.mark.parametrize("corner", [None, 0.5])
+def test_coloured_noise_hides_what_is_slow(corner):
     """Against generalised least squares with every channel's covariance written out, k^|i - j| for its colour."""
-    options = {"seconds": 2.0, "rate": 50.0, "colour": 0.2}
+    options = {"seconds": 2.0, "rate": 50.0, "colour": 0.2, "corner": corner}
     case = build("hinge", [("accel_bias", "imu1")], 3, **options)
     seen, plain = sight(case), sight(replace(case, options=replace(case.options, colour=0.0)))
     change = (seen.readings(case.effects) - seen.readings([]))[:, None]
@@ -163,7 +164,8 @@ def test_coloured_noise_hides_what_is_slow():
         m = len(block.time)
         lag = np.abs(np.subtract.outer(np.arange(m), np.arange(m)))
         own = slice(first, first + 3 * m)
-        covariance[own, own] += 0.2 * np.kron(kept(m, channel, at, 50.0, case.seed) ** lag, np.eye(3))
+        after_a_sample = kept(m, channel, at, 50.0, case.seed) if corner is None else np.exp(-2 * np.pi * corner / 50.0)
+        covariance[own, own] += 0.2 * np.kron(after_a_sample**lag, np.eye(3))
         first += 3 * m
     found, expected = [], []
     for sees, noise in ((seen, covariance), (plain, np.eye(len(change)))):

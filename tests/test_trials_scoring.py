@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.stats import chi2, norm
 
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter, Rejected, Where
 from imubench.trials import drawings
@@ -137,13 +137,13 @@ def test_one_finding_is_no_answer_to_two_effects():
 
 def test_a_name_that_no_method_tells_from_physics_outside_the_table_is_right():
     outside = truth(effect("cross_talk", "imu1", inside=False), kind="outside")
-    near = {"nearest": "gyro_misalignment at imu1", "beyond": 1.1, "same": ["gyro_misalignment at imu1"]}
+    near = {"nearest": "gyro_misalignment at imu1", "beyond": 1.1, "least": 0.9, "same": ["gyro_misalignment at imu1"]}
     said_so = said(found("gyro_misalignment", "imu1"))
     for neighbour, wrong in ((near, ()), (near | {"same": []}, ("gyro_misalignment at imu1",)), (None, None)):
         s = scored(outside | {"neighbour": neighbour}, said_so)
         assert s.wrong == (("gyro_misalignment at imu1",) if wrong is None else wrong)
         assert s.flagged is False  # it counts as not flagged all the same
-        assert s.beyond == (neighbour and 1.1)
+        assert (s.beyond, s.least) == ((1.1, 0.9) if neighbour else (None, None))
     elsewhere = scored(outside | {"neighbour": near}, said(found("gyro_misalignment", "imu2")))
     assert elsewhere.wrong == ("gyro_misalignment at imu2",)
 
@@ -151,10 +151,23 @@ def test_a_name_that_no_method_tells_from_physics_outside_the_table_is_right():
 @pytest.mark.parametrize(("beyond", "n"), [(4.0, 0), (12.0, 1), (None, 0)])
 def test_only_what_is_far_from_every_name_must_be_flagged(beyond, n):
     outside = truth(effect("hysteresis", "imu1", inside=False), kind="outside")
-    neighbour = None if beyond is None else {"nearest": "low_pass at imu1", "beyond": beyond, "same": []}
+    near = {"nearest": "low_pass at imu1", "beyond": beyond, "least": beyond, "same": []}
+    neighbour = None if beyond is None else near
     s = scored(outside | {"neighbour": neighbour}, said(found("unknown", "imu1")))
     assert FIGURES["strange_flagged"]([s])[1:] == FIGURES["strange_located"]([s])[1:] == (n, n)
     assert FIGURES["outside_flagged"]([s])[1:] == (1, 1)
+
+
+def test_what_a_search_could_flag_is_what_its_test_sees_in_the_least_favourable_noise():
+    """Of one number, 5 standard deviations from every name: a normal beyond 3.77, which 0.01 / 60 has on both sides."""
+    outside = truth(effect("cubic", "imu1", inside=False), kind="outside")
+    near = {"nearest": "accel_scale at imu1", "beyond": 8.0, "least": 5.0, "same": []}
+    seen = float(norm.cdf(5.0 - norm.isf(0.01 / 120)))
+    for neighbours, share in (([near], seen), ([None], 1.0), ([near, None], (1 + seen) / 2)):
+        scores = [scored(outside | {"neighbour": n, "freedom": [1]}, said()) for n in neighbours]
+        value, n, hits = FIGURES["outside_possible"](scores)
+        assert value == pytest.approx(share, abs=2e-4) and (n, hits) == (len(neighbours), None)
+    assert FIGURES["outside_possible"]([scored(truth(), said())]) == (None, 0, None)
 
 
 def test_physics_outside_the_table_is_right_as_unknown_at_its_place():

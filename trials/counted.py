@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from imubench.trials.detection import Z95, by_strength
+from imubench.diagnosis.displaced import NAMES
+from imubench.trials.detection import LEVEL, Z95, by_strength, power
 from imubench.trials.scoring import CaseScore
 
 MOUNTS = ("soft_mount", "rocking_mount")
@@ -74,6 +75,17 @@ def strange(score: CaseScore) -> bool:
     return score.beyond is not None and score.beyond >= STRANGE
 
 
+def _possible(scores: Sequence[CaseScore]) -> Counted:
+    """Return the share of physics outside the table that a search which shares LEVEL among all names would flag.
+
+    It is told what it looks for, the noise's level, and the least favourable colour; what is without a number counts
+    as seen.
+    """
+    asked = [s for s in scores if s.kind == "outside"]
+    seen = [1.0 if s.least is None else power(s.least, max(s.freedom[0], 1), LEVEL / NAMES) for s in asked]
+    return (float(np.mean(seen)) if seen else None), len(seen), None
+
+
 FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
     "answered": lambda scores: share(not s.failed for s in scores),
     "false_alarms_white": _silent("white"),
@@ -95,6 +107,7 @@ FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
     "confidently_wrong": lambda scores: share(bool(s.wrong) for s in scores),
     "outside_flagged": lambda scores: share(s.flagged for s in scores),
     "outside_located": lambda scores: share(s.located for s in scores),
+    "outside_possible": _possible,
     "strange_flagged": lambda scores: share(s.flagged for s in scores if strange(s)),
     "strange_located": lambda scores: share(s.located for s in scores if strange(s)),
     "error_over_bound": _over_bound(mounts=False),

@@ -168,7 +168,8 @@ def _cases(scores: Iterable[CaseScore]) -> str:
 
 def _case(s: CaseScore) -> str:
     strength = ", ".join("-" if v is None else f"{v:.3g}" for v in s.strength)
-    strength += f"; {s.beyond:.3g} beyond every name" if s.beyond is not None else ""
+    if s.beyond is not None:
+        strength += f"; {s.beyond:.3g} beyond every name, {s.least:.3g} in the least favourable noise"
     cells = (
         s.name,
         s.rig,

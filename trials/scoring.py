@@ -28,6 +28,7 @@ class CaseScore:
     freedom: list[int]  # numbers that an effect has
     seconds: float
     beyond: float | None = None  # standard deviations of physics outside the table from the nearest name
+    least: float | None = None  # the same in the least favourable noise
     failed: str = ""  # why there is no diagnosis
     verdict: str = ""
     found: tuple[str, ...] = ()  # sure ones, "effect at place (confidence)"
@@ -63,6 +64,7 @@ def asked(name: str, truth: Truth, seconds: float) -> dict[str, Any]:
         "freedom": truth["freedom"],
         "seconds": seconds,
         "beyond": neighbour["beyond"] if (neighbour := truth.get("neighbour")) else None,
+        "least": neighbour["least"] if neighbour else None,
     }
 
 
