@@ -7,8 +7,8 @@ place, or at the joint; F the information of [d, C] with motion and geometry unk
 
 is a number of standard deviations: below about two no method tells the physics from that name, which is then what the
 recording shows. F is that of the case's own noise, as if its colour were known; `least` is the least that any colour
-leaves which a recording without a mismatch may have, for nobody tells a diagnosis which it has. Laws are taken for
-straight in their numbers, filters at four cutoffs, slips at eight moments; a mount with hardening springs is held
+leaves which a recording without a mismatch may have, for a diagnosis has only the residuals to tell it. Laws are taken
+for straight in their numbers, filters at four cutoffs, slips at eight moments; a mount with hardening springs is held
 against straight ones of its own frequency, damping and their neighbours.
 """
 

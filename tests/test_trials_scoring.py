@@ -158,16 +158,21 @@ def test_only_what_is_far_from_every_name_must_be_flagged(beyond, n):
     assert FIGURES["outside_flagged"]([s])[1:] == (1, 1)
 
 
-def test_what_a_search_could_flag_is_what_its_test_sees_in_the_least_favourable_noise():
-    """Of one number, 5 standard deviations from every name: a normal beyond 3.77, which 0.01 / 60 has on both sides."""
-    outside = truth(effect("cubic", "imu1", inside=False), kind="outside")
-    near = {"nearest": "accel_scale at imu1", "beyond": 8.0, "least": 5.0, "same": []}
-    seen = float(norm.cdf(5.0 - norm.isf(0.01 / 120)))
-    for neighbours, share in (([near], seen), ([None], 1.0), ([near, None], (1 + seen) / 2)):
-        scores = [scored(outside | {"neighbour": n, "freedom": [1]}, said()) for n in neighbours]
-        value, n, hits = FIGURES["outside_possible"](scores)
-        assert value == pytest.approx(share, abs=2e-4) and (n, hits) == (len(neighbours), None)
-    assert FIGURES["outside_possible"]([scored(truth(), said())]) == (None, 0, None)
+def test_what_a_search_could_flag_is_what_its_test_sees_at_a_distance():
+    """Of one number: a normal beyond 3.76, which 0.01 / 60 has on both sides; of what has no distance, all."""
+    outside = truth(effect("cubic", "imu1", inside=False), kind="outside") | {"freedom": [1]}
+    near = {"nearest": "accel_scale at imu1", "beyond": 5.0, "least": 3.0, "same": []}
+    known, least = (float(norm.cdf(x - norm.isf(0.01 / 120))) for x in (5.0, 3.0))
+    for neighbours, shares in (
+        ([near], (known, least)),
+        ([None], (1, 1)),
+        ([near, None], ((1 + known) / 2, (1 + least) / 2)),
+    ):
+        scores = [scored(outside | {"neighbour": n}, said()) for n in neighbours]
+        for name, share in zip(("outside_possible", "outside_possible_least"), shares, strict=True):
+            value, n, hits = FIGURES[name](scores)
+            assert value == pytest.approx(share, abs=2e-4) and (n, hits) == (len(neighbours), None)
+    assert FIGURES["outside_possible"]([scored(truth(effect("gravity", "world")), said())]) == (None, 0, None)
 
 
 def test_physics_outside_the_table_is_right_as_unknown_at_its_place():

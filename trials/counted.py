@@ -75,15 +75,19 @@ def strange(score: CaseScore) -> bool:
     return score.beyond is not None and score.beyond >= STRANGE
 
 
-def _possible(scores: Sequence[CaseScore]) -> Counted:
+def _possible(distance: Callable[[CaseScore], float | None]) -> Callable[[Sequence[CaseScore]], Counted]:
     """Return the share of physics outside the table that a search which shares LEVEL among all names would flag.
 
-    It is told what it looks for, the noise's level, and the least favourable colour; what is without a number counts
-    as seen.
+    It is told the shape and the noise's level; `distance` is how many standard deviations the physics is from the
+    nearest name. What has no distance counts as seen.
     """
-    asked = [s for s in scores if s.kind == "outside"]
-    seen = [1.0 if s.least is None else power(s.least, max(s.freedom[0], 1), LEVEL / NAMES) for s in asked]
-    return (float(np.mean(seen)) if seen else None), len(seen), None
+
+    def counted(scores: Sequence[CaseScore]) -> Counted:
+        asked = [(distance(s), max(s.freedom[0], 1)) for s in scores if s.kind == "outside"]
+        seen = [1.0 if far is None else power(far, freedom, LEVEL / NAMES) for far, freedom in asked]
+        return (float(np.mean(seen)) if seen else None), len(seen), None
+
+    return counted
 
 
 FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
@@ -107,7 +111,8 @@ FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
     "confidently_wrong": lambda scores: share(bool(s.wrong) for s in scores),
     "outside_flagged": lambda scores: share(s.flagged for s in scores),
     "outside_located": lambda scores: share(s.located for s in scores),
-    "outside_possible": _possible,
+    "outside_possible": _possible(lambda s: s.beyond),
+    "outside_possible_least": _possible(lambda s: s.least),
     "strange_flagged": lambda scores: share(s.flagged for s in scores if strange(s)),
     "strange_located": lambda scores: share(s.located for s in scores if strange(s)),
     "error_over_bound": _over_bound(mounts=False),
