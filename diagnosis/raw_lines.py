@@ -23,7 +23,7 @@ from imubench.diagnosis.raw_samples import Mask
 SECONDS = 4.0
 LEAST, LOWEST = 6.0, 13.0  # Hz: above twice where the motion ends, at most 12 Hz and a line's width
 INNER, OUTER = 1.0, 2.5  # Hz, between which the neighbourhood lies
-FEWEST = 4  # windows of a span
+FEWEST, BROKEN = 4, 3  # windows of a span; of a recording that is too short, or broken too often, for so many
 ALARM = 1e-3  # per recording
 STANDS = float(np.log(6.0))  # over its neighbourhood, in the median window of a span
 WANDER = 0.75  # Hz from one window to the next
@@ -45,10 +45,14 @@ class Line:
 
 
 def line(stretches: tuple[Stretch, ...], rate: float, skip: Mask, noise: Mapping[str, float]) -> Line | None:
-    """Return the strongest hum of a recording, None where there is none or it is too short (12 s) to tell."""
+    """Return the strongest hum of a recording, None where there is none or it is too short (8 s) to tell.
+
+    A recording of 15 s that lost samples had broken into three had three windows, in each of which a hum of 40 times
+    the noise stood out by a factor of hundreds.
+    """
     width = 2 * round(SECONDS * rate / 2)
     power, times = densities(stretches, "accel", width, skip)
-    if len(power) < FEWEST:
+    if len(power) < BROKEN:
         return None
     frequency = np.asarray(np.fft.rfftfreq(width, 1 / rate), dtype=float)
     over = contrast(power, rate / width)
@@ -107,7 +111,7 @@ def strongest(over: Array) -> tuple[int, int, int] | None:
     sums = np.concatenate([np.zeros((1, wide)), np.cumsum(over, axis=0)])
     best: tuple[float, int, int, int] = (0.0, 0, 0, 0)
     length, spans = count, 0
-    while length >= FEWEST:
+    while length >= min(FEWEST, count):
         starts = sorted({*range(0, count - length + 1, max(1, length // 2)), count - length})
         spans += len(starts)
         for first in starts:

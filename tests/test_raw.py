@@ -355,6 +355,15 @@ def test_a_hum_is_found_with_its_frequency_and_amplitude(rate, frequency, size):
     assert error < 0.1 * size + 0.006  # noise of 0.02 in 100 samples: 0.003 for each of cosine and sine
 
 
+def test_a_hum_is_found_where_lost_samples_leave_three_windows():
+    whole = imu(51, seconds=14.4, before=humming(np.array([0.3, -0.2, 0.5]), 22.0))
+    keep = (np.abs(whole.time - 5.0) > 0.05) & (np.abs(whole.time - 9.5) > 0.05)  # one window of 4 s in each piece
+    short = replace(whole, time=whole.time[:850], gyro=whole.gyro[:850], accel=whole.accel[:850])
+    broken = replace(whole, time=whole.time[keep], gyro=whole.gyro[keep], accel=whole.accel[keep])
+    for recording in (short, broken):
+        assert abs(found(recording, "vibration").parameters["frequency"][0] - 22.0) < 0.05
+
+
 def test_a_hum_above_a_slow_motion_is_found_and_a_hand_that_shakes_is_none():
     slow = imu(53, band=1.0, rate_rms=0.5, accel_rms=0.5, before=humming(np.array([0.3, 0, 0]), 8.5))
     assert abs(found(slow, "vibration").parameters["frequency"][0] - 8.5) < 0.03
