@@ -56,10 +56,8 @@ def beyond(case: Case, seen: Sight | None = None) -> dict[str, Any] | None:
     left = {name: min(_left(seen, change) for change in changes) for name, changes in told.items()}
     nearest = sorted(left, key=lambda n: left[n])
     few = [change for name in nearest[:FEW] for change in told[name]]
-    least = left[nearest[0]]
-    for corner in COLOURS:
-        noisy = sight(replace(case, options=replace(case.options, colour=COLOUR, corner=corner)))
-        least = min(least, *(_left(noisy, change) for change in few)) if noisy else least
+    noisy = (sight(replace(case, options=replace(case.options, colour=COLOUR, corner=c))) for c in COLOURS)
+    least = min([left[nearest[0]], *(_left(view, change) for view in noisy if view for change in few)])
     same = sorted(name for name, x in left.items() if x < SAME)
     return {"nearest": nearest[0], "beyond": left[nearest[0]], "same": same, "least": least}
 

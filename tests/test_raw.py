@@ -364,6 +364,15 @@ def test_a_hum_is_found_where_lost_samples_leave_three_windows():
         assert abs(found(recording, "vibration").parameters["frequency"][0] - 22.0) < 0.05
 
 
+def test_three_windows_of_noise_have_no_hum():
+    rng = np.random.default_rng(7)
+    for seed in range(40):
+        whole = imu(seed, seconds=9.0, colour=0.2 * rng.random())
+        keep = rng.random(whole.time.size) > 0.3 * (seed % 2)
+        kept = replace(whole, time=whole.time[keep], gyro=whole.gyro[keep], accel=whole.accel[keep])
+        assert "vibration" not in effects(kept)
+
+
 def test_a_hum_above_a_slow_motion_is_found_and_a_hand_that_shakes_is_none():
     slow = imu(53, band=1.0, rate_rms=0.5, accel_rms=0.5, before=humming(np.array([0.3, 0, 0]), 8.5))
     assert abs(found(slow, "vibration").parameters["frequency"][0] - 8.5) < 0.03
