@@ -18,6 +18,7 @@ from imubench.diagnosis.springs_std import with_springs
 from imubench.diagnosis.strained import STRAINED_SURE, strained
 from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, Passed, misfit
 from imubench.effects import EFFECTS
+from imubench.recording import Recording
 
 EVEN = 0.6  # the confidence at most of a law beside which another was worth as much
 SOFT = 2.0  # nat, how fast confidence grows beyond what is needed; not yet calibrated
@@ -31,8 +32,11 @@ OPEN = 0.1
 true; of those worth more, but less than all that was left, 14 of 15."""
 
 
-def findings(selection: Selection) -> tuple[Finding, ...]:
-    """Return the effects that stay, strongest first."""
+def findings(selection: Selection, measured: Recording | None = None) -> tuple[Finding, ...]:
+    """Return the effects that stay, strongest first.
+
+    `measured` is the recording as it came, where the fit's is another: what of a hum wanders is not in that.
+    """
     std = with_springs(selection.numbers, parameter_std(selection.numbers))
     recording = selection.fit.model.recording
     loose, small, odd = loosely(selection.fit), overshadowed(selection), strained(selection.fit)
@@ -53,7 +57,7 @@ def findings(selection: Selection) -> tuple[Finding, ...]:
                 h.effect.name,
                 h.at,
                 min(confidence(kept.evidence, NEEDED), most),
-                parameters(h, selection.numbers, std),
+                parameters(h, selection.numbers, std, measured),
                 Interval(gain.value, (gain.low, gain.high)),
                 (*same, *ties),
                 separation(selection.fit, h, [Hypothesis(EFFECTS[r.effect].suited(recording), r.at) for r in others]),
@@ -102,11 +106,13 @@ def nameless(at: str, sure: float, parameters: dict[str, Parameter], won: Gain, 
     return Finding(UNKNOWN, at, sure, parameters, gain, where=where)
 
 
-def parameters(h: Hypothesis, fit: Fit, std: dict[str, Array]) -> dict[str, Parameter]:
+def parameters(
+    h: Hypothesis, fit: Fit, std: dict[str, Array], measured: Recording | None = None
+) -> dict[str, Parameter]:
     """Return an effect's parameters, of the shapes that it declares, with their standard deviations."""
-    out = {}
+    out, recording = {}, measured or fit.model.recording
     values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
-    changing = h.effect.changing(values, fit.model.recording.imu(h.at)) if h.effect.place == "imu" else {}
+    changing = h.effect.changing(values, recording.imu(h.at)) if h.effect.place == "imu" else {}
     for p in h.effect.parameters:
         if p.reported:
             value, error = values[p.name], np.hypot(std[h.key(p.name)], changing.get(p.name, 0.0))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.diagnosis import raw
-from imubench.diagnosis.hushed import hushed, turning
+from imubench.diagnosis.hushed import hushed, steadied, turning
 from imubench.diagnosis.pose_rows import Wander
 from imubench.diagnosis.raw_findings import SURE_OF_KNOCKS, RawFinding
 from imubench.diagnosis.result import Finding, Interval, Parameter
@@ -40,7 +40,7 @@ class Sampled:
         return replace(self, findings=tuple(f for f in self.findings if all(f is not g for g in gone)))
 
     def heard(self, recording: Recording) -> Recording:
-        """Return the recording with its noise declared as these samples have it, and without hums that turn it."""
+        """Return the recording with its noise declared as these samples have it, and without what fits no hum's law."""
         imus = []
         for imu in recording.imus:
             none = np.ones(imu.time.size, dtype=bool)
@@ -49,6 +49,8 @@ class Sampled:
             if hum is not None and turning(imu, hum, skip):
                 gyro, accel = hushed(imu, hum, skip)
                 imu = replace(imu, gyro=gyro, accel=accel)
+            elif hum is not None:
+                imu = replace(imu, accel=steadied(imu, hum, skip))
             imus.append(imu)
         return heard(replace(recording, imus=tuple(imus)), self.findings, self.white)
 

@@ -1,11 +1,11 @@
-"""A hum that turns the sensor too is taken out of its samples; one of the accelerometer alone is left to its law."""
+"""A hum that turns the sensor too is taken out of its samples; one of the accelerometer alone is made steady."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from imubench.diagnosis.hushed import hushed, turning
+from imubench.diagnosis.hushed import BANDS, hushed, sidebands, steadied, steady, turning
 from imubench.recording import Imu
 
 RATE, SECONDS, HUM = 250.0, 20.0, 45.0
@@ -50,3 +50,43 @@ def test_samples_that_do_not_count_stay_as_they_were():
     gyro, accel = hushed(imu, HUM, skip)
     assert np.array_equal(gyro[skip], imu.gyro[skip])
     assert np.array_equal(accel[skip], imu.accel[skip])
+
+
+def hummed(size, wander, seed=0):
+    """The same hand with a hum of the accelerometer alone, its phase a random walk of `wander` rad per root second."""
+    rng = np.random.default_rng(seed)
+    _, still = shaken(0.0, seed)
+    phase = np.cumsum(wander / np.sqrt(RATE) * rng.standard_normal(still.time.size))
+    waves = np.sin(2 * np.pi * HUM * still.time + phase)[:, None] * np.array([1.0, 0.5, 0.2])
+    return replace(still, accel=still.accel + size * waves), still
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_hum_that_wanders_becomes_a_steady_line_as_strong(seed):
+    imu, still = hummed(1.0, 0.05, seed)
+    inside = slice(250, -250)
+    left = {}
+    for name, accel in (("before", imu.accel), ("after", steadied(imu, HUM, none(imu)))):
+        hum = (accel - still.accel)[inside]
+        line = steady(still.time[inside], hum, HUM)
+        left[name] = np.sqrt(np.mean((hum - line) ** 2))
+        size = np.sqrt(2 * np.mean(line**2, axis=0))
+    assert left["before"] > 0.02
+    assert left["after"] < 0.01 < left["before"] / 2  # half of the noise, which was 0.02; what is beyond 2 Hz stays
+    np.testing.assert_allclose(size, [1.0, 0.5, 0.2], rtol=0.01)
+
+
+def test_a_steady_hum_and_a_faint_one_stay_as_they_are():
+    for size, wander in ((1.0, 0.0), (0.02, 0.05)):
+        imu, _ = hummed(size, wander)
+        assert np.array_equal(steadied(imu, HUM, none(imu)), imu.accel)
+
+
+def test_sidebands_reach_further_the_louder_a_hum_is():
+    reaches = []
+    for size in (0.02, 0.2, 1.0):
+        imu, still = hummed(size, 0.05)
+        reaches.append(sidebands([imu.accel - steady(still.time, imu.accel - still.accel, HUM)], RATE, HUM))
+    assert reaches == sorted(reaches)
+    assert reaches[0] == 0.0
+    assert reaches[-1] >= BANDS[2]
