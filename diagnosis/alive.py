@@ -1,5 +1,7 @@
 """Which effects with states a round of the search tries, and what they must promise."""
 
+from collections.abc import Collection
+
 from imubench.diagnosis.coherence import RELATED, follows_motion
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
@@ -12,20 +14,24 @@ SHARE = 0.08  # of what is left
 TWICE = 2.0  # times what effects without states explain: from there a spline without a law comes before them
 
 
-def stateful(fit: Fit, left: list[Hypothesis], moving: bool, rivalled: bool) -> list[Hypothesis]:
+def stateful(
+    fit: Fit, left: list[Hypothesis], moving: bool, rivalled: bool, heard: Collection[str] = ()
+) -> list[Hypothesis]:
     """Return the effects with states that a round tries: all where something seems to have a motion of its own.
 
     Else those that obey a law: a mount on stiff springs leaves 1.05 of the noise, and goes with the motion no more than
     what is misaligned does. Springs alone where they have a rival without states: they seem to be one, gyroscope scales
     of 40 nat for a rocking mount of 79. None beside another at an IMU, which leaves more than its law says: foam had a
     soft mount of 28 nat beside the rocking one of 47,000. No filter beside a clock's offset that leaves little: it
-    would take the delay too, and is held against it in the end (diagnosis/filtered.py). None beside a torque that jumps
-    either, while little is left: a spline rounds the corners of such a motion as a filter would its readings.
+    would take the delay too, and is held against it in the end (diagnosis/filtered.py); but those `heard`, worth much
+    beside it before something else came in, are. None beside a torque that jumps either, while little is left: a
+    spline rounds the corners of such a motion as a filter would its readings.
     """
     delayed = any(h.effect.name in (CLOCK, *JUMPS) for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
     there = {kind(h) for h in fit.model.hypotheses}
     alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic" and kind(h) not in there]
-    alive = [h for h in alive if not ((delayed or (rivalled and not moving)) and h.effect.name == FILTER)]
+    untold = delayed or (rivalled and not moving)
+    alive = [h for h in alive if not (untold and h.effect.name == FILTER and h.name not in heard)]
     if moving:
         return alive
     taken = any(h.effect.states and (h.effect.free or h.effect.place == "imu") for h in fit.model.hypotheses)

@@ -1,7 +1,7 @@
 """One round of the search: what could come into the fit next, the best of it refitted exactly."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,9 +46,16 @@ class Round:
 
 
 def attempted(
-    fit: Fit, everything: list[Hypothesis], say: Callable[[str], None], vain: Counter[str] | None = None
+    fit: Fit,
+    everything: list[Hypothesis],
+    say: Callable[[str], None],
+    vain: Counter[str] | None = None,
+    heard: Collection[str] = (),
 ) -> Round:
-    """Return what could come into the fit next, of effects that are not in it; `vain` is that of `state_trials`."""
+    """Return what could come into the fit next, of effects that are not in it.
+
+    `vain` is that of `state_trials`, `heard` that of `stateful`.
+    """
     say("scoring every effect")
     taken = {h.name for h in fit.model.hypotheses}
     left = [h for h in everything if h.name not in taken]
@@ -68,7 +75,7 @@ def attempted(
     moving = suspicious(further)
     least = NEEDED if moving else max([HINTED, promised_by_law(further), *(t.evidence for t in tried)])
     ruled = moving and reads_by_own_law(further)
-    alive = [] if ruled else stateful(fit, left, moving, least > HINTED)
+    alive = [] if ruled else stateful(fit, left, moving, least > HINTED, heard)
     lively = [t for t in lively_trials(fit, left, alive, say, least, vain) if t.evidence > promised_by_law(further)]
     if lively and before_plain(lively[0], fit, further):
         return Round(fit, lively + tried, lively[0].fit, [], True)

@@ -21,7 +21,7 @@ from imubench.diagnosis.mixture import mixed, together
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise, with_settled_noise
 from imubench.diagnosis.prune import SEED, natural, prune
-from imubench.diagnosis.rounds import attempted
+from imubench.diagnosis.rounds import CLEARLY, Round, attempted
 from imubench.diagnosis.slack import slack
 from imubench.diagnosis.terms import FRICTION
 from imubench.diagnosis.trial import CLOCK, FILTER, SLIP, Kept
@@ -66,17 +66,18 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
     fit, kept = quickly(fit, kept, say)
     rng = np.random.default_rng(SEED)
     everything = candidates(nominal.model)
-    asked_for, vain = everything, Counter[str]()
+    asked_for, vain, heard = everything, Counter[str](), set[str]()
     while len(kept) < MOST:
-        now, before, masks = attempted(fit, asked_for, say, vain), len(kept), fit.model.masks
+        now, before, masks = attempted(fit, asked_for, say, vain, heard), len(kept), fit.model.masks
         fit, kept, refused = entered(now, kept, rng, say)
         if now.fit.model.masks is not masks and not any(k.hypothesis.effect.name == SLIP for k in kept[before:]):
             fit = blinded(fit, masks)  # of a slip that was refused
-        lively = now.lively
+        lively, heard = now.lively, heard | well_heard(now)
         del now  # with all its fits: memory
         rejected += refused
         if len(kept) > before:
             late = any(k.hypothesis.effect.name == CLOCK for k in kept[before:])
+            heard = set() if late else heard
             fit, kept = exchanged(fit, kept, everything, say)
             rubs = any(k.hypothesis.effect.name in FRICTION for k in kept[before:])
             fit, kept = mixed(fit, kept, say) if rubs else (fit, kept)
@@ -106,6 +107,11 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
             fit = blinded(fit, windows)
     fit = converged(fit) if kept else fit
     return Selection(fit, tuple(together(fit, kept)), (*rejected, *dropped))
+
+
+def well_heard(now: Round) -> set[str]:
+    """Return the filters that were worth much in a round, whatever came in instead."""
+    return {t.hypothesis.name for t in now.tried if t.hypothesis.effect.name == FILTER and t.evidence > CLEARLY}
 
 
 def laws_of_filters(fit: Fit) -> list[str]:

@@ -78,6 +78,8 @@ def test_springs_are_asked_beside_a_rival_without_states_and_filters_are_not(cle
     assert {"soft_mount", "rocking_mount", FILTER} <= alone
     assert beside == alone - {FILTER}
     assert FILTER in {h.effect.name for h in stateful(clean, left, moving=True, rivalled=True)}
+    told = stateful(clean, left, moving=False, rivalled=True, heard={"low_pass[gyro]@imu1"})
+    assert {h.name for h in told if h.effect.name == FILTER} == {"low_pass[gyro]@imu1"}  # it was worth much before
     sprung = extended(clean, (Hypothesis(EFFECTS["rocking_mount"], "imu2"),))
     assert not stateful(sprung, left, moving=False, rivalled=False)
 
