@@ -34,6 +34,7 @@ class Fitted:
     evidence: float  # nat, colour and the number of terms taken off
     heldout: Gain
     louder: float  # times white noise, what is left where the term has its power
+    shape: float = -np.inf  # nat, of a slow error by its shape
 
 
 def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
@@ -78,7 +79,8 @@ def once(fit: Fit, guess: Guess, price: float) -> Fitted:
     louder = colour(better, guess.term)
     freer = rougher(better)
     evidence = min(gained(ruler, better, h, louder), gained(rougher(ruler), freer, h, louder)) - price
-    return Fitted(h, guess.term, better, freer, evidence, heldout, louder)
+    evidence = max(evidence, guess.shape)
+    return Fitted(h, guess.term, better, freer, evidence, heldout, louder, guess.shape)
 
 
 def gained(before: Fit, after: Fit, h: Hypothesis, louder: float) -> float:

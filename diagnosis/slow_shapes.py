@@ -93,6 +93,10 @@ class Slow:
         spreads = [np.kron(channels, spread) for channels in ALL_OR_ONE]
         return max(beside.worth(s) for beside, s in product(self.beside, spreads))
 
+    def none(self) -> float:
+        """Return the same of no slow error at all."""
+        return max(beside.alone for beside in self.beside)
+
     def drift(self) -> float:
         """Return the same of a straight line."""
         return self.worth(self.projected(np.linspace(-1, 1, len(self.cosines))))
@@ -106,6 +110,11 @@ class Slow:
         """Return the same of a signal (n,) that is a jump, its moment one of many."""
         return self.worth(self.projected(signal)) - float(np.log(JUMPS))
 
+    def beyond(self, term: Term) -> float:
+        """Return by how much more the shape of a term, a jump or a walk, is worth than a drift or nothing."""
+        shape = self.jump(1.0 * np.any(term.signals[term.part], axis=(1, 2))) if term.jumps else self.walk()
+        return shape - max(self.drift(), self.none())
+
     def projected(self, signal: Array) -> Array:
         """Return the cosines (k, 1) of a signal (n,)."""
         return np.asarray(self.cosines.T @ signal[:, None] / len(signal))
@@ -116,14 +125,11 @@ ALL_OR_ONE = (np.eye(3), *np.eye(3)[:, :, None])
 
 @one_thread
 def beyond_a_drift(fit: Fit, term: Term) -> float:
-    """Return the nat by which a term's shape, a jump or a walk, is likelier than a drift of the same triple.
+    """Return the nat by which a term's shape, a jump or a walk, is likelier than a drift of the same triple or none.
 
-    `fit` has neither.
+    `fit` has none of the three, or a drift.
     """
-    slow = Slow.of(fit, term)
-    if not term.jumps:
-        return slow.walk() - slow.drift()
-    return slow.jump(1.0 * np.any(term.signals[term.part], axis=(1, 2))) - slow.drift()
+    return Slow.of(fit, term).beyond(term)
 
 
 def cosines_at(share: Array, count: int) -> Array:

@@ -11,7 +11,7 @@ from imubench.diagnosis.fitted_terms import NEEDED, Fitted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.priors import inside, states_inside
 from imubench.diagnosis.term_scores import Guess
-from imubench.diagnosis.terms import FRICTION, SERIES
+from imubench.diagnosis.terms import FRICTION, LATE, SERIES, Term
 from imubench.diagnosis.trial import FILTER, SLIP
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
@@ -119,6 +119,11 @@ def a_filter_is(found: Fitted, h: Hypothesis) -> bool:
     return h.effect.name == FILTER and found.term.goes_with in SERIES
 
 
+def comes_late(term: Term, h: Hypothesis) -> bool:
+    """Return whether a term is what the axes of a misalignment read a little later."""
+    return h.effect.name.endswith("_misalignment") and term.goes_with.endswith(LATE) and term.at == h.at
+
+
 def seen_at(h: Hypothesis) -> str:
     """Return where a term that stands for an effect would be: at its IMU, or in the torque of a swing."""
     return h.at if h.effect.place == "imu" else "joint"
@@ -155,6 +160,6 @@ def only_wanders(fit: Fit, h: Hypothesis) -> bool:
 
 
 __all__ = [
-    "MOVED", "MUCH", "SLIP", "SLOW", "a_filter_is", "groups", "is_a_drift", "margins", "only_wanders",
+    "MOVED", "MUCH", "SLIP", "SLOW", "a_filter_is", "comes_late", "groups", "is_a_drift", "margins", "only_wanders",
     "rivals", "takes_place", "together", "wanders",
 ]  # fmt: skip

@@ -33,6 +33,7 @@ class Guess:
     std: float
     evidence: float  # nat, with noise as coloured as it may be
     white: float  # nat, with white noise
+    shape: float = -np.inf  # nat, of a slow error by its shape, its price taken off
 
 
 def promising(fit: Fit) -> tuple[list[Guess], int]:

@@ -1,5 +1,7 @@
 """A jump, a walk, a drift and coloured noise of one sensor are told apart by their shape."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -53,6 +55,35 @@ def test_what_is_no_drift_is_likelier_than_one(kind, share, size):
 def test_nothing_is_surely_likelier_than_a_drift_where_there_is_one_or_noise_alone(kind, share):
     found = [likeliest(kind, np.random.default_rng(seed), share) for seed in range(12)]
     assert max(max(f.values()) for f in found) < 10
+
+
+@dataclass(frozen=True)
+class Shape:
+    """As much of a term as a slow error's worth asks for."""
+
+    part: str
+    jumps: bool
+    signals: dict[str, np.ndarray]
+
+
+STEP = (TIME > 5.0)[:, None, None] * np.ones((1, 3, 1))
+WALK, JUMP = Shape("accel", False, {}), Shape("accel", True, {"accel": STEP})
+
+
+@one_thread
+def beyond(kind, seed, share, size=1.0):
+    rng = np.random.default_rng(seed)
+    slow = known(slow_error(kind, rng, size) + noise(rng, share))
+    return slow.beyond(WALK), slow.beyond(JUMP)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.2])
+def test_a_walk_and_a_jump_are_worth_more_than_a_drift_or_nothing_and_noise_is_not(share):
+    walks, jumps = zip(*(beyond("nothing", seed, share) for seed in range(12)), strict=True)
+    assert max(*walks, *jumps) < 5
+    assert max(max(beyond("drift", seed, share)) for seed in range(12)) < 10
+    assert np.median([beyond("walk", seed, share, 2.5)[0] for seed in range(12)]) > 10
+    assert np.median([beyond("jump", seed, share, 2.5)[1] for seed in range(12)]) > 10
 
 
 @one_thread

@@ -1,5 +1,7 @@
 """What no effect explains, on physics of the independent generator that the table of effects does not have."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,11 +17,12 @@ from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.result import UNKNOWN
 from imubench.diagnosis.select import select
+from imubench.diagnosis.stand_ins import comes_late
 from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.term_scores import colour, promising
-from imubench.diagnosis.terms import LATE, Unknown, UnknownTorque
-from imubench.diagnosis.unknown import chased, unknowns
+from imubench.diagnosis.terms import LATE, Term, Unknown, UnknownTorque
+from imubench.diagnosis.unknown import chased, found_in, unknowns
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -230,3 +233,21 @@ def test_a_spline_follows_all_that_a_lone_accelerometer_reads(tmp_path, rig, joi
     fit = nominal_fit(read(tmp_path / "r")[0])
     assert not chased(fit)
     assert chased(extended(fit, (Hypothesis(EFFECTS[joint], "joint"),))) == taken
+
+
+@pytest.mark.slow
+def test_a_walk_beside_a_bias_is_told_by_its_shape(tmp_path):
+    walk = [("thermal_walk", "imu1", {"channel": "accel", "density": 0.008})]
+    fit = fitted(tmp_path, walk, 62, "pendulum")
+    fit = with_noise(refit(fit, (*fit.model.hypotheses, Hypothesis(EFFECTS["accel_bias"], "imu1"))), 2)
+    best = found_in(fit)
+    assert (best.term.at, best.term.part, best.term.goes_with) == ("imu1", "accel", "time")
+    assert best.evidence == best.shape > 2 * NEEDED  # beside noise as coloured as it may be everywhere, 6 nat
+
+
+def test_what_a_gyroscope_reads_late_is_no_misalignment_of_another():
+    late = Term("imu1", "gyro", f"the reading of axis x, {LATE}", np.zeros(3), {}, ())
+    assert comes_late(late, Hypothesis(EFFECTS["gyro_misalignment"], "imu1"))
+    assert not comes_late(late, Hypothesis(EFFECTS["gyro_misalignment"], "imu2"))
+    assert not comes_late(late, Hypothesis(EFFECTS["gyro_scale"], "imu1"))
+    assert not comes_late(replace(late, goes_with="time"), Hypothesis(EFFECTS["gyro_misalignment"], "imu1"))
