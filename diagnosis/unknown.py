@@ -13,28 +13,25 @@ import numpy as np
 
 from imubench.diagnosis.balanced import balanced
 from imubench.diagnosis.bent import bent, left_by, stiffened, unheld
+from imubench.diagnosis.best_term import found_in
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted, fitted
+from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.loud import left_over, loud
 from imubench.diagnosis.prune import spared
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Parameter, Where
-from imubench.diagnosis.slow_shapes import Slow
 from imubench.diagnosis.stand_ins import MUCH
 from imubench.diagnosis.strained import lawless, strained
-from imubench.diagnosis.term_scores import ENOUGH, Guess, promising
-from imubench.diagnosis.terms import CHANNELS, SERIES, Term, Unknown, signals_of
+from imubench.diagnosis.term_scores import ENOUGH
+from imubench.diagnosis.terms import CHANNELS, Term, Unknown, signals_of
 from imubench.diagnosis.where import locate, shares
 
-REFITTED = 2  # terms at least, where they promise enough, until one is good
-RIVAL = 0.5  # of the best one's promise, from which the best of another place is fitted too
-SHAPED = 30.0  # nat, that a slow error's shape must be worth where it foretells nothing; in 75 clean recordings 0.3
 LATER_SURE = 0.6  # of what explains as much as a misalignment, a little later: 13 of 14 in 900 blind trials were none
 UNITS = {"gyro": "rad/s", "accel": "m/s^2", "torque": "N m"}
 
@@ -74,61 +71,6 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
     noisy = loud(fit, where, {f.at for f in out})
     sunk = drowned(fit, say) if any(f.effect == UNKNOWN for f in noisy) else []
     return Unknowns((*out, *noisy), fit, (*held.doubted, *unsure, *loose, *sunk))
-
-
-def found_in(fit: Fit) -> Fitted | None:
-    """Return the best term with its refit, None where none has the evidence or predicts.
-
-    What is at one sensor can look like a term at another until it is fitted: the best of each place are refitted, and
-    the one that predicts most is it. A walk foretells little of itself (of one of 112 deviations -1,700 nat, of the
-    same at the other IMU 2,900): that its shape tells is enough, and where it is.
-    """
-    guesses, tried = promising(fit)
-    price = float(np.log(max(tried, 1)))
-    untold = SERIES if chased(fit) else ()
-    told = [g for g in by_shape(fit, guesses, NEEDED + price) if g.term.goes_with not in untold]
-    likely = [g for g in told if max(g.evidence - price, g.shape) > NEEDED]
-    places = [next(g for g in likely if g.term.at == at) for at in dict.fromkeys(g.term.at for g in likely)]
-    rivals = [g for g in places if g.white > RIVAL * likely[0].white]
-    others = [g for g in likely if g not in rivals]
-    good: list[Fitted] = []
-    for guess in (*rivals, *others[: max(REFITTED - len(rivals), 0)]):
-        if good and guess not in rivals:
-            break
-        with suppress(NotPositiveDefiniteError):
-            done = fitted(fit, guess, price)
-            if done.evidence > NEEDED and (done.heldout.foretells() or done.shape > SHAPED):
-                good.append(done)
-    best = max(good, key=lambda f: f.heldout.value, default=None)
-    return max((f for f in good if f.term.drift), key=lambda f: f.shape) if best and best.term.drift else best
-
-
-def by_shape(fit: Fit, guesses: Sequence[Guess], least: float) -> list[Guess]:
-    """Return the guesses, slow errors that are worth `least` beside white noise also weighed by their shape.
-
-    It is one of two of each triple. Noise as coloured as it may be is that everywhere; a walk of 19 deviations from a
-    bias was worth 7 nat beside it, and 31 by its shape.
-    """
-    known: dict[tuple[str, str], Slow] = {}
-    out = []
-    for g in guesses:
-        place = (g.term.at, g.term.part)
-        if g.term.drift and g.term.part in CHANNELS and g.white > least:
-            known[place] = known.get(place) or Slow.of(fit, g.term)
-            price = np.log(2 * len(CHANNELS) * len(fit.model.recording.imus))
-            g = replace(g, shape=known[place].beyond(g.term) - float(price))
-        out.append(g)
-    return out
-
-
-def chased(fit: Fit) -> bool:
-    """Return whether a spline follows all that a lone accelerometer reads.
-
-    Nothing but its gyroscope says then how the IMU turns, and what its noise adds to a turn's acceleration goes with
-    the turn as a delay does: 830 nat beside a pivot that shakes by 0.05 m/s^2.
-    """
-    alone = len(fit.model.recording.imus) == 1
-    return alone and any(h.effect.free and h.effect.place == "joint" for h in fit.model.hypotheses)
 
 
 def superseded(before: Fit, new: Fitted, terms: Sequence[Term], say: Callable[[str], None] = lambda _: None) -> Fit:
@@ -207,4 +149,4 @@ def place(found: Fitted) -> Where:
     return Where(term.at, shares(dict(zip(names, power, strict=True))), (), (), term.goes_with, 1.0)
 
 
-__all__ = ["Fitted", "Guess", "Unknowns", "found_in", "promising", "unknowns"]
+__all__ = ["Unknowns", "unknowns"]

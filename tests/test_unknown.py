@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.bases import curve, drifts, kinked, play
+from imubench.diagnosis.best_term import chased, found_in
 from imubench.diagnosis.candidate_terms import jumps, terms
 from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.fit import solve
@@ -22,7 +23,7 @@ from imubench.diagnosis.swings import GROUP
 from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.term_scores import colour, promising
 from imubench.diagnosis.terms import LATE, Term, Unknown, UnknownTorque
-from imubench.diagnosis.unknown import chased, found_in, unknowns
+from imubench.diagnosis.unknown import unknowns
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
