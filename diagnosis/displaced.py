@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
-from imubench.diagnosis.fit import Fit, at_noise_of
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, Fitted, fitted
-from imubench.diagnosis.heldout import BLOCK, predicted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import certain, rougher
-from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import evidence_over, refit
 from imubench.diagnosis.slow_shapes import beyond_a_drift
 from imubench.diagnosis.stand_ins import (
@@ -89,8 +87,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
                 if guess.term.drift and is_a_drift(gone):
                     more = max(more, beyond_a_drift(without, guess.term))
                 if done.heldout.foretells() and more > -least[guess.term.timed][1]:
-                    foretold = free or guess.term.timed or foretells_as_much(without, fit, done)
-                    won.append((foretold and takes_place(done, more, lost, names, free, strained), more, done))
+                    won.append((takes_place(done, more, lost, names, free, strained), more, done))
             taken, more, best = max(won, key=lambda w: w[:2], default=(False, 0.0, None))
             if taken and best:
                 surely = free or strained
@@ -101,16 +98,6 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
     at = {h.at for h in doubted if h.effect.name in SLOW}
     slips = [h for h in fit.model.hypotheses if h.effect.name == SLIP and h.at in at]  # what wanders jumps as well
     return Displaced(terms, fit, (*doubted, *slips), tuple(likelier))
-
-
-def foretells_as_much(without: Fit, fit: Fit, found: Fitted) -> bool:
-    """Return whether a term predicts what it has not seen as well as the names of `fit` that are not in `without` do.
-
-    27 weights made up for what a play's springs leave, and for a scale, which they hold: 140 nat more than that beside
-    the play, and 1,187 on held-out data for its 1,424. Of seven terms in the place of names in strange recordings each
-    predicted more, up to nine times as much.
-    """
-    return found.heldout.value >= predicted(at_noise_of(without, fit), fit, np.random.default_rng(SEED), BLOCK).value
 
 
 __all__ = ["Displaced", "displaced"]
