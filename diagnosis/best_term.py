@@ -12,6 +12,7 @@ from imubench.diagnosis.fitted_terms import NEEDED, Fitted, fitted
 from imubench.diagnosis.slow_shapes import Slow
 from imubench.diagnosis.term_scores import Guess, promising
 from imubench.diagnosis.terms import CHANNELS, SERIES
+from imubench.diagnosis.threads import one_thread
 
 REFITTED = 2  # terms at least, where they promise enough, until one is good
 RIVAL = 0.5  # of the best one's promise, from which the best of another place is fitted too
@@ -45,6 +46,7 @@ def found_in(fit: Fit) -> Fitted | None:
     return max((f for f in good if f.term.drift), key=lambda f: f.shape) if best and best.term.drift else best
 
 
+@one_thread
 def by_shape(fit: Fit, guesses: Sequence[Guess], least: float) -> list[Guess]:
     """Return the guesses, slow errors that are worth `least` beside white noise also weighed by their shape.
 

@@ -19,7 +19,7 @@ from scipy.signal import butter, sosfiltfilt
 from imubench.arrays import Array
 from imubench.diagnosis.raw_grid import stretches
 from imubench.diagnosis.raw_lines import SECONDS, STANDS, contrast
-from imubench.diagnosis.raw_noise import densities
+from imubench.diagnosis.raw_noise import MEDIAN, densities
 from imubench.diagnosis.raw_samples import Mask
 from imubench.recording import Imu
 
@@ -28,8 +28,8 @@ FEWEST = 4  # windows in which it is heard
 TURNS = float(np.log(3.0))  # over its neighbourhood, 3.5 standard deviations of the mean of four windows
 SETTLED = 1.0  # s, the shortest stretch that such a filter can be run over
 BANDS = (0.25, 0.5, 1.0, WIDE)  # Hz on either side of a line, that its sidebands may reach
+FINER = 8  # points of that grid for each that a recording tells apart
 NEWTON = 3  # steps from the best of a grid to a line's frequency
-MEDIAN = 2.674 / 3  # of the power of three axes at a frequency, over its mean
 CHANCE = 4.0  # standard deviations of noise's mean power in a band, from which on it has sidebands in it
 
 
@@ -92,10 +92,14 @@ def steadied(imu: Imu, frequency: float, skip: Mask) -> Array:
 
 def steady(time: Array, values: Array, frequency: float, weight: Array | None = None) -> Array:
     """Return the strongest steady line (n, 3) near a frequency in Hz in values (n, 3) at times (n,), each so heavy."""
-    seconds, weight = float(time[-1] - time[0]), np.ones_like(time) if weight is None else weight
-    near = frequency + np.arange(-WIDE, WIDE, 1 / (8 * seconds))
-    turned = np.exp(-2j * np.pi * np.outer(near, time)) @ (values * weight[:, None])
-    best = near[np.argmax(np.sum(np.abs(turned) ** 2, axis=1))]
+    weight = np.ones_like(time) if weight is None else weight
+    turned = np.exp(-2j * np.pi * frequency * time)[:, None] * values * weight[:, None]
+    bins = ((time - time[0]) * 8 * WIDE).astype(int)  # what is within WIDE turns there by an eighth of a round at most
+    binned = np.zeros((bins[-1] + 1, 3), dtype=complex)
+    np.add.at(binned, bins, turned)
+    power = np.sum(np.abs(np.fft.fft(binned, FINER * len(binned), axis=0)) ** 2, axis=1)
+    off = np.fft.fftfreq(FINER * len(binned), 1 / (8 * WIDE))
+    best = frequency + float(off[np.argmax(np.where(np.abs(off) <= WIDE, power, 0.0))])
     for _ in range(NEWTON):
         line, slope = nearest(time, values, best, weight)
         best += float(np.sum(weight[:, None] * slope * (values - line)) / np.sum(weight[:, None] * slope**2))

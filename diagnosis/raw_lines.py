@@ -17,7 +17,7 @@ from scipy.stats import norm
 
 from imubench.arrays import Array
 from imubench.diagnosis.raw_grid import Stretch
-from imubench.diagnosis.raw_noise import densities
+from imubench.diagnosis.raw_noise import MEDIAN, densities
 from imubench.diagnosis.raw_samples import Mask
 
 SECONDS = 4.0
@@ -86,7 +86,7 @@ def contrast(power: Array, resolution: float) -> Array:
     around = np.ones(2 * outer + 1, dtype=bool)
     around[outer - inner + 1 : outer + inner] = False
     beside = median_filter(power, footprint=around[None, :], mode="nearest")
-    return np.log(power + 1e-300) - np.log(beside + 1e-300) - (float(digamma(3)) - np.log(2.674))  # median of gamma(3)
+    return np.log(power + 1e-300) - np.log(beside + 1e-300) - (float(digamma(3)) - np.log(3 * MEDIAN))
 
 
 def harmonic(power: Array, frequency: Array) -> Mask:

@@ -21,6 +21,7 @@ from imubench.diagnosis.raw_grid import Stretch
 from imubench.diagnosis.raw_samples import Mask
 
 SECONDS = 2.0  # of a window; the main lobe is then +- 2 Hz, what is beyond is 92 dB down
+MEDIAN = float(gamma.ppf(0.5, 3, scale=1 / 3))  # of white noise's mean power on three axes, over its mean
 LOWEST, HIGHEST = 12.0, 0.97  # Hz, of the Nyquist frequency
 BANDS = 4
 FEWEST = 4  # windows
@@ -105,7 +106,7 @@ def _floor(power: Array) -> float:
 
 def _each(power: Array) -> tuple[Array, float]:
     """Return each window's level (windows,), a median over frequency, and the shape of the gamma that it follows."""
-    each = np.median(power, axis=1) / gamma.ppf(0.5, 3, scale=1 / 3)
+    each = np.median(power, axis=1) / MEDIAN
     return each, 3 * power.shape[1] / NENBW / 1.6  # a median's variance is about 1.6 times a mean's
 
 

@@ -1,12 +1,12 @@
 """A jump, a walk, a drift and coloured noise of one sensor are told apart by their shape."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from imubench.diagnosis.slow_shapes import Slow, cosines_at
+from imubench.diagnosis.terms import JUMP as JUMPS
+from imubench.diagnosis.terms import Term
 from imubench.diagnosis.threads import one_thread
 
 RATE, SAMPLES = 100.0, 1500
@@ -57,17 +57,8 @@ def test_nothing_is_surely_likelier_than_a_drift_where_there_is_one_or_noise_alo
     assert max(max(f.values()) for f in found) < 10
 
 
-@dataclass(frozen=True)
-class Shape:
-    """As much of a term as a slow error's worth asks for."""
-
-    part: str
-    jumps: bool
-    signals: dict[str, np.ndarray]
-
-
-STEP = (TIME > 5.0)[:, None, None] * np.ones((1, 3, 1))
-WALK, JUMP = Shape("accel", False, {}), Shape("accel", True, {"accel": STEP})
+WALK = Term("imu1", "accel", "time", TIME, {}, ())
+JUMP = Term("imu1", "accel", JUMPS, TIME, {"accel": (TIME > 5.0)[:, None, None] * np.ones((1, 3, 1))}, (0,))
 
 
 @one_thread
