@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
+from imubench.diagnosis.plain import plain_scores, plain_trials
 from imubench.diagnosis.refit import log_evidence, refit
-from imubench.diagnosis.rounds import plain_scores, plain_trials
 from imubench.diagnosis.trial import NEEDED, Kept, Passed
 
 TIE, SHARE = 20.0, 0.05  # nat, or of the evidence, within which two effects were as good

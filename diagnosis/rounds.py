@@ -4,28 +4,19 @@ from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from imubench.diagnosis.alive import HINTED, before_plain, promised_by_law, stateful, suspicious
 from imubench.diagnosis.brief import blind, blinded, peaks
-from imubench.diagnosis.columns import Base
+from imubench.diagnosis.by_law import led_by_law
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.followed import as_declared, brought_down, told_little
-from imubench.diagnosis.grids import placed
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import explained, state_trials
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.own_law import reads_by_own_law
-from imubench.diagnosis.prune import natural
-from imubench.diagnosis.refit import log_evidence, refit
-from imubench.diagnosis.score import Score, score
-from imubench.diagnosis.threads import side_by_side
-from imubench.diagnosis.trial import NEEDED, TRIED, Trial, misfit
-from imubench.diagnosis.turned import best_begun
-from imubench.effects.effect import Effect
+from imubench.diagnosis.plain import plain_scores, plain_trials
+from imubench.diagnosis.score import score
+from imubench.diagnosis.trial import NEEDED, Trial, misfit
 
-NEAR = 0.1  # of the best promise: a score below is not worth a refit
-BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
 CLEARLY = 100.0  # nat of springs, from which on a spline without a law is tried as well, whatever seemed to move
 AHEAD = 3  # effects without states that are tried together before one with states is
 SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
@@ -77,6 +68,9 @@ def attempted(
     ruled = moving and reads_by_own_law(further)
     alive = [] if ruled else stateful(fit, left, moving, least > HINTED, heard)
     lively = [t for t in lively_trials(fit, left, alive, say, least, vain) if t.evidence > promised_by_law(further)]
+    if led := led_by_law(fit, lively, plain, say):
+        others = [t for t in lively if t.hypothesis != led[0].hypothesis]
+        return Round(fit, [led[0], *others, *tried], led[0].fit, led[1:], True)
     if lively and before_plain(lively[0], fit, further):
         return Round(fit, lively + tried, lively[0].fit, [], True)
     return Round(fit, tried + lively, first, chain if moving else [], bool(alive), brief)
@@ -103,40 +97,6 @@ def lively_trials(
     return sorted([*freely[:1], *tried[:1]], key=lambda t: -explained(t)) + tried[1:]
 
 
-def plain_scores(fit: Fit, left: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
-    """Return the effects without states at their best starts, and what they promise, best first."""
-    base = Base.of(fit)
-    plain, judged = placed(base, [h for h in left if not h.effect.states])
-    return plain, sorted([*score(fit, plain, base), *judged], key=lambda s: -s.evidence)
-
-
-def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most: int = TRIED) -> list[Trial]:
-    """Return exact refits of the best scores, at `most` so many, best evidence first; and of clocks half as good.
-
-    A score takes the readings for straight over a clock's error: a skew that comes to 18 ms promised 256 nat and was
-    worth 612, beside a moving centre of 460.
-    """
-    best = max((s.evidence for s in scores), default=0.0)
-    likely = [s for s in scores if s.evidence > max(NEEDED, NEAR * best)]
-    chosen = [*likely[:most], *(s for s in likely[most:] if of_a_clock(s.hypothesis) and s.evidence > SECOND * best)]
-    base = log_evidence(fit)
-
-    def tried(s: Score) -> Trial | None:
-        say(f"refitting with {s.hypothesis.name}")
-        done = best_begun(fit, s.hypothesis, refit(fit, (*fit.model.hypotheses, s.hypothesis)))
-        if not (dated(done, s.hypothesis) and natural(done, s.hypothesis)):
-            return None
-        return Trial(s.hypothesis, done, log_evidence(done) - base)
-
-    out = [t for t in side_by_side(tried, chosen, fit.model.tracks.knots.count) if t is not None]
-    return sorted(out, key=lambda t: -t.evidence)
-
-
-def of_a_clock(h: Hypothesis) -> bool:
-    """Return whether an effect is one of a sensor's clock."""
-    return type(h.effect).clock is not Effect.clock
-
-
 def asked(tried: list[Trial]) -> list[tuple[Trial, float]]:
     """Return the trials that held-out data are asked about until one is not refused, and the nat each must gain there.
 
@@ -159,13 +119,6 @@ def akin(trial: Trial, best: Trial) -> bool:
     return trial.hypothesis.at == best.hypothesis.at and trial.evidence > AKIN * best.evidence
 
 
-def dated(fit: Fit, h: Hypothesis) -> bool:
-    """Return whether an effect's moment, where it has one, has recording before and after it."""
-    start, end = fit.span
-    moments = [fit.state.values[h.key(p.name)] for p in h.effect.parameters if p.name == "time"]
-    return all(bool(np.all((t > start + BESIDE) & (t < end - BESIDE))) for t in moments)
-
-
 def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], None]) -> list[Trial]:
     """Return more effects without states than the one in `better`, while each takes much of what is left before it.
 
@@ -186,4 +139,4 @@ def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], N
     return out
 
 
-__all__ = ["Round", "akin", "asked", "attempted", "plain_scores", "plain_trials"]
+__all__ = ["Round", "akin", "asked", "attempted"]

@@ -27,7 +27,7 @@ def test_knots_are_as_dense_as_the_samples_of_the_imu_that_moves(made):
 
 
 def test_the_jerk_of_letting_go_leaves_nothing_but_noise(made):
-    recording, rate = made
+    recording, _ = made
     fit = begun(recording).first
     rows = next(r for r in fit.measured if r.name == "imu2.accel")
     start = recording.free_swings[0][0] - fit.model.start

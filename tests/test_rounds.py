@@ -5,7 +5,8 @@ import pytest
 
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.rounds import attempted, dated
+from imubench.diagnosis.plain import dated
+from imubench.diagnosis.rounds import attempted
 from imubench.diagnosis.select import candidates, select
 from imubench.effects.mounts import LONGEST
 from imubench.format1 import read

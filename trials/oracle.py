@@ -17,10 +17,10 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import state_trials
 from imubench.diagnosis.loud import ALLOWED, louder
 from imubench.diagnosis.noise import declared, levels, with_noise
+from imubench.diagnosis.plain import plain_trials
 from imubench.diagnosis.promised import ANYWAY
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.result import Diagnosis, Finding
-from imubench.diagnosis.rounds import plain_trials
 from imubench.diagnosis.score import score
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.trial import NEEDED, Trial
