@@ -32,7 +32,9 @@ def led_by_law(
     """
     if not lively or lively[0].hypothesis.effect.lawful:
         return None
-    rivals = sorted((t for t in lively if t.hypothesis.effect.lawful), key=lambda t: misfit(t.fit))
+    name = lively[0].hypothesis.effect.name  # itself on springs is no other effect: creep was a play on springs, surely
+    other = [t for t in lively if t.hypothesis.effect.lawful and t.hypothesis.effect.name != name]
+    rivals = sorted(other, key=lambda t: misfit(t.fit))
     for t in rivals[:RIVALS]:
         whole = on_all(fit, t)
         way = beside(whole, plain, say) if whole is not None else []
