@@ -13,7 +13,8 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively_fits import grown
 from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.plain import plain_scores, plain_trials
+from imubench.diagnosis.plain import next_plain
+from imubench.diagnosis.refit import evidence_over
 from imubench.diagnosis.trial import NEEDED, Trial, misfit
 from imubench.diagnosis.worth import worth
 
@@ -23,14 +24,15 @@ AS_MUCH = 1.1  # times the misfit that is left beside states without a law, whic
 
 
 def led_by_law(
-    fit: Fit, lively: Sequence[Trial], plain: Sequence[Hypothesis], say: Callable[[str], None]
+    fit: Fit, further: Fit, lively: Sequence[Trial], plain: Sequence[Hypothesis], say: Callable[[str], None]
 ) -> list[Trial] | None:
     """Return an effect with a law and those beside it, in their order, that are worth more than states without one.
 
-    None where the first of `lively` has a law itself, or nothing together is worth as much and leaves as little: a soft
-    mount and three more were worth 3,333 nat and left 11 times the noise's power, for 3,170 and 0.9 of a pivot's.
+    None where the first of `lively` has a law itself, or is worth no more than the plain effects that made `further` of
+    the fit; or nothing together is worth as much and leaves as little: a soft mount and three more were worth 3,333 nat
+    and left 11 times the noise's power, for 3,170 and 0.9 of a pivot's.
     """
-    if not lively or lively[0].hypothesis.effect.lawful:
+    if not lively or lively[0].hypothesis.effect.lawful or lively[0].evidence <= evidence_over(fit, further):
         return None
     name = lively[0].hypothesis.effect.name  # itself on springs is no other effect: creep was a play on springs, surely
     other = [t for t in lively if t.hypothesis.effect.lawful and t.hypothesis.effect.name != name]
@@ -58,12 +60,10 @@ def beside(trial: Trial, plain: Sequence[Hypothesis], say: Callable[[str], None]
     say(f"looking for more beside {trial.hypothesis.name}")
     out = [replace(trial, fit=with_noise(trial.fit))]
     for _ in range(BESIDE):
-        last = out[-1].fit
-        names = {h.name for h in last.model.hypotheses}
-        tried = plain_trials(last, plain_scores(last, [h for h in plain if h.name not in names])[1], say, 1)
-        if not tried or tried[0].evidence < NEEDED:
+        found = next_plain(out[-1].fit, plain, say)
+        if found is None:
             break
-        out.append(replace(tried[0], fit=with_noise(tried[0].fit)))
+        out.append(found)
     return out
 
 

@@ -1,6 +1,7 @@
 """Effects without states: their scores beside a fit, and exact refits of the best."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from imubench.diagnosis.columns import Base
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.grids import placed
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import natural
 from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.score import Score, score
@@ -50,6 +52,13 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most
     return sorted(out, key=lambda t: -t.evidence)
 
 
+def next_plain(fit: Fit, plain: Sequence[Hypothesis], say: Callable[[str], None]) -> Trial | None:
+    """Return the best of effects at their starts that are not in a fit, at the noise it leaves, or None."""
+    names = {h.name for h in fit.model.hypotheses}
+    tried = plain_trials(fit, score(fit, [h for h in plain if h.name not in names]), say, 1)
+    return replace(tried[0], fit=with_noise(tried[0].fit)) if tried and tried[0].evidence >= NEEDED else None
+
+
 def of_a_clock(h: Hypothesis) -> bool:
     """Return whether an effect is one of a sensor's clock."""
     return type(h.effect).clock is not Effect.clock
@@ -62,4 +71,4 @@ def dated(fit: Fit, h: Hypothesis) -> bool:
     return all(bool(np.all((t > start + BESIDE) & (t < end - BESIDE))) for t in moments)
 
 
-__all__ = ["plain_scores", "plain_trials"]
+__all__ = ["next_plain", "plain_scores", "plain_trials"]

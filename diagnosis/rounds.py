@@ -13,8 +13,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import explained, state_trials
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.own_law import reads_by_own_law
-from imubench.diagnosis.plain import plain_scores, plain_trials
-from imubench.diagnosis.score import score
+from imubench.diagnosis.plain import next_plain, plain_scores, plain_trials
 from imubench.diagnosis.trial import NEEDED, Trial, misfit
 
 CLEARLY = 100.0  # nat of springs, from which on a spline without a law is tried as well, whatever seemed to move
@@ -68,7 +67,7 @@ def attempted(
     ruled = moving and reads_by_own_law(further)
     alive = [] if ruled else stateful(fit, left, moving, least > HINTED, heard)
     lively = [t for t in lively_trials(fit, left, alive, say, least, vain) if t.evidence > promised_by_law(further)]
-    if led := led_by_law(fit, lively, plain, say):
+    if led := led_by_law(fit, further, lively, plain, say):
         others = [t for t in lively if t.hypothesis != led[0].hypothesis]
         return Round(fit, [led[0], *others, *tried], led[0].fit, led[1:], True)
     if lively and before_plain(lively[0], fit, further):
@@ -130,12 +129,11 @@ def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], N
         if not suspicious(better) or misfit(better) - 1 > LITTLE * max(misfit(fit) - 1, 0.0):
             break
         say("looking whether more effects without states explain it")
-        names = {h.name for h in better.model.hypotheses}
-        tried = plain_trials(better, score(better, [h for h in plain if h.name not in names]), say, 1)
-        if not tried or tried[0].evidence < NEEDED:
+        found = next_plain(better, plain, say)
+        if found is None:
             break
-        fit, better = better, with_noise(tried[0].fit)
-        out.append(replace(tried[0], fit=better))
+        fit, better = better, found.fit
+        out.append(found)
     return out
 
 

@@ -30,13 +30,12 @@ EDGE = 0.06 + LAG  # s of spline beyond the first and the last sample, for clock
 def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
     """Return the model of a recording as its owner declares it, no effect in it.
 
-    Knots are as dense as the samples of the slowest IMU; on a fixed base, of the one that moves.
+    Knots are as dense as the samples of the slowest IMU that can move.
     """
     rig = Rig.of(recording)
     stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     start, end = min(t[0] for t in stamps), max(t[-1] for t in stamps)
-    moving = [i.time for i in recording.imus if recording.base == "free" or i.name != "imu1"]
-    clocks = moving or stamps
+    clocks = [i.time for i in recording.moving] or stamps
     rate = knots_per_s or min(DENSEST, *[1 / float(np.median(np.diff(t))) for t in clocks])
     knots = Knots.over(-EDGE, end - start + EDGE, 1 / rate)
     mounts = {i.name: Geometry(i.mount_position, rotations.to_matrix(i.mount_quaternion)) for i in recording.imus}

@@ -18,12 +18,11 @@ class _Clock(Effect):
     def places(self, recording: Recording) -> tuple[str, ...]:
         """Only differences show: an encoder's or a measured pose's clock is the measure, else the first IMU's.
 
-        One on a fixed base sees nothing that has a time, and is none.
+        One that rests sees nothing that has a time, and is no measure of the other.
         """
-        names = super().places(recording)
-        if recording.base == "fixed":
-            return tuple(n for n in names if n != "imu1")
-        return names if recording.encoders or recording.poses else names[1:]
+        names, moving = super().places(recording), {imu.name for imu in recording.moving}
+        measured = bool(recording.encoders or recording.poses) or len(moving) < len(names)
+        return tuple(n for n in (names if measured else names[1:]) if n in moving)
 
 
 class TimeOffset(_Clock):
@@ -33,12 +32,12 @@ class TimeOffset(_Clock):
     parameters = (Parameter("offset", (), "s", 0.05),)
 
     def places(self, recording: Recording) -> tuple[str, ...]:
-        """Beside a fixed base the other IMU alone tells no offset: all that moves is as late as it is.
+        """Two clocks must see a motion: all that the only one sees is as late as it is.
 
-        On knots of the splines that lay elsewhere, the jerk with which a limb is let go gained 580 nat by one.
+        Beside a fixed base the jerk with which a limb is let go gained 580 nat by an offset, for the splines' knots.
         """
-        alone = recording.base == "fixed" and not (recording.encoders or recording.poses)
-        return () if alone else super().places(recording)
+        clocks = len(recording.moving) + len(recording.encoders) + len(recording.poses)
+        return super().places(recording) if clocks > 1 else ()
 
     def clock(self, time: Jet, p: Values) -> Jet:
         return time - p["offset"]

@@ -150,6 +150,12 @@ class Recording:
             if not end > start:
                 raise InputError(f"free_swing: expected end after start, got {start:g} s to {end:g} s")
 
+    @property
+    def moving(self) -> tuple[Imu, ...]:
+        """The IMUs whose segment can move: segment 1 of a hinge on a fixed base cannot."""
+        rests = self.rig == "hinge" and self.base == "fixed"
+        return tuple(imu for imu in self.imus if not (rests and imu.name == "imu1"))
+
     def imu(self, name: str) -> Imu:
         """Return the IMU of that name; `InputError` names the known ones."""
         for imu in self.imus:

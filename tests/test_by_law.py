@@ -32,11 +32,11 @@ def trials_of(folder, effects):
 def test_a_filter_and_a_scale_stand_before_a_pivot_that_explains_less_than_both(tmp_path):
     fit, plain, (pivot, slow) = trials_of(tmp_path / "r", FILTERED)
     assert slow.evidence < pivot.evidence
-    led = led_by_law(fit, [pivot, slow], plain, lambda _: None)
+    led = led_by_law(fit, fit, [pivot, slow], plain, lambda _: None)
     assert [t.hypothesis.name for t in led][:2] == ["low_pass[gyro]@imu1", "accel_scale@imu1"]
-    assert led_by_law(fit, [slow, pivot], plain, lambda _: None) is None  # that with a law is the first anyhow
+    assert led_by_law(fit, fit, [slow, pivot], plain, lambda _: None) is None  # that with a law is the first anyhow
 
 
 def test_a_pivot_that_moves_keeps_its_place(tmp_path):
     fit, plain, (pivot, slow) = trials_of(tmp_path / "r", MOVED)
-    assert led_by_law(fit, [pivot, slow], plain, lambda _: None) is None
+    assert led_by_law(fit, fit, [pivot, slow], plain, lambda _: None) is None

@@ -387,6 +387,7 @@ def test_clocks_are_compared_with_another_clock():
     assert offset.places(recording_of("hinge", base="fixed")) == ("imu2",)
     assert offset.places(recording_of("hinge", base="fixed", encoders=())) == ()
     assert EFFECTS["clock_skew"].places(recording_of("hinge", base="fixed", encoders=())) == ("imu2",)
+    assert offset.places(recording_of("pendulum", base="fixed")) == ()
     assert shift(np.zeros((1, 3))).offset.value.shape == (1, 3)
 
 
