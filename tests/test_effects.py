@@ -387,7 +387,8 @@ def test_clocks_are_compared_with_another_clock():
     assert offset.places(recording_of("hinge", base="fixed")) == ("imu2",)
     assert offset.places(recording_of("hinge", base="fixed", encoders=())) == ()
     assert EFFECTS["clock_skew"].places(recording_of("hinge", base="fixed", encoders=())) == ("imu2",)
-    assert offset.places(recording_of("pendulum", base="fixed")) == ()
+    seen = Pose("segment1", np.arange(3.0), np.zeros((3, 3)), np.tile([1.0, 0, 0, 0], (3, 1)))
+    assert offset.places(recording_of("free", base="fixed", poses=(seen,))) == ("imu1",)  # it rests on none
     assert shift(np.zeros((1, 3))).offset.value.shape == (1, 3)
 
 
