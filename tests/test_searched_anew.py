@@ -1,0 +1,42 @@
+"""What is dropped in the end, and hid something, is not the end of the search."""
+
+import pytest
+
+from imubench.diagnosis import select as module
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+FILTER = Hypothesis(EFFECTS["low_pass"], "imu1")
+BIAS = Hypothesis(EFFECTS["gyro_bias"], "imu1")
+MOUNT = Hypothesis(EFFECTS["soft_mount"], "imu1")
+
+
+@pytest.fixture(scope="module")
+def fit(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("clean")
+    make_case(folder / "r", "pendulum", [], 5, seconds=6.0)
+    return nominal_fit(read(folder / "r")[0])
+
+
+@pytest.mark.parametrize(
+    ("dropped", "puzzling", "rounds"), [(FILTER, True, 2), (FILTER, False, 1), (BIAS, True, 1), (None, True, 1)]
+)
+def test_the_search_goes_on_without_a_state_that_was_dropped(fit, dropped, puzzling, rounds, monkeypatch):
+    asked = []
+
+    def searched(now, kept, everything, rng, say):
+        asked.append({h.name for h in everything})
+        return now, kept, [(MOUNT, float(len(asked)))]
+
+    gone = iter([[(dropped, 0.0)] if dropped else []])
+    monkeypatch.setattr(module, "searched", searched)
+    monkeypatch.setattr(module, "suspicious", lambda now: puzzling)
+    monkeypatch.setattr(module, "prune", lambda now, kept, say: (now, kept, next(gone, [])))
+    found = module.select(fit)
+    assert len(asked) == rounds
+    assert {MOUNT.name, "low_pass[accel]@imu1"} <= asked[-1]  # of another triple it is another filter
+    assert (FILTER.name in asked[-1]) == (rounds == 1)
+    assert [nat for h, nat in found.rejected if h is MOUNT] == [float(n + 1) for n in range(rounds)]
