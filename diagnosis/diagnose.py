@@ -16,11 +16,12 @@ from imubench.diagnosis.nominal import certain
 from imubench.diagnosis.rattles import rattling
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Verdict
+from imubench.diagnosis.rounded import beside_rounding, sharp
 from imubench.diagnosis.select import Selection, select
 from imubench.diagnosis.series import named_by_law
 from imubench.diagnosis.struck import struck_again
 from imubench.diagnosis.unknown import Unknowns, unknowns
-from imubench.diagnosis.verdict import beside, beside_hum, beside_rounding, missing, verdict_of, with_samples
+from imubench.diagnosis.verdict import beside, beside_hum, missing, verdict_of, with_samples
 from imubench.diagnosis.where import locate
 from imubench.effects.effect import Effect
 from imubench.progress import Step, silent
@@ -34,7 +35,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
     samples, first, fit = start.samples, start.first, start.fit
     unseen = missing(recording)
     with step("find what was left out"):
-        chosen = select(fit) if not unseen else None
+        chosen = select(fit, rounding=sharp(samples.findings, recording)) if not unseen else None
     stated, now = declared_by(recording), declared(fit.model)
     with step("weigh and locate what is left"):
         before = gather.weighed(first, stated, samples.white)

@@ -1,6 +1,6 @@
 """Which effects the fit needs: score all, refit the best few exactly, keep what predicts, drop what it does without."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,6 +19,7 @@ from imubench.diagnosis.mixture import mixed, together
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise, with_settled_noise
 from imubench.diagnosis.prune import SEED, natural, prune
+from imubench.diagnosis.rounded import without_rounded
 from imubench.diagnosis.searched import searched
 from imubench.diagnosis.slack import slack
 from imubench.diagnosis.trial import FILTER, Kept, kind
@@ -53,11 +54,14 @@ def candidates(model: Model) -> list[Hypothesis]:
     return [Hypothesis(effect, at) for effect, at in possible(model.recording) if effect.parameters or effect.states]
 
 
-def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selection:
+def select(
+    nominal: Fit, say: Callable[[str], None] = lambda _: None, rounding: Mapping[str, float] | None = None
+) -> Selection:
     """Return the effects that the recording needs.
 
     An effect with states that is dropped in the end hid what it stood for: a filter of both triples took what a soft
     mount did (1,591 nat for 1,257), and was none once a scale and a drift were in. So the search goes on without it.
+    `rounding` says what a state may gain of it, in nat by place.
     """
     fit, kept = slack(nominal, [Kept.unjudged(h) for h in nominal.model.hypotheses], say)
     fit, kept = quickly(fit, kept, say)
@@ -71,6 +75,10 @@ def select(nominal: Fit, say: Callable[[str], None] = lambda _: None) -> Selecti
         fit, kept, refused = searched(fit, kept, rest, rng, say)
         fit, kept, more = prune(fit, kept, say)
         rejected, dropped = [*rejected, *refused], [*dropped, *more]
+    fit, kept, gone = without_rounded(fit, kept, rounding or {})
+    if gone:
+        fit, kept, more = prune(fit, kept, say)
+        dropped += [*((k.hypothesis, k.heldout.value) for k in gone), *more]
     for change in (mixed, merged, filtered):
         other, kept = change(fit, kept, say)
         if other is not fit:

@@ -10,7 +10,6 @@ from imubench.diagnosis.kinematics import Rig
 from imubench.diagnosis.result import Finding, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.terms import CHANNELS, LATE
-from imubench.diagnosis.trial import SLIP
 from imubench.effects import EFFECTS
 from imubench.effects.soft_mounts import Sprung
 from imubench.recording import Recording
@@ -22,8 +21,6 @@ STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s
 MUCH = 0.1  # of what a name is worth on held-out data
 DOUBTFUL = 0.6  # the confidence at most of a name that something without one equals: 7 of 11 in 300 blind trials
-SHARP = 0.5  # of what is regular in rounding, left by the noise: more, and noise does not blur the steps
-ROUNDED = 0.5  # nat for each rounded number, that a state may gain of rounding, which changes as slowly as it does
 STRANGE = 0.2  # of one beside an unknown that is worth as much: 2 of 15
 
 
@@ -38,7 +35,7 @@ def with_samples(fitted: tuple[Finding, ...], samples: Sampled, rest: tuple[Find
     if knocking:
         raw = tuple(f for f in raw if f.effect != "impacts")
     if any(u.at == "joint" for u in rest):
-        raw = tuple(_at_most(f, DOUBTFUL) if f.effect == HUM else f for f in raw)
+        raw = tuple(at_most(f, DOUBTFUL) if f.effect == HUM else f for f in raw)
     return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
 
 
@@ -70,7 +67,7 @@ def beside(
         spared = any(u.at == f.at and u.heldout_gain.value < 0 for u in rest)
         return DOUBTFUL if rings or spared or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
 
-    return tuple(_at_most(f, sure(f)) for f in named)
+    return tuple(at_most(f, sure(f)) for f in named)
 
 
 def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
@@ -79,44 +76,7 @@ def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple
     A hum of 150 times the noise left 2.7 times it.
     """
     humming = {f.at for f in named if f.effect == HUM}
-    return tuple(_at_most(f, DOUBTFUL) if f.effect == LOUD and f.at in humming else f for f in noises)
-
-
-def beside_rounding(
-    named: tuple[Finding, ...], recording: Recording, heard: Collection[str] = ()
-) -> tuple[Finding, ...]:
-    """Return named findings, motions of an IMU or beside a lone one doubted where rounding may be all they explain.
-
-    So are slips that are told by their moment alone (-51 nat on held-out data: a reading leaves a step there), and hums
-    that no raw samples have (`heard`: the IMUs whose samples hum), up to the most that a regular error of
-    rounding has at one frequency, step / pi: 0.10 m/s^2 of 93 nat on a swing rounded to 0.64.
-
-    A reading that stays on a step while the sensor turns slowly is off by what goes with the motion, no white noise: on
-    one rounded to 0.6 m/s^2 springs were worth 228 nat that were not there. Noise of std s blurs steps of d: of what
-    is regular in their error exp(-2 (pi s / d)^2) is left. Where most of it is, three names in 25 rounded recordings
-    were all of it.
-    """
-    numbers, regular, most = {}, {}, {}
-    for rounded in (f for f in named if f.effect == "quantisation"):
-        imu, step = recording.imu(rounded.at), rounded.parameters["step"]
-        turns = step.unit == "rad/s"
-        x, std = (imu.gyro, imu.gyro_noise_std) if turns else (imu.accel, imu.accel_noise_std)
-        most[imu.name] = 0.0 if turns else float(step.value) / np.pi
-        for at in (imu.name, "joint") if len(recording.imus) == 1 else (imu.name,):
-            numbers[at] = x.size
-            regular[at] = float(np.exp(-2 * (np.pi * (std or 0.0) / float(step.value)) ** 2))
-
-    def sure(f: Finding) -> float:
-        effect = EFFECTS.get(f.effect)
-        if f.at not in regular or effect is None:
-            return 1.0
-        lasting = bool(effect.states) and f.heldout_gain.value < ROUNDED * numbers[f.at]
-        size = float(np.linalg.norm(f.parameters["amplitude"].value)) if f.effect == HUM else np.inf
-        stepped = f.effect == SLIP and f.heldout_gain.value <= 0
-        told = lasting or stepped or (f.at not in heard and size < most.get(f.at, 0.0))
-        return (STRANGE if regular[f.at] > SHARP else DOUBTFUL) if told else 1.0
-
-    return tuple(_at_most(f, sure(f)) for f in named)
+    return tuple(at_most(f, DOUBTFUL) if f.effect == LOUD and f.at in humming else f for f in noises)
 
 
 def _late(f: Finding, rest: tuple[Finding, ...]) -> bool:
@@ -133,7 +93,8 @@ def _free(f: Finding) -> bool:
     return effect is not None and effect.free
 
 
-def _at_most(f: Finding, sure: float) -> Finding:
+def at_most(f: Finding, sure: float) -> Finding:
+    """Return a finding that is no surer than that."""
     return replace(f, confidence=min(f.confidence, sure))
 
 
@@ -171,9 +132,9 @@ __all__ = [
     "DOUBTFUL",
     "FOUND",
     "STRANGE",
+    "at_most",
     "beside",
     "beside_hum",
-    "beside_rounding",
     "missing",
     "verdict_of",
     "with_samples",

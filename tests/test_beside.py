@@ -5,8 +5,9 @@ import pytest
 
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
+from imubench.diagnosis.rounded import beside_rounding
 from imubench.diagnosis.samples import Sampled
-from imubench.diagnosis.verdict import DOUBTFUL, STRANGE, beside, beside_hum, beside_rounding, verdict_of, with_samples
+from imubench.diagnosis.verdict import DOUBTFUL, STRANGE, beside, beside_hum, verdict_of, with_samples
 from imubench.effects import EFFECTS
 from imubench.recording import Imu, Recording
 
