@@ -19,7 +19,7 @@ from imubench.diagnosis.columns import Base
 from imubench.diagnosis.entered import MOST, foretold
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.prune import SEED
+from imubench.diagnosis.prune import SEED, prune
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.score import each, prior_std
 from imubench.diagnosis.select import Selection, candidates
@@ -33,7 +33,11 @@ SIZES = tuple(float(s) for s in 10.0 ** np.arange(-3.0, 3.0, 0.5))  # of an effe
 
 
 def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], None] = lambda _: None) -> Selection:
-    """Return the selection, with the effect that explains as much as a term of `strange` at its IMU, if one does."""
+    """Return the selection, with the effect that explains as much as a term of `strange` at its IMU, if one does.
+
+    It may be what another one stood for, which then goes: an accelerometer's scale came in at the other IMU while a
+    filter was at the wrong one, and there it was nothing beside the scale that a term was.
+    """
     terms = [h for h in strange.fit.model.hypotheses if isinstance(h.effect, Unknown)]
     for term in terms:
         if len(selection.kept) == MOST:
@@ -51,7 +55,8 @@ def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], 
         better = with_noise(refit(fit, (*fit.model.hypotheses, small)))
         won = foretold(fit, better, np.random.default_rng(SEED))
         if won.foretells():
-            selection = replace(selection, fit=better, kept=(*selection.kept, Kept(small, worth, won, ())))
+            fit, kept, dropped = prune(better, [*selection.kept, Kept(small, worth, won, ())], say)
+            selection = Selection(fit, tuple(kept), (*selection.rejected, *dropped))
     return selection
 
 
