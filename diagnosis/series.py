@@ -15,15 +15,17 @@ import numpy as np
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.entered import MOST, foretold
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import MORE
 from imubench.diagnosis.lively_fits import ROUNDS, begun_screened
 from imubench.diagnosis.lively_worth import resolved
 from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.prune import SEED, SPLINES
+from imubench.diagnosis.prune import SEED, SPLINES, prune
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.screen import screen
 from imubench.diagnosis.select import Selection, candidates
+from imubench.diagnosis.stand_ins import NEARLY
 from imubench.diagnosis.terms import SERIES, Unknown
 from imubench.diagnosis.trial import FILTER, TRIED, Kept, Trial
 from imubench.diagnosis.unknown import Unknowns
@@ -34,18 +36,43 @@ def named_by_law(selection: Selection, strange: Unknowns, say: Callable[[str], N
     """Return the selection, with the filter or the spring that is worth more than a series of `strange`, if one is.
 
     Beside a pose whose errors wander a series is theirs, and so would be a law's (a filter of 825 nat, and no offset).
+    What the series took the place of is not in the way, and comes back where it is worth something beside the law: of a
+    gyroscope's filter of 0.34 ms half was a clock's offset.
     """
     for term in strange.fit.model.hypotheses if not selection.fit.model.wander else ():
         if isinstance(term.effect, Unknown) and term.effect.term.goes_with in SERIES and len(selection.kept) < MOST:
             say(f"looking whether a law says what {term.name} is")
-            best = by_law(selection.fit, term.at)
-            if best is None or best.evidence < max(SPLINES, worth(selection.fit, with_series(selection.fit, term))):
+            fit, gone = displaced_by(selection.fit, strange.fit)
+            best = by_law(fit, term.at)
+            if best is None or best.evidence < SPLINES:
                 continue
-            won = foretold(selection.fit, best.fit, np.random.default_rng(SEED))
-            if won.low > weighed(selection.fit, best.fit)[1]:
-                kept = Kept(best.hypothesis, best.evidence, won, ())
-                selection = replace(selection, fit=best.fit, kept=(*selection.kept, kept))
+            won = foretold(fit, best.fit, np.random.default_rng(SEED))
+            if won.low > weighed(fit, best.fit)[1] and as_good(best, won, fit, with_series(fit, term)):
+                kept = [*selection.kept, Kept(best.hypothesis, best.evidence, won, ())]
+                selection = replace(selection, fit=best.fit, kept=tuple(k for k in kept if k.hypothesis not in gone))
+                if plain := tuple(h for h in gone if not h.effect.states):
+                    both = with_noise(refit(best.fit, (*best.fit.model.hypotheses, *plain)))
+                    there, left, dropped = prune(both, [k for k in kept if k.hypothesis in both.model.hypotheses], say)
+                    selection = Selection(there, tuple(left), (*selection.rejected, *dropped))
     return selection
+
+
+def displaced_by(fit: Fit, strange: Fit) -> tuple[Fit, set[Hypothesis]]:
+    """Return a fit without the names that terms took the place of, and these."""
+    gone = {h for h in fit.model.hypotheses if h not in strange.model.hypotheses}
+    rest = tuple(h for h in fit.model.hypotheses if h not in gone)
+    return (with_noise(refit(fit, rest)) if gone else fit), gone
+
+
+def as_good(best: Trial, won: Gain, fit: Fit, series: Fit) -> bool:
+    """Return whether a law is worth more than a series, or nearly as much and gains more on left-out data.
+
+    Its states follow some noise, and pay for it: a filter was worth 185 nat for 212, and gained 235 for 215.
+    """
+    other = worth(fit, series)
+    if best.evidence >= other:
+        return True
+    return best.evidence * (1 + NEARLY) > other and won.value > foretold(fit, series, np.random.default_rng(SEED)).value
 
 
 def by_law(fit: Fit, at: str) -> Trial | None:

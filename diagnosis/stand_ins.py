@@ -15,6 +15,9 @@ from imubench.diagnosis.terms import FRICTION, LATE, SERIES, Term
 from imubench.diagnosis.trial import FILTER, SLIP
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
+NEARLY = (
+    0.25  # of what a filter is worth: a series worth so much more, or less, is it if it gains more on left-out data
+)
 CLOSE = 0.01  # of what a name explains: an unfitted promise says no less (what it goes with, 10 ms late, is nearly it)
 WANDERS = 0.2  # of what a spline explains that only wanders: a slow curve may explain so much less
 LEFT = {  # of its power: what a slow curve leaves of a spline without a law that only wanders
@@ -104,6 +107,11 @@ def takes_place(
     return more > max(NEEDED, 0.0 if unlike else MUCH * lost / found.louder)
 
 
+def nearly_a_filter(found: Fitted, more: float, lost: float, names: Sequence[Hypothesis]) -> bool:
+    """Return whether a term is a series that explains little more than a filter alone, of `lost` nat, in its place."""
+    return len(names) == 1 and a_filter_is(found, names[0]) and more < NEARLY * lost
+
+
 def together(names: Sequence[Hypothesis]) -> bool:
     """Return whether some names are at one place."""
     return len({h.at for h in names}) == 1
@@ -160,6 +168,6 @@ def only_wanders(fit: Fit, h: Hypothesis) -> bool:
 
 
 __all__ = [
-    "MOVED", "MUCH", "SLIP", "SLOW", "a_filter_is", "comes_late", "groups", "is_a_drift", "margins", "only_wanders",
-    "rivals", "takes_place", "together", "wanders",
+    "MOVED", "MUCH", "NEARLY", "SLIP", "SLOW", "a_filter_is", "comes_late", "groups", "is_a_drift", "margins",
+    "nearly_a_filter", "only_wanders", "rivals", "takes_place", "together", "wanders",
 ]  # fmt: skip

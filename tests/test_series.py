@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis import series
 from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import extended
-from imubench.diagnosis.series import rings
+from imubench.diagnosis.refit import extended, refit
+from imubench.diagnosis.series import as_good, displaced_by, rings
 from imubench.diagnosis.trial import Trial
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -41,6 +43,35 @@ def test_springs_above_what_samples_show_are_a_series(tmp_path, frequency, slow)
     h = Hypothesis(EFFECTS["rocking_mount"], "imu2")
     begun = extended(nominal_fit(read(tmp_path / "r")[0]), (h,), {"rocking_mount@imu2.frequency": np.log(frequency)})
     assert rings(Trial(h, begun, 70.0)) == slow
+
+
+def test_what_a_term_took_the_place_of_is_not_in_the_way_of_a_law(tmp_path):
+    make_case(tmp_path / "r", "hinge", [], 3, seconds=4.0, rate=40.0)
+    late, off = Hypothesis(EFFECTS["time_offset"], "imu2"), Hypothesis(EFFECTS["accel_bias"], "imu1")
+    nominal = nominal_fit(read(tmp_path / "r")[0])
+    both, one = refit(nominal, (off, late)), refit(nominal, (off,))
+    bare, gone = displaced_by(both, one)
+    assert (bare.model.hypotheses, gone) == ((off,), {late})
+    assert displaced_by(one, both) == (one, set())
+
+
+@pytest.mark.parametrize(
+    ("law", "series_is", "law_gains", "series_gains", "stands"),
+    [
+        (185.0, 212.0, 235.0, 215.0, True),
+        (185.0, 212.0, 215.0, 235.0, False),  # neither worth as much nor foretold better
+        (185.0, 232.0, 400.0, 215.0, False),  # worth much less
+        (212.0, 185.0, 100.0, 215.0, True),
+    ],
+)
+def test_a_law_stands_for_a_series_that_is_worth_little_more(
+    law, series_is, law_gains, series_gains, stands, monkeypatch
+):
+    gained = Gain(law_gains, 0.0, 500.0, np.ones(3))
+    monkeypatch.setattr(series, "worth", lambda fit, other: series_is)
+    monkeypatch.setattr(series, "foretold", lambda fit, other, rng: Gain(series_gains, 0.0, 500.0, np.ones(3)))
+    trial = Trial(Hypothesis(EFFECTS["low_pass"], "imu2"), None, law)
+    assert as_good(trial, gained, None, None) == stands
 
 
 @pytest.mark.slow
