@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.diagnosis.balanced import balanced
-from imubench.diagnosis.bent import bent, left_by, stiffened, unheld
+from imubench.diagnosis.bent import bent, left_by, may_bend, stiffened, unheld
 from imubench.diagnosis.best_term import found_in
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.displaced import displaced
@@ -65,6 +65,7 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
         if f.term.at not in {o.at for o in out}:
             out.append(finding(f))
     out += [replace(finding(f), confidence=LATER_SURE) for f in held.likely if f.term.at not in {o.at for o in out}]
+    out += [f for f in may_bend(unsure, fit) if f.at not in {o.at for o in out}]
     loose = [h for h in unheld(fit) if h.at not in {o.at for o in out}]
     out += [left_by(h, fit) for h in loose]
     out += [lawless(at, where) for at in sorted(strained(fit) - {o.at for o in out})]

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
-from imubench.diagnosis.bent import NEEDED, PROMISED, bending, promised, stiffened
+from imubench.diagnosis.bent import LIKELY, NEEDED, PROMISED, UNSURE, bending, may_bend, promised, stiffened
 from imubench.diagnosis.equations import state_rows
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import state_trials
@@ -70,3 +71,16 @@ def test_a_bent_spring_s_rows_are_those_of_a_straight_one_where_it_does_not_bend
         np.testing.assert_allclose(
             (bent - two.value) / 1e-6, slope[..., axis], rtol=1e-5, atol=1e-6 * np.abs(slope).max()
         )
+
+
+def test_soft_mounts_that_straight_springs_would_hardly_promise_are_said_and_not_surely(tmp_path):
+    assert chi2(3).sf(2 * LIKELY) < 0.002 < chi2(3).sf(2 * UNSURE) < 0.02
+    make_case(tmp_path / "r", "hinge", [], 3, seconds=4.0, rate=40.0)
+    soft, rocks = Hypothesis(EFFECTS["soft_mount"], "imu1"), Hypothesis(EFFECTS["rocking_mount"], "imu2")
+    nominal = nominal_fit(read(tmp_path / "r")[0])
+    fit = extended(nominal, (soft, rocks), {})
+    (said,) = may_bend({soft: 1.01 * LIKELY, rocks: 380.0}, fit)
+    assert (said.effect, said.at, said.confidence) == ("unknown", "imu1", 0.6)
+    assert "not straight" in said.where.depends_on
+    assert may_bend({soft: 0.99 * LIKELY}, fit) == []
+    assert may_bend({soft: 50.0}, nominal) == []  # a term has taken its place
