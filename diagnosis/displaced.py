@@ -14,7 +14,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import certain, rougher
 from imubench.diagnosis.prune import SEED
-from imubench.diagnosis.refit import evidence_over, refit
+from imubench.diagnosis.refit import evidence_over, refit_without
 from imubench.diagnosis.slow_shapes import beyond_a_drift
 from imubench.diagnosis.stand_ins import (
     MOVED,
@@ -69,7 +69,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
         gone = (*names, *on_average)
         say(f"looking whether something without a name explains more than {' and '.join(h.name for h in gone)}")
         with suppress(NotPositiveDefiniteError):
-            without = refit(fit, tuple(h for h in fit.model.hypotheses if h not in gone), steps=4)
+            without = refit_without(fit, gone, steps=4)
             over = worth if any(h.effect.states for h in gone) else evidence_over
             lost = over(without, fit)
             if terms and lost < 0:  # what came in for another name explains this one's part too

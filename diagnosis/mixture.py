@@ -19,7 +19,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import as_smooth
 from imubench.diagnosis.prune import SEED, about_zero, natural
-from imubench.diagnosis.refit import evidence_over, information, refit
+from imubench.diagnosis.refit import evidence_over, information, refit, refit_without
 from imubench.diagnosis.terms import FRICTION
 from imubench.diagnosis.trial import NEEDED, Kept
 from imubench.effects import EFFECTS
@@ -64,7 +64,7 @@ def together(fit: Fit, kept: list[Kept]) -> list[Kept]:
     if len(rubbing) < 2:
         return kept
     gone = {k.hypothesis for k in rubbing}
-    bare = refit(fit, tuple(h for h in fit.model.hypotheses if h not in gone), steps=4)
+    bare = refit_without(fit, gone, steps=4)
     won = predicted(bare, fit, np.random.default_rng(SEED))
     return [replace(k, heldout=won) if k in rubbing else k for k in kept]
 

@@ -13,7 +13,7 @@ from imubench.diagnosis.heldout import predicted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import rougher
-from imubench.diagnosis.refit import evidence_over, information, refit
+from imubench.diagnosis.refit import evidence_over, information, refit_without
 from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, POSE, SCREENED, Kept
 from imubench.diagnosis.worth import worth
 
@@ -146,7 +146,7 @@ def spared(fit: Fit, h: Hypothesis) -> tuple[float, Fit]:
 
 
 def _without(fit: Fit, h: Hypothesis) -> Fit:
-    return refit(fit, tuple(other for other in fit.model.hypotheses if other != h), steps=4)
+    return refit_without(fit, [h], steps=4)
 
 
 def about_zero(fit: Fit, gone: Sequence[Hypothesis], covariance: Array) -> float:

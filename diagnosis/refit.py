@@ -1,5 +1,6 @@
 """One hypothesis more in the model, fitted exactly: motion, geometry and effects together."""
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -50,6 +51,11 @@ def refit(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Array] 
     """Return the solved fit with these effects, at the noise levels that `fit` has."""
     begun = extended(fit, hypotheses, guess)
     return solve(begun.model, begun.state, begun.noise, fit.anchor, steps=steps)
+
+
+def refit_without(fit: Fit, gone: Collection[Hypothesis], steps: int = 6) -> Fit:
+    """Return the solved fit without some effects, at the noise levels that `fit` has."""
+    return refit(fit, tuple(h for h in fit.model.hypotheses if h not in gone), steps=steps)
 
 
 def guess_of(h: Hypothesis, estimate: Array) -> dict[str, Array]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.refit import refit
+from imubench.diagnosis.refit import refit_without
 from imubench.diagnosis.result import Finding
 from imubench.diagnosis.trial import SLIP, Kept
 from imubench.diagnosis.verdict import DOUBTFUL, HUM, STRANGE, at_most
@@ -61,8 +61,7 @@ def without_rounded(fit: Fit, kept: list[Kept], gains: Mapping[str, float]) -> t
     if not gone:
         return fit, kept, []
     left = [k for k in kept if k not in gone]
-    names = {k.hypothesis for k in gone}
-    return with_noise(refit(fit, tuple(h for h in fit.model.hypotheses if h not in names))), left, gone
+    return with_noise(refit_without(fit, [k.hypothesis for k in gone])), left, gone
 
 
 def beside_rounding(
