@@ -8,12 +8,11 @@ left-out data and those freedoms (a mount of 12 Hz that was worth 404 nat, a ser
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
-from imubench.diagnosis.entered import MOST, foretold
+from imubench.diagnosis.entered import MOST, Refused, foretold
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
@@ -22,7 +21,7 @@ from imubench.diagnosis.lively_fits import ROUNDS, begun_screened
 from imubench.diagnosis.lively_worth import resolved
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.prune import SEED, SPLINES, prune
-from imubench.diagnosis.refit import refit
+from imubench.diagnosis.refit import refit, refit_without
 from imubench.diagnosis.screen import screen
 from imubench.diagnosis.select import Selection, candidates
 from imubench.diagnosis.stand_ins import NEARLY
@@ -39,29 +38,24 @@ def named_by_law(selection: Selection, strange: Unknowns, say: Callable[[str], N
     What the series took the place of is not in the way, and comes back where it is worth something beside the law: of a
     gyroscope's filter of 0.34 ms half was a clock's offset.
     """
+    gone = [h for h in selection.fit.model.hypotheses if h not in strange.fit.model.hypotheses]
+    back = [h for h in gone if not h.effect.states]
     for term in strange.fit.model.hypotheses if not selection.fit.model.wander else ():
         if isinstance(term.effect, Unknown) and term.effect.term.goes_with in SERIES and len(selection.kept) < MOST:
             say(f"looking whether a law says what {term.name} is")
-            fit, gone = displaced_by(selection.fit, strange.fit)
+            fit = with_noise(refit_without(selection.fit, gone)) if gone else selection.fit
             best = by_law(fit, term.at)
             if best is None or best.evidence < SPLINES:
                 continue
             won = foretold(fit, best.fit, np.random.default_rng(SEED))
             if won.low > weighed(fit, best.fit)[1] and as_good(best, won, fit, with_series(fit, term)):
-                kept = [*selection.kept, Kept(best.hypothesis, best.evidence, won, ())]
-                selection = replace(selection, fit=best.fit, kept=tuple(k for k in kept if k.hypothesis not in gone))
-                if plain := tuple(h for h in gone if not h.effect.states):
-                    both = with_noise(refit(best.fit, (*best.fit.model.hypotheses, *plain)))
-                    there, left, dropped = prune(both, [k for k in kept if k.hypothesis in both.model.hypotheses], say)
-                    selection = Selection(there, tuple(left), (*selection.rejected, *dropped))
+                new, now = Kept(best.hypothesis, best.evidence, won, ()), best.fit
+                dropped: Refused = []
+                kept = [k for k in (*selection.kept, new) if k.hypothesis not in gone or k.hypothesis in back]
+                if back:
+                    now, kept, dropped = prune(with_noise(refit(now, (*now.model.hypotheses, *back))), kept, say)
+                selection = Selection(now, tuple(kept), (*selection.rejected, *dropped))
     return selection
-
-
-def displaced_by(fit: Fit, strange: Fit) -> tuple[Fit, set[Hypothesis]]:
-    """Return a fit without the names that terms took the place of, and these."""
-    gone = {h for h in fit.model.hypotheses if h not in strange.model.hypotheses}
-    rest = tuple(h for h in fit.model.hypotheses if h not in gone)
-    return (with_noise(refit(fit, rest)) if gone else fit), gone
 
 
 def as_good(best: Trial, won: Gain, fit: Fit, series: Fit) -> bool:

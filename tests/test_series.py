@@ -1,5 +1,7 @@
 """A series without a name gives way to the spring or the filter whose series it is, and to no other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,8 +11,11 @@ from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit
-from imubench.diagnosis.series import as_good, displaced_by, rings
-from imubench.diagnosis.trial import Trial
+from imubench.diagnosis.select import Selection
+from imubench.diagnosis.series import as_good, named_by_law, rings
+from imubench.diagnosis.terms import SERIES, Term, Unknown
+from imubench.diagnosis.trial import Kept, Trial
+from imubench.diagnosis.unknown import Unknowns
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -45,14 +50,31 @@ def test_springs_above_what_samples_show_are_a_series(tmp_path, frequency, slow)
     assert rings(Trial(h, begun, 70.0)) == slow
 
 
-def test_what_a_term_took_the_place_of_is_not_in_the_way_of_a_law(tmp_path):
+def test_what_series_took_the_place_of_is_not_in_the_way_of_laws_and_a_law_not_of_the_next(tmp_path, monkeypatch):
     make_case(tmp_path / "r", "hinge", [], 3, seconds=4.0, rate=40.0)
     late, off = Hypothesis(EFFECTS["time_offset"], "imu2"), Hypothesis(EFFECTS["accel_bias"], "imu1")
-    nominal = nominal_fit(read(tmp_path / "r")[0])
-    both, one = refit(nominal, (off, late)), refit(nominal, (off,))
-    bare, gone = displaced_by(both, one)
-    assert (bare.model.hypotheses, gone) == ((off,), {late})
-    assert displaced_by(one, both) == (one, set())
+    laws = {at: Hypothesis(EFFECTS["low_pass"], at) for at in ("imu1", "imu2")}
+    fit, gain = refit(nominal_fit(read(tmp_path / "r")[0]), (off, late)), Gain(300.0, 200.0, 400.0, np.ones(3))
+    time, signals = np.arange(4.0), {"gyro": np.zeros((4, 3, 1))}
+    terms = [Hypothesis(Unknown(Term(at, "gyro", SERIES[0], time, signals, (-1,)), 1.0), at) for at in laws]
+    strange = Unknowns((), replace(fit, model=fit.model.with_effects((off, *terms))), ())
+    asked = []
+
+    def by_law(bare, at):
+        asked.append(bare.model.hypotheses)
+        return Trial(laws[at], refit(bare, (*bare.model.hypotheses, laws[at]), steps=1), 300.0)
+
+    monkeypatch.setattr(series, "by_law", by_law)
+    monkeypatch.setattr(series, "foretold", lambda *_: gain)
+    monkeypatch.setattr(series, "weighed", lambda *_: (300.0, 0.0))
+    monkeypatch.setattr(series, "as_good", lambda *_: True)
+    monkeypatch.setattr(series, "with_series", lambda *_: fit)
+    monkeypatch.setattr(series, "prune", lambda now, kept, say: (now, kept, []))
+    kept = tuple(Kept(h, 50.0, gain, ()) for h in (off, late))
+    found = named_by_law(Selection(fit, kept, ()), strange)
+    assert asked == [(off,), (off, laws["imu1"])]
+    assert found.fit.model.hypotheses == (off, laws["imu1"], laws["imu2"], late)  # and comes back to be weighed
+    assert {k.hypothesis for k in found.kept} == {off, late, *laws.values()}
 
 
 @pytest.mark.parametrize(
