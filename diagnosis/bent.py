@@ -49,7 +49,7 @@ PROMISED = 10.0  # nat, before they are fitted
 UNSURE = 5.0  # nat that a bend promises, from which on straight springs are in doubt: 2 % of those that are straight
 LIKELY = 7.5  # nat that a bend of a soft mount promises, from which on it is said too
 NEEDED = 20.0  # nat, before springs are believed to bend; what they gain on held-out data only has to be a gain
-SOFT, LIKELY_SURE = "soft_mount", 0.6
+SOFT, LIKELY_SURE = "soft_mount", 0.6  # confidence
 CLEAR = 25.0  # nat by which b is not 0: so much needs no left-out data
 ROUNDS = 4  # of the noise's estimation, the law's own with it
 
@@ -78,7 +78,8 @@ def bent(fit: Fit, say: Callable[[str], None] = lambda _: None) -> tuple[list[Be
         say(f"looking whether the springs of {h.name} bend")
         with suppress(NotPositiveDefiniteError):
             promise = promised(fit, h, springs)
-            unsure |= {h: promise} if promise > UNSURE else {}
+            if promise > UNSURE:
+                unsure[h] = promise
             if promise < PROMISED:
                 continue
             found = bending(fit, h, springs)

@@ -15,9 +15,7 @@ from imubench.diagnosis.terms import FRICTION, LATE, SERIES, Term
 from imubench.diagnosis.trial import FILTER, SLIP
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
-NEARLY = (
-    0.25  # of what a filter is worth: a series worth so much more, or less, is it if it gains more on left-out data
-)
+NEARLY = 0.25  # of what a filter is worth: a series worth no more than that more must gain more on left-out data
 CLOSE = 0.01  # of what a name explains: an unfitted promise says no less (what it goes with, 10 ms late, is nearly it)
 WANDERS = 0.2  # of what a spline explains that only wanders: a slow curve may explain so much less
 LEFT = {  # of its power: what a slow curve leaves of a spline without a law that only wanders
