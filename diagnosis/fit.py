@@ -23,9 +23,9 @@ LENGTHS = (1.0, 0.5, 0.2, 0.05)  # of a Gauss-Newton step, tried before it is da
 BENT = 0.2  # the shortest of which the splines follow where it leads astray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
-    """A model, its best state, and what the noise was taken to be."""
+    """A model, its best state, and what the noise was taken to be; one is another's equal only if it is that."""
 
     model: Model
     state: State

@@ -7,6 +7,7 @@ roughness of the motion from the rows that hold it smooth.
 
 from collections.abc import Collection
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -36,12 +37,20 @@ SAME = 0.05  # relative change of every level, and of a law's numbers, that ends
 FAINT = 1e-6  # damping of the diagonal, that leverages do not show
 FINE = 3e-6  # the solver's `enough` where a law's damping is sought: it changes the cost by next to nothing
 
+Levels = tuple[dict[str, float], dict[str, Array]]
+_known: WeakKeyDictionary[Fit, Levels] = WeakKeyDictionary()
+
 
 @one_thread
-def levels(fit: Fit) -> tuple[dict[str, float], dict[str, Array]]:
-    """Return the noise level of every group that `fit.noise` names, and the leverage of its rows and of all data."""
-    _, solution, parts = factored(fit.model, fit.rows)
-    return _levels(fit, solution, parts, fit.noise.keys() | {r.name for r in fit.rows if is_data(r)})
+def levels(fit: Fit) -> Levels:
+    """Return the noise level of every group that `fit.noise` names, and the leverage of its rows and of all data.
+
+    Kept as long as the fit is, and not to be written to: ten refits are held against one.
+    """
+    if fit not in _known:
+        _, solution, parts = factored(fit.model, fit.rows)
+        _known[fit] = _levels(fit, solution, parts, fit.noise.keys() | {r.name for r in fit.rows if is_data(r)})
+    return _known[fit]
 
 
 def _estimated(fit: Fit, step: Step | None, names: Collection[str]) -> tuple[dict[str, float], dict[str, Prior]]:
@@ -55,9 +64,7 @@ def _estimated(fit: Fit, step: Step | None, names: Collection[str]) -> tuple[dic
     return _levels(fit, solution, parts, names)[0], tilts(fit, normal, solution, parts)
 
 
-def _levels(
-    fit: Fit, solution: Solution, parts: list[Linear], names: Collection[str]
-) -> tuple[dict[str, float], dict[str, Array]]:
+def _levels(fit: Fit, solution: Solution, parts: list[Linear], names: Collection[str]) -> Levels:
     chosen = [(rows, part) for rows, part in zip(fit.rows, parts, strict=True) if rows.name in names]
     covariance = Spread.of(solution, fit.model.tracks.width)
     out, hats = {}, {}

@@ -1,17 +1,19 @@
 """Splines over time on one set of evenly spaced knots, quintic, so that accelerations are smooth too."""
 
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, PPoly
+from scipy.sparse import csr_array
 
 from imubench.arrays import Array
 from imubench.jets import Jet, variable
 
 DEGREE = 5
 SUPPORT = DEGREE + 1  # coefficients that a point depends on
+KNOWN = 32  # times and orders whose weights are kept: a fit asks for the same ones at every step
 
 
 @cache
@@ -38,16 +40,43 @@ class Knots:
         return cls(start - step / 2, step, intervals + DEGREE)
 
     def weights(self, time: Array, order: int) -> tuple[NDArray[np.int64], Array]:
-        """Return the first coefficient (n,) and the weights (n, 6) of the `order`-th derivative at times (n,)."""
-        place = (time - self.start) / self.step
-        first = np.clip(np.floor(place).astype(np.int64), 0, self.count - SUPPORT)
-        x = place - first
-        table = polynomials()
-        total = np.zeros((len(time), SUPPORT))
-        for power in range(DEGREE, order - 1, -1):
-            factor = float(np.prod(np.arange(power, power - order, -1))) if order else 1.0
-            total = total * x[:, None] + factor * table[power]
-        return first, total / self.step**order
+        """Return the first coefficient (n,) and the weights (n, 6) of the `order`-th derivative at times (n,).
+
+        Both are kept and not to be written to.
+        """
+        known = _weighed(self, time.tobytes(), order)
+        return known.first, known.weights
+
+    def values(self, time: Array, order: int, coefficients: Array) -> Array:
+        """Return the `order`-th derivative (n, w) at times (n,) of splines with coefficients (count, w)."""
+        return np.asfortranarray(_weighed(self, time.tobytes(), order).matrix @ coefficients)
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What splines at some times depend on, and how far."""
+
+    first: NDArray[np.int64]  # (n,) coefficient
+    weights: Array  # (n, 6)
+    matrix: csr_array  # (n, count) the same
+
+
+@lru_cache(maxsize=KNOWN)
+def _weighed(knots: Knots, stamps: bytes, order: int) -> Weights:
+    place = (np.frombuffer(stamps) - knots.start) / knots.step
+    first = np.clip(np.floor(place).astype(np.int64), 0, knots.count - SUPPORT)
+    x = place - first
+    table = polynomials()
+    total = np.zeros((len(place), SUPPORT))
+    for power in range(DEGREE, order - 1, -1):
+        factor = float(np.prod(np.arange(power, power - order, -1))) if order else 1.0
+        total = total * x[:, None] + factor * table[power]
+    weights = total / knots.step**order
+    columns = (first[:, None] + np.arange(SUPPORT)).ravel()
+    ends = np.arange(0, columns.size + 1, SUPPORT)
+    for kept in (first, weights):
+        kept.setflags(write=False)
+    return Weights(first, weights, csr_array((weights.ravel(), columns, ends), (len(place), knots.count)))
 
 
 @dataclass(frozen=True)
@@ -79,7 +108,6 @@ class Moment:
     tracks: Tracks
     coefficients: Array  # (count, width)
     time: Jet  # (n, 1) s
-    known: dict[int, tuple[NDArray[np.int64], Array]] = field(default_factory=dict, compare=False, repr=False)
 
     def track(self, name: str, order: int = 0) -> Jet:
         """Return a spline's `order`-th derivative (n, width) and its blocks."""
@@ -90,11 +118,5 @@ class Moment:
         return Jet(jet.value, jet.blocks | {key: slope * d for key, d in self.time.blocks.items()})
 
     def _value(self, name: str, order: int) -> Array:
-        if order not in self.known:
-            self.known[order] = self.tracks.knots.weights(self.time.value[:, 0], order)
-        first, weights = self.known[order]
-        chosen = np.ascontiguousarray(self.coefficients[:, self.tracks.columns(name)].T)
-        out = weights[:, 0] * chosen[:, first]
-        for i in range(1, SUPPORT):
-            out += weights[:, i] * chosen[:, first + i]
-        return out.T  # samples next to each other in memory, as jets like them
+        chosen = self.coefficients[:, self.tracks.columns(name)]
+        return self.tracks.knots.values(self.time.value[:, 0], order, chosen)
