@@ -3,6 +3,10 @@
 The delay has no state and is found first; what it leaves may be too little for effects with states to be tried.
 So every clock's offset is held against filters at the sensor that is late, begun at the cutoff 1 / (2 pi delay): one
 far quicker than the motion as soon as the offset is known, any other once all effects are.
+
+What a quick one does beside delaying is held, and taken from the motion of a fit that knew a delay alone: it is taken
+again from the motion that the filter leaves. Of 9.4 Hz and 2,470 bounds a filter left 415 nat else, and came out as one
+of 9.07 beside a clock 0.58 ms late.
 """
 
 from collections.abc import Callable
@@ -24,10 +28,13 @@ from imubench.diagnosis.refit import extended
 from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, UNEXPLAINED, Kept, Passed, Trial, misfit
 from imubench.diagnosis.worth import worth
 from imubench.effects import VARIANTS
+from imubench.effects.bandwidth import QuickLowPass
+from imubench.effects.timing import TIME_OFFSET
 from imubench.recording import Imu
 
 ROUNDS = 2  # of noise levels
 FASTEST = 5.0  # times the rate: a filter beyond is a delay
+AGAIN = 3  # times at most that what a quick filter does beside delaying is taken again
 
 
 def quickly(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
@@ -42,6 +49,7 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bo
     Without `splines` only filters are tried that have none. One that is neither better nor worse, or better only
     beside a motion as smooth, ties with the offset.
     """
+    fit, kept = renewed(fit, kept)
     k = next((k for k in kept if k.hypothesis.effect.name == CLOCK), None)
     slow = k and late(fit, k.hypothesis)
     if k is None or not slow or fit.model.wander:  # a pose whose errors last was smoothed: it is no ruler for a filter
@@ -67,6 +75,7 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bo
         say(f"trying {h.name} in the place of {k.hypothesis.name}")
         with suppress(NotPositiveDefiniteError):
             tried = _with(fit, rest, h, {h.key("cutoff"): np.array([np.log(cutoff)])})
+            tried, h = taken_again(tried, h) if effect is known else (tried, h)
             smooth, rough = gains((fit, plain), tried)
             tries.append(Trial(h, tried, min(smooth, rough)))
             ties += [Passed(h, tries[-1].evidence)] if max(smooth, rough) > -LIKE else []
@@ -77,6 +86,34 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bo
     rivals = (Passed(k.hypothesis, k.evidence), *k.rivals)
     new = replace(k, hypothesis=best.hypothesis, evidence=k.evidence + best.evidence, rivals=rivals)
     return best.fit, [new if other is k else other for other in kept]
+
+
+def renewed(fit: Fit, kept: list[Kept]) -> tuple[Fit, list[Kept]]:
+    """Return the fit and its effects, quick filters taken again from the motion that all effects leave."""
+    for k in [k for k in kept if isinstance(k.hypothesis.effect, QuickLowPass)]:
+        fit, h = taken_again(fit, k.hypothesis)
+        kept = [replace(k, hypothesis=h) if other is k else other for other in kept]
+    return fit, kept
+
+
+def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
+    """Return a fit and its quick filter, what that does beside delaying from the motion it leaves, while that gains."""
+    imu, rest = fit.model.recording.imu(h.at), tuple(other for other in fit.model.hypotheses if other != h)
+    clock, changed = Hypothesis(TIME_OFFSET, h.at), False
+    for _ in range(AGAIN):
+        cutoff = fit.state.values[h.key("cutoff")]
+        delay = 1 / (2 * np.pi * np.exp(cutoff))
+        late_by = extended(fit, (*rest, clock), {clock.key("offset"): delay})
+        effect = quick(late_by, imu, float(delay[0]))
+        if effect is None:
+            break
+        new = Hypothesis(effect, h.at)
+        begun = extended(fit, (*rest, new), {new.key("cutoff"): cutoff})
+        tried = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=6)
+        if fit.cost - tried.cost < NEEDED:
+            break
+        fit, h, changed = tried, new, True
+    return (with_noise(fit, ROUNDS) if changed else fit), h
 
 
 def at_the_late(fit: Fit, h: Hypothesis, imu: Imu, delay: float) -> Fit | None:

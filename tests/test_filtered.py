@@ -6,7 +6,7 @@ import pytest
 from imubench.diagnosis.alike import alike
 from imubench.diagnosis.coherence import clear_of_noise
 from imubench.diagnosis.delays import late, met
-from imubench.diagnosis.filtered import filtered, quickly
+from imubench.diagnosis.filtered import filtered, quickly, taken_again
 from imubench.diagnosis.findings import findings
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
@@ -14,12 +14,13 @@ from imubench.diagnosis.lively_fits import begun_screened
 from imubench.diagnosis.lively_worth import resolved
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
+from imubench.diagnosis.refit import information, refit
 from imubench.diagnosis.screen import screen
 from imubench.diagnosis.select import Selection, candidates
 from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, misfit
 from imubench.diagnosis.worth import worth
 from imubench.effects import EFFECTS
+from imubench.effects.bandwidth import QuickLowPass
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -118,6 +119,21 @@ def test_a_quick_filter_is_found_before_anything_is_laid_over_what_its_delay_lea
     assert np.exp(after.state.values[k.hypothesis.key("cutoff")][0]) == pytest.approx(16.25, rel=0.02)
     assert worth(fit, after) > 100
     assert misfit(after) < 1.1
+
+
+def test_what_a_quick_filter_does_beside_delaying_is_taken_again_from_the_motion_it_leaves(tmp_path):
+    fit = with_an_offset(tmp_path, [("low_pass", "imu2", {"cutoff": 9.4, "channels": BOTH})], 61, band=4.6)
+    right, (k,) = quickly(fit, [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())], lambda _: None)
+    effect = k.hypothesis.effect
+    half = {part: 0.5 * c for part, c in effect.beside.items()}
+    h = Hypothesis(QuickLowPass(effect.time, half, effect.slope, effect.delay), "imu2")
+    wrong = refit(right, (h,), {h.key("cutoff"): right.state.values[h.key("cutoff")]})
+    again, new = taken_again(wrong, h)
+    assert wrong.cost > right.cost + 100.0  # nat: half of it is seen
+    assert new.effect is not h.effect
+    assert worth(right, again) > -1.0  # as good as the one that was never wrong
+    cutoff = np.exp(again.state.values[new.key("cutoff")][0])
+    assert cutoff == pytest.approx(9.4, abs=3 * 9.4 * information(again)[1][new.key("cutoff")][0])
 
 
 def test_what_is_loud_near_half_the_rate_is_no_motion():

@@ -31,6 +31,13 @@ CASES = {
     "an exponential creep, no drift": (1014141228, 300, 21, 15.0, {("unknown", "imu2")}),
     "a creep of which a slip had a step, and the joint the rest": (20261125, 300, 67, 15.0, {("unknown", "imu2")}),
     "a bias that jumps, at its own IMU": (1014141228, 300, 22, 15.0, {("unknown", "imu1")}),
+    "a quick filter held beside a motion that had known a delay alone": (
+        930467002,
+        300,
+        15,
+        15.0,
+        {("low_pass", "imu2")},
+    ),
     "a filter, a bias and a coupling that need each other": (
         *(1014141228, 300, 14, 15.0),
         {("axis_coupling", "joint"), ("gyro_bias", "imu1"), ("low_pass", "imu1")},
