@@ -45,6 +45,7 @@ def quickly(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit
 def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bool = True) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, a clock's offset among them changed for a filter if that is better.
 
+    Quick filters that are there already are taken again from the motion that all effects leave.
     Where much is left unexplained a filter's splines would take of that: there it must explain what is left as well.
     Without `splines` only filters are tried that have none. One that is neither better nor worse, or better only
     beside a motion as smooth, ties with the offset.
