@@ -24,7 +24,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.laws import led
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import rougher
-from imubench.diagnosis.refit import extended
+from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.trial import CLOCK, FILTER, NEEDED, UNEXPLAINED, Kept, Passed, Trial, misfit
 from imubench.diagnosis.worth import worth
 from imubench.effects import VARIANTS
@@ -92,29 +92,28 @@ def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bo
 def renewed(fit: Fit, kept: list[Kept]) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, quick filters taken again from the motion that all effects leave."""
     for k in [k for k in kept if isinstance(k.hypothesis.effect, QuickLowPass)]:
-        fit, h = taken_again(fit, k.hypothesis)
-        kept = [replace(k, hypothesis=h) if other is k else other for other in kept]
+        with suppress(NotPositiveDefiniteError):
+            fit, h = taken_again(fit, k.hypothesis)
+            kept = [replace(k, hypothesis=h) if other is k else other for other in kept]
     return fit, kept
 
 
 def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
     """Return a fit and its quick filter, what that does beside delaying from the motion it leaves, while that gains."""
     imu, rest = fit.model.recording.imu(h.at), tuple(other for other in fit.model.hypotheses if other != h)
-    clock, changed = Hypothesis(TIME_OFFSET, h.at), False
+    clock, found = Hypothesis(TIME_OFFSET, h.at), fit
     for _ in range(AGAIN):
-        cutoff = fit.state.values[h.key("cutoff")]
+        cutoff = found.state.values[h.key("cutoff")]
         delay = 1 / (2 * np.pi * np.exp(cutoff))
-        late_by = extended(fit, (*rest, clock), {clock.key("offset"): delay})
-        effect = quick(late_by, imu, float(delay[0]))
+        effect = quick(extended(found, (*rest, clock), {clock.key("offset"): delay}), imu, float(delay[0]))
         if effect is None:
             break
         new = Hypothesis(effect, h.at)
-        begun = extended(fit, (*rest, new), {new.key("cutoff"): cutoff})
-        tried = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=6)
-        if fit.cost - tried.cost < NEEDED:
+        tried = refit(found, (*rest, new), {new.key("cutoff"): cutoff})
+        if found.cost - tried.cost < NEEDED:
             break
-        fit, h, changed = tried, new, True
-    return (with_noise(fit, ROUNDS) if changed else fit), h
+        found, h = tried, new
+    return (fit if found is fit else with_noise(found, ROUNDS)), h
 
 
 def at_the_late(fit: Fit, h: Hypothesis, imu: Imu, delay: float) -> Fit | None:
