@@ -10,6 +10,7 @@ from imubench.diagnosis.lively_worth import resolved
 from imubench.diagnosis.screen import screen
 from imubench.diagnosis.select import candidates
 from imubench.diagnosis.trial import FILTER, NEEDED
+from imubench.diagnosis.worth import worth
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -23,17 +24,32 @@ def limb(folder, effects=(), seed=525300682, **options):
     return fit, [h for h in candidates(fit.model) if h.effect.name == FILTER]
 
 
-@pytest.mark.slow
-def test_a_filter_that_only_smooths_the_motion_is_none(tmp_path):
-    """It was called a filter of 42 Hz with a confidence of 0.97; it is worth -174 nat now."""
-    fit, filters = limb(tmp_path, band=4.989, vigour=0.776, gaps=2, misdeclared=0.1118, position_std=0.00494)
+@pytest.fixture(scope="module")
+def smoothing(tmp_path_factory):
+    """A clean limb, its filters, and the refit with that of both triples."""
+    folder = tmp_path_factory.mktemp("smoothing")
+    fit, filters = limb(folder, band=4.989, vigour=0.776, gaps=2, misdeclared=0.1118, position_std=0.00494)
     (both,) = [s for s in screen(fit, filters) if len(s.hypothesis.effect.states) == 2]
-    assert begun_screened(fit, [both]).evidence < NEEDED
+    return fit, filters, begun_screened(fit, [both])
+
+
+@pytest.mark.slow
+def test_a_filter_that_only_smooths_the_motion_is_none(smoothing):
+    """It was called a filter of 42 Hz with a confidence of 0.97: with it the fit follows less of the noise."""
+    fit, filters, trial = smoothing
+    assert trial.evidence < NEEDED
     assert not state_trials(fit, filters, lambda _: None)
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="the trial ends at 4.77 Hz for 4, 0.4 wanted; not looked into")
+@pytest.mark.xfail(strict=True, reason="-174 nat, 5 needed: a rougher motion no longer has to refuse it")
+def test_a_filter_that_only_smooths_the_motion_is_worth_something_beside_one_as_smooth(smoothing):
+    fit, _, trial = smoothing
+    assert worth(fit, trial.fit) > NEEDED
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(strict=True, reason="the trial ends at 4.77 Hz for 4, within 0.4 wanted: why is not known")
 def test_a_filter_that_is_there_explains_something_beside_a_rougher_motion_too(tmp_path):
     fit, filters = limb(tmp_path, [("low_pass", "imu1", {"cutoff": 4.0, "channels": ["gyro", "accel"]})], seed=4)
     best, *_ = state_trials(fit, filters, lambda _: None)
