@@ -21,7 +21,7 @@ from imubench.diagnosis.raw_findings import OFF
 from imubench.diagnosis.spread import Spread
 from imubench.diagnosis.swings import GROUP, is_data
 from imubench.diagnosis.system import Step, factored
-from imubench.diagnosis.threads import one_thread
+from imubench.diagnosis.threads import MOST_KNOTS, one_thread
 from imubench.diagnosis.tilt import lawful, tilts
 from imubench.recording import Recording
 
@@ -45,12 +45,15 @@ _known: WeakKeyDictionary[Fit, Levels] = WeakKeyDictionary()
 def levels(fit: Fit) -> Levels:
     """Return the noise level of every group that `fit.noise` names, and the leverage of its rows and of all data.
 
-    Kept as long as the fit is, and not to be written to: ten refits are held against one.
+    Not to be written to: of a fit that is not too long they are kept as long as it is. Ten refits are held against one.
     """
-    if fit not in _known:
-        _, solution, parts = factored(fit.model, fit.rows)
-        _known[fit] = _levels(fit, solution, parts, fit.noise.keys() | {r.name for r in fit.rows if is_data(r)})
-    return _known[fit]
+    if fit in _known:
+        return _known[fit]
+    _, solution, parts = factored(fit.model, fit.rows)
+    found = _levels(fit, solution, parts, fit.noise.keys() | {r.name for r in fit.rows if is_data(r)})
+    if fit.model.tracks.knots.count <= MOST_KNOTS:
+        _known[fit] = found
+    return found
 
 
 def _estimated(fit: Fit, step: Step | None, names: Collection[str]) -> tuple[dict[str, float], dict[str, Prior]]:

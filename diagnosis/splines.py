@@ -13,7 +13,8 @@ from imubench.jets import Jet, variable
 
 DEGREE = 5
 SUPPORT = DEGREE + 1  # coefficients that a point depends on
-KNOWN = 32  # times and orders whose weights are kept: a fit asks for the same ones at every step
+KNOWN = 32  # times and orders whose weights are kept: a fit asks for the same ones at every step;
+LONG, KNOWN_LONG = 5_000, 4  # times of which only those of one moment are: memory
 
 
 @cache
@@ -44,12 +45,15 @@ class Knots:
 
         Both are kept and not to be written to.
         """
-        known = _weighed(self, time.tobytes(), order)
+        known = self._at(time, order)
         return known.first, known.weights
 
     def values(self, time: Array, order: int, coefficients: Array) -> Array:
         """Return the `order`-th derivative (n, w) at times (n,) of splines with coefficients (count, w)."""
-        return np.asfortranarray(_weighed(self, time.tobytes(), order).matrix @ coefficients)
+        return np.asfortranarray(self._at(time, order).matrix @ coefficients)
+
+    def _at(self, time: Array, order: int) -> "Weights":
+        return (_weighed if len(time) < LONG else _weighed_long)(self, time.tobytes(), order)
 
 
 @dataclass(frozen=True)
@@ -61,8 +65,7 @@ class Weights:
     matrix: csr_array  # (n, count) the same
 
 
-@lru_cache(maxsize=KNOWN)
-def _weighed(knots: Knots, stamps: bytes, order: int) -> Weights:
+def _weigh(knots: Knots, stamps: bytes, order: int) -> Weights:
     place = (np.frombuffer(stamps) - knots.start) / knots.step
     first = np.clip(np.floor(place).astype(np.int64), 0, knots.count - SUPPORT)
     x = place - first
@@ -77,6 +80,9 @@ def _weighed(knots: Knots, stamps: bytes, order: int) -> Weights:
     for kept in (first, weights):
         kept.setflags(write=False)
     return Weights(first, weights, csr_array((weights.ravel(), columns, ends), (len(place), knots.count)))
+
+
+_weighed, _weighed_long = lru_cache(KNOWN)(_weigh), lru_cache(KNOWN_LONG)(_weigh)
 
 
 @dataclass(frozen=True)
