@@ -24,6 +24,7 @@ FREE = 0.75  # of what a state without a law explains, that one with a law must
 BROKEN = 0.5  # of what a filter explains that breaks its law
 TWO, MORE_OF_TWO = 30.0, 0.1  # nat, and of what the best alone is worth, that two must be worth more
 SHORT = 0.5  # of what a screening promised: springs that are worth less are begun anew
+HOPELESS = -150.0  # nat: from a refit worth less no softer start leads anywhere (of 14, one from -185 to -42)
 TWICE = 2  # rounds in which a refit was worth nothing: not tried again
 
 
@@ -100,7 +101,7 @@ def _one_by_one(
         for begin in filter(None, (one, softer(one))):
             with suppress(NotPositiveDefiniteError):
                 ways.append((begun_screened(short, [begin]), [begin]))
-            if ways and ways[-1][0].evidence > SHORT * one.evidence:
+            if ways and not HOPELESS < ways[-1][0].evidence < SHORT * one.evidence:
                 break
         return max(ways, key=lambda way: way[0].evidence, default=None)
 
