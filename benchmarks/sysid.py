@@ -18,7 +18,8 @@ from benchmarks.sysid_free import identify
 from benchmarks.table import Row
 from imubench.diagnosis.diagnose import diagnose
 from imubench.format1 import read
-from imubench.proof.case import build, write
+from imubench.proof.case import build
+from imubench.proof.filed import write
 
 CASES: tuple[tuple[str, str] | None, ...] = (
     None,

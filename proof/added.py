@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from imubench.proof.case import told
 from imubench.proof.frames import STEP
 from imubench.proof.options import Effect, Options, stream
 from imubench.proof.ranges import drawn, twins
@@ -29,6 +28,7 @@ from imubench.proof.sensors import (
     parallel_errors,
     world_time,
 )
+from imubench.proof.told import told
 from imubench.proof.write import write_table
 
 ADDABLE = (

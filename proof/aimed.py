@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 
 from imubench.proof.bounds import visibility
-from imubench.proof.case import Case, build, played, truth, write
+from imubench.proof.case import build
+from imubench.proof.filed import write
 from imubench.proof.options import Effect
+from imubench.proof.played import Case, played
 from imubench.proof.rotation import Parameters
 from imubench.proof.sight import Sight, sight
+from imubench.proof.told import truth
 
 POWERS = {  # of the parameters that make an effect larger
     **dict.fromkeys(("bias", "rate", "scale", "matrix", "offset", "skew", "amplitude", "rotation", "translation"), 1.0),

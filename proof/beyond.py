@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from imubench.proof.case import Case
 from imubench.proof.options import COLOUR, CORNERS, Effect
+from imubench.proof.played import Case
 from imubench.proof.rotation import Array, Parameters
 from imubench.proof.sight import Sight, sight
 

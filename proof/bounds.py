@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.proof.case import Case
 from imubench.proof.options import Effect
+from imubench.proof.played import Case
 from imubench.proof.rotation import Parameters
 from imubench.proof.sight import Sight, sight
 

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import block_diag, csc_matrix, diags, hstack, identity, vstack
 
-from imubench.proof.case import Case
 from imubench.proof.linearised import Block
+from imubench.proof.played import Case
 from imubench.proof.sensors import kept, noise_std
 
 

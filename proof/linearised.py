@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imubench.proof.case import Case
 from imubench.proof.frames import Track, read_at
+from imubench.proof.played import Case
 from imubench.proof.rotation import Array, about, apply_back, skew
 
 E = np.array([0.0, 1.0, 0.0])

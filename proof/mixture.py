@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from imubench.proof.aimed import make_aimed
-from imubench.proof.case import plain
 from imubench.proof.options import COLOUR, Options, stream
 from imubench.proof.ranges import STRENGTHS, places
+from imubench.proof.told import plain
 from imubench.proof.unknown_ranges import unknown_places
 
 SHARES = {"none": 0.25, "one": 0.40, "several": 0.20, "outside": 0.15}

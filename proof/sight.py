@@ -13,12 +13,12 @@ from scipy.interpolate import BSpline
 from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
-from imubench.proof.case import Case, played
 from imubench.proof.colour import with_colour
 from imubench.proof.instruments import POSITION_NOISE, ROTATION_NOISE
 from imubench.proof.linearised import Block, blocks, components
 from imubench.proof.mounts import Mount, sensor_track
 from imubench.proof.options import Effect, find
+from imubench.proof.played import Case, played
 from imubench.proof.rotation import Array, exp
 from imubench.proof.sensors import CHANNELS, noise_std, read_imu
 

@@ -12,7 +12,8 @@ import pytest
 from imubench.diagnosis.diagnose import diagnose
 from imubench.format1 import read
 from imubench.proof.bounds import visibility
-from imubench.proof.case import build, make_case, write
+from imubench.proof.case import build, make_case
+from imubench.proof.filed import write
 from imubench.trials.make import answers
 from imubench.trials.match import deviation, holds, sure
 

@@ -11,9 +11,11 @@ from typer.testing import CliRunner
 
 from imubench import format1
 from imubench.cli import app
-from imubench.proof.case import build, make_case, truth, write
+from imubench.proof.case import build, make_case
+from imubench.proof.filed import write
 from imubench.proof.options import Options
 from imubench.proof.ranges import SIZES, places
+from imubench.proof.told import truth
 from imubench.proof.unknown_ranges import UNKNOWN, unknown_places
 
 FOLDER = Path(__file__).resolve().parent.parent / "proof"

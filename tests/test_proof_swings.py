@@ -5,9 +5,10 @@ import pytest
 from scipy.special import ellipk
 
 from imubench.proof.body import limb
-from imubench.proof.case import NEARER, build
+from imubench.proof.case import build
 from imubench.proof.instruments import read_encoder
 from imubench.proof.options import stream
+from imubench.proof.relative import NEARER
 from imubench.proof.rotation import about, apply, apply_back, log
 
 SWING = {"noise": 0.0, "seconds": 20.0, "geometry_error": False, "swing": True}

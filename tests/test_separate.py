@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import imubench.proof.case as case
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.menu import MENU, Swing, swung
@@ -13,6 +12,8 @@ from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.separate import expected, separate, separation
 from imubench.effects import EFFECTS
 from imubench.format1 import read
+from imubench.proof import played
+from imubench.proof.case import make_case
 from imubench.proof.frames import in_world
 from imubench.proof.options import World
 from imubench.recording import Body
@@ -22,7 +23,7 @@ MOTIONS = {m.name: m for m in MENU}
 
 def explained(folder, asked, seed, rig="hinge", seconds=12.0, **options):
     """The fit of a generated recording with its effect in the model, and that effect."""
-    case.make_case(folder / "case", rig, effects=[asked], seed=seed, seconds=seconds, **options)
+    make_case(folder / "case", rig, effects=[asked], seed=seed, seconds=seconds, **options)
     fit = nominal_fit(read(folder / "case")[0])
     h = Hypothesis(EFFECTS[asked[0]].suited(fit.model.recording), asked[1])
     fit = refit(fit, (*(o for o in fit.model.hypotheses if o.name != h.name), h))
@@ -91,7 +92,7 @@ def tilting(options, effects, t, gravity, seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_slow_tilts_show_as_much_as_expected(tmp_path, monkeypatch, seed):
-    monkeypatch.setattr(case, "hinge", tilting)
+    monkeypatch.setattr(played, "hinge", tilting)
     bias = {"bias": [0.02, -0.01, 0.02]}
     fit, h = explained(tmp_path, ("accel_bias", "imu2", bias), seed, seconds=20.0)
     scale = Hypothesis(EFFECTS["accel_scale"], "imu2")

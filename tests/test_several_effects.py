@@ -4,7 +4,9 @@ import pytest
 
 from imubench.diagnosis.diagnose import diagnose
 from imubench.format1 import read
-from imubench.proof.case import build, truth, write
+from imubench.proof.case import build
+from imubench.proof.filed import write
+from imubench.proof.told import truth
 from imubench.trials.make import answers
 from imubench.trials.match import paired, sure
 

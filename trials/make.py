@@ -10,10 +10,11 @@ import numpy as np
 from imubench.errors import InputError
 from imubench.proof.beyond import beyond
 from imubench.proof.bounds import NOT_ESTIMATED, bounds
-from imubench.proof.case import build, plain, told
+from imubench.proof.case import build
 from imubench.proof.mixture import Question, make
 from imubench.proof.options import Effect, Options
 from imubench.proof.ranges import twins
+from imubench.proof.told import plain, told
 from imubench.trials.seal import Truth
 
 NO_BOUND = ("impacts", "moving_pivot", "joint_play")  # no parameter, or one of a motion that is itself random

@@ -12,9 +12,9 @@ import numpy as np
 from imubench.diagnosis.result import Diagnosis, Finding, Parameter
 from imubench.errors import InputError
 from imubench.proof.added import add, addable, copy, options_of, read_header, read_samples
-from imubench.proof.case import plain
 from imubench.proof.options import Effect, stream
 from imubench.proof.ranges import STRENGTHS
+from imubench.proof.told import plain
 from imubench.trials.make import answers, freedom
 from imubench.trials.match import sure
 from imubench.trials.scoring import verdict_of
