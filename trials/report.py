@@ -1,7 +1,7 @@
 """A proof as one HTML file that needs nothing else: figures, failures first, every case."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ from imubench.trials import drawings
 from imubench.trials.crime import compared
 from imubench.trials.detection import by_strength
 from imubench.trials.figures import Figure, figures, numbers, reliability
-from imubench.trials.scoring import CaseScore, missed
+from imubench.trials.report_cases import cases, failures
 
 if TYPE_CHECKING:
     from imubench.trials.prove import Proof
@@ -19,15 +19,6 @@ if TYPE_CHECKING:
 STYLE = (
     ".open { color: var(--differs); } .none { color: var(--soft); } td { max-width: 30rem; overflow-wrap: anywhere; }"
 )
-FAILURES: dict[str, Callable[[CaseScore], bool]] = {
-    "No diagnosis": lambda s: bool(s.failed),
-    "Named with confidence what is not there": lambda s: bool(s.wrong),
-    "False alarm": lambda s: s.kind == "none" and s.alarm,
-    "Missed, though 5 times the bound or more": missed,
-    "Found, but with a wrong name or place first": lambda s: s.first_right is False,
-    "Two or three effects, not exactly those": lambda s: s.exact is False and not s.failed,
-    "Outside the table, not flagged at its place": lambda s: s.located is False and not s.failed,
-}
 OUTSIDE = ("outside_flagged", "outside_located", "strange_flagged", "strange_located")
 ALL = ("diagnosis", "residual size", "L1", "oracle")
 COMPARED = {  # which ways are asked: the oracle is told the name, the residual's size has none
@@ -46,7 +37,6 @@ CRIME = (
     "Shares as numbers from 0 to 1, over the cases that were played both ways: effects, places, strengths, levels of "
     "noise and declared facts are the same, the motion is the simulator's."
 )
-COLUMNS = ("case", "rig", "kind", "truth", "times its bound", "said", "verdict", "s")
 
 
 def page(proof: "Proof") -> str:
@@ -72,8 +62,8 @@ def page(proof: "Proof") -> str:
         "<h2>Beside other ways, on the same cases</h2>" + _beside(proof),
         _left_out(proof),
         _crime(proof),
-        "<h2>Failures</h2>" + _failures(proof.scores),
-        "<h2>Every case</h2>" + _cases(proof.scores),
+        "<h2>Failures</h2>" + failures(proof.scores),
+        "<h2>Every case</h2>" + cases(proof.scores),
         f"<footer>{escape(again)}; SHA-256 of commitments.json: {proof.sealed}</footer></body></html>\n",
     ]
     return "\n".join(parts)
@@ -123,7 +113,7 @@ def _left_out(proof: "Proof") -> str:
     if not proof.left_out:
         return ""
     kept = [f for f in figures(proof.left_out) if f.name in ("confidently_wrong", *OUTSIDE[:2])]
-    return "<h2>The effect taken out of the library</h2>" + _figures(kept) + _cases(proof.left_out)
+    return "<h2>The effect taken out of the library</h2>" + _figures(kept) + cases(proof.left_out)
 
 
 def _crime(proof: "Proof") -> str:
@@ -140,7 +130,7 @@ def _crime(proof: "Proof") -> str:
     left = Counter(proof.not_simulated.values()).most_common()
     words = f"<p class='soft'>{escape(CRIME)} Not played: {escape(', '.join(f'{why} ({n})' for why, n in left))}.</p>"
     title = "<h2>The inverse crime: the same questions from the project's own simulator</h2>"
-    return f"{title}<div class='scroll'><table><tr>{head}</tr>{rows}</table></div>{words}{_cases(proof.simulated)}"
+    return f"{title}<div class='scroll'><table><tr>{head}</tr>{rows}</table></div>{words}{cases(proof.simulated)}"
 
 
 def _number(value: float | None) -> str:
@@ -150,34 +140,3 @@ def _number(value: float | None) -> str:
 def _drawing(draw: Callable[[], object], text: str) -> str:
     figure = Drawn(name="drawing", label="", finding="", draw=draw, text=text)  # type: ignore[arg-type]
     return f"<img alt='{escape(text)}' src='{png(figure)}'><p class='soft'>{escape(text)}</p>"
-
-
-def _failures(scores: Sequence[CaseScore]) -> str:
-    parts = []
-    for title, is_one in FAILURES.items():
-        found = [s for s in scores if is_one(s)]
-        if found:
-            parts.append(f"<h3>{escape(title)}: {len(found)}</h3>{_cases(found)}")
-    return "".join(parts) or "<p>None.</p>"
-
-
-def _cases(scores: Iterable[CaseScore]) -> str:
-    head = "".join(f"<th>{c}</th>" for c in COLUMNS)
-    return f"<div class='scroll'><table><tr>{head}</tr>{''.join(map(_case, scores))}</table></div>"
-
-
-def _case(s: CaseScore) -> str:
-    strength = ", ".join("-" if v is None else f"{v:.3g}" for v in s.strength)
-    if s.beyond is not None:
-        strength += f"; {s.beyond:.3g} beyond every name, {s.least:.3g} in the least favourable noise"
-    cells = (
-        s.name,
-        s.rig,
-        s.kind + ("" if s.observable else ", unobservable"),
-        ", ".join(s.truth) or "nothing",
-        strength,
-        s.failed or ", ".join(s.found) or "nothing",
-        s.verdict,
-        f"{s.seconds:.0f}",
-    )
-    return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
