@@ -33,8 +33,11 @@ class Case:
 
 def played(options: Options, effects: list[Effect], seed: int) -> Case:
     """Return the case of effects whose parameters are all there."""
-    t = grid(options.seconds)
-    world = moved(options, effects, t, seed)
+    return sensed(options, effects, seed, moved(options, effects, grid(options.seconds), seed))
+
+
+def sensed(options: Options, effects: list[Effect], seed: int, world: World) -> Case:
+    """Return the case of effects on a rig that has moved."""
     mounts, tracks, imus = [], [], []
     for i, segment in enumerate(world.segments):
         at, rate = f"imu{i + 1}", (options.rate2 or options.rate) if i else options.rate

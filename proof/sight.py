@@ -18,7 +18,7 @@ from imubench.proof.instruments import POSITION_NOISE, ROTATION_NOISE
 from imubench.proof.linearised import Block, blocks, components
 from imubench.proof.mounts import Mount, sensor_track
 from imubench.proof.options import Effect, find
-from imubench.proof.played import Case, played
+from imubench.proof.played import Case, played, sensed
 from imubench.proof.rotation import Array, exp
 from imubench.proof.sensors import CHANNELS, noise_std, read_imu
 
@@ -75,8 +75,11 @@ class Sight:
         return np.asarray(left.T @ left - cross.T @ np.linalg.solve(inner, cross))
 
     def readings(self, effects: list[Effect]) -> Array:
-        """Return all readings (rows,) over their noise with these effects."""
-        return _stacked(played(self.case.options, effects, self.case.seed), self.parts)
+        """Return all readings (rows,) over their noise with these effects; at IMUs they leave the motion as it is."""
+        options, seed, world = self.case.options, self.case.seed, self.case.world
+        at_imus = all(e.at.startswith("imu") for e in effects)
+        case = sensed(options, effects, seed, world) if at_imus else played(options, effects, seed)
+        return _stacked(case, self.parts)
 
 
 def sight(case: Case, knots_per_s: float | None = None) -> Sight | None:

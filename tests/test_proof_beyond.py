@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.proof.beyond import beyond, columns
+from imubench.proof.beyond import IMU, beyond, columns
 from imubench.proof.bounds import visibility
 from imubench.proof.case import build
 from imubench.proof.options import Effect
+from imubench.proof.played import played
 from imubench.proof.sight import sight
 
 SHORT = {"seconds": 6.0, "band": 2.0, "rate": 50.0}
@@ -66,6 +67,18 @@ def test_a_mount_on_hardly_hardening_springs_is_one_on_straight_ones():
     assert beyond(nearly)["nearest"] == "soft_mount at imu2"
     assert beyond(nearly)["beyond"] < 0.05 * visibility(nearly)
     assert beyond(bent)["beyond"] > 5 * beyond(nearly)["beyond"]
+
+
+@pytest.mark.parametrize("rig", ["hinge", "pendulum", "free"])
+@pytest.mark.parametrize("name", sorted(IMU))
+def test_what_is_wrong_at_an_imu_leaves_the_motion_as_it_is(rig, name):
+    """The readings of a rig that is played anew, and those on the motion that was played before it."""
+    case = build(rig, [(name, "imu1", {k: np.asarray(v) + 0.01 for k, v in IMU[name].items()})], seed=3, seconds=3.0)
+    seen = sight(case)
+    again = played(seen.case.options, case.effects, case.seed)
+    whole = np.concatenate([getattr(imu, channel).ravel() for imu in again.imus for channel in ("gyro", "accel")])
+    stds = np.concatenate([np.full(part.S[0].shape[0] * 3, part.std) for part in seen.parts if "." in part.name])
+    np.testing.assert_array_equal(seen.readings(case.effects)[: len(whole)], whole / stds)
 
 
 def test_there_is_no_answer_where_the_motion_is_not_free():
