@@ -16,6 +16,7 @@ from imubench.proof.case import make_case
 from imubench.recording import Body, Encoder, Recording
 from imubench.sim.motion import AngleMotion
 from imubench.sim.signals import hand
+from tests.damage import whole
 
 Jet = tuple[Array, Array, Array]  # a function of time with its first and second derivative
 
@@ -63,6 +64,12 @@ class JetRig:
 @pytest.fixture
 def jets() -> type[JetRig]:
     return JetRig
+
+
+@pytest.fixture
+def good(tmp_path: Path) -> Path:
+    """A recording with everything in it, which each test breaks in one place."""
+    return whole(tmp_path / "rec")
 
 
 @pytest.fixture
