@@ -1,5 +1,5 @@
-"""The tests, a package so that they may share what `damage.py` holds."""
+"""The tests, a package so that they may share what they are made of."""
 
 import pytest
 
-pytest.register_assert_rewrite("tests.damage")
+pytest.register_assert_rewrite("tests.chain", "tests.damage", "tests.raw_signals")
