@@ -2,4 +2,4 @@
 
 import pytest
 
-pytest.register_assert_rewrite("tests.chain", "tests.damage", "tests.raw_signals")
+pytest.register_assert_rewrite("tests.damage", "tests.raw_signals")

@@ -1,7 +1,6 @@
-"""A joint centre that accelerates: scenarios, the filter that cancels it with two IMUs, what one IMU makes of it."""
+"""A joint centre that accelerates: its scenarios, and the filter that cancels it with two IMUs."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,14 +8,12 @@ from numpy.testing import assert_allclose
 
 from imubench import rotations
 from imubench.errors import InputError
-from imubench.estimators import find, two_imu_centre, two_imu_model, two_imu_start
+from imubench.estimators import two_imu_centre
 from imubench.estimators.arve_d import ArveD
 from imubench.estimators.centre_ekf import covariances_of
 from imubench.estimators.mrvs import solve_differenced
 from imubench.estimators.two_imu_centre import TwoImuCentre, estimate
-from imubench.estimators.two_imu_model import A1, A2, R1, R2, STATES, TURN, W1, W2, Noise, constraint, predict, turn
-from imubench.recording import Imu, Recording
-from imubench.run import simulate
+from imubench.estimators.two_imu_model import Noise
 from imubench.scenarios.moving_pivot import (
     HARMONICS,
     gait,
@@ -29,34 +26,10 @@ from imubench.scenarios.moving_pivot import (
 )
 from imubench.scenarios.pendulum import R_TEXT, ellipse
 from imubench.sim.imu_model import observe
-from imubench.sim.profiles import profile
 from imubench.sim.signals import STILL, Sines
+from tests.hips import IMU, errors, hip
 
-IMU = profile("xsens_mtw_awinda")
 GRAVITY_W = np.array([0.0, 0.0, -9.81])
-
-
-def hip(seed, scale=1.0, motions=None, duration=10.0):
-    """A pelvis that turns as in walking, the paper's limb on it, the hip moving: recording and truth."""
-    rng = np.random.default_rng(seed)
-    truth = shared_centre(motions or (pelvis(), ellipse()), hip_mounts(rng), gait(rng, scale=scale), duration)
-    return observe(truth, IMU, rng), truth
-
-
-def vectors(truth):
-    return np.stack([s.joint_vector.mean(axis=0) for s in truth.sensors])
-
-
-def errors(answer, truth, after=2.0):
-    """Mean |dr| in m of both IMUs, from `after` s on."""
-    return np.linalg.norm(answer.value[answer.time > after] - vectors(truth), axis=-1).mean(axis=0)
-
-
-def across(answer, truth):
-    """The last error (6,) in m without its part along the hinge, which no hinge shows, and that part."""
-    error = (answer.value[-1] - vectors(truth)).ravel()
-    along = np.concatenate([s.joint_axis[0] for s in truth.sensors]) / np.sqrt(2)
-    return error - along * (along @ error), along
 
 
 # --- scenarios ---
@@ -108,142 +81,6 @@ def test_two_segments_share_one_centre():
     assert_allclose(forces[0] + GRAVITY_W, truth.segments[0].acceleration, atol=1e-9)
 
 
-# --- derivatives ---
-
-
-def random_state(rng):
-    x = rng.normal(size=STATES) * np.repeat([0.2, 0.2, 0.0, 3.0, 3.0, 20.0, 20.0], 3)
-    return x, rotations.to_matrix(rotations.random(rng)), rng.normal(size=(2, 3)) * 10
-
-
-def displaced(x, R, step):
-    """The state after a step (21,), its turn taken into R."""
-    y = x + step
-    y[TURN] = 0.0
-    return y, turn(step[TURN])[0] @ R
-
-
-def apart(x, R, y, S):
-    """The step (21,) from the state (y, S) to (x, R)."""
-    step = x - y
-    step[TURN] = rotations.log(rotations.from_matrix(R @ S.T))
-    return step
-
-
-def test_jacobian_of_the_constraint_by_finite_differences():
-    rng = np.random.default_rng(0)
-    h = 1e-6
-    for _ in range(10):
-        x, R, f = random_state(rng)
-        _, H = constraint(x, R, *f)
-        numeric = [
-            (constraint(*displaced(x, R, e), *f)[0] - constraint(*displaced(x, R, -e), *f)[0]) / (2 * h)
-            for e in h * np.eye(STATES)
-        ]
-        assert_allclose(H, np.stack(numeric, axis=1), atol=1e-7)  # h^2 of cubics of 20, and rounding 1e-14 over h
-
-
-def test_jacobian_of_the_prediction_by_finite_differences():
-    rng = np.random.default_rng(1)
-    h, dt = 1e-6, 0.02
-    for _ in range(10):
-        x, R, _ = random_state(rng)
-        y, S, F = predict(x, R, dt)
-        numeric = []
-        for e in h * np.eye(STATES):
-            plus, minus = (predict(*displaced(x, R, step), dt)[:2] for step in (e, -e))
-            numeric.append((apart(*plus, y, S) - apart(*minus, y, S)) / (2 * h))
-        assert_allclose(F, np.stack(numeric, axis=1), atol=2e-8)  # rounding 1e-15 of log over h, and h^2
-
-
-def test_jacobian_of_the_start_by_finite_differences():
-    rng = np.random.default_rng(2)
-    forces, levers, first = rng.normal(size=(2, 5, 3)) * 10, rng.normal(size=(2, 5, 3, 3)), rotations.random(rng)
-    h = 1e-6
-    for x in (rng.normal(size=9), np.zeros(9)):
-        options = forces, levers, first, 0.3, 0.5
-        residual = two_imu_start._residual
-        numeric = [(residual(x + e, *options) - residual(x - e, *options)) / (2 * h) for e in h * np.eye(9)]
-        assert_allclose(two_imu_start._slope(x, *options), np.stack(numeric, axis=1), atol=1e-6)  # rounding 1e-13 / h
-
-
-# --- consistency where its assumptions hold ---
-
-DRAWN = Noise(
-    gyro_std=(0.0017, 0.002),
-    accel_std=0.03,
-    r_density=0.001,
-    turn_density=0.002,
-    angular_density=(3.0, 2.0),
-)
-STDS = np.repeat([0.003, 0.003, 0.01, 0.001, 0.001, 0.5, 0.5], 3)
-
-
-def drawn(rng, n, dt=0.01):
-    """Run the filter on samples of its own model; its innovations (n,), last error (21,) and last P.
-
-    The specific force at the joint centre is anything: gravity and a walk's acceleration in sensor 1 here.
-    """
-    x = np.concatenate([0.15 * rng.normal(size=6), np.zeros(3), rng.normal(size=6), 5 * rng.normal(size=6)])
-    R = rotations.to_matrix(rotations.random(rng))
-    f = TwoImuCentre(replace(DRAWN, r_std=1.0))
-    start = STDS * rng.normal(size=STATES)
-    f.start(*displaced(x, R, start), np.diag(STDS**2), np.zeros((2, 2, 3)), dt)
-    Q = DRAWN.process(np.multiply.outer(np.square(DRAWN.angular_density), np.eye(3)), dt)
-    root = np.linalg.cholesky(Q + 1e-30 * np.eye(STATES))
-    squares = []
-    for k in range(n):
-        x, R, _ = predict(x, R, dt)
-        x, R = displaced(x, R, root @ rng.normal(size=STATES))
-        centre = np.array([3 * np.sin(0.12 * k), 9.8, np.cos(0.06 * k)])
-        f1 = centre - two_imu_model.lever(x[W1], x[A1]) @ x[R1]
-        f2 = R.T @ centre - two_imu_model.lever(x[W2], x[A2]) @ x[R2]
-        noise = rng.normal(size=(2, 3)) * DRAWN.accel_std / np.sqrt(2)
-        gyro = np.stack([x[W1], x[W2]]) + rng.normal(size=(2, 3)) * np.array(DRAWN.gyro_std)[:, None]
-        f.advance(gyro, np.stack([f1, f2]) + noise, dt)
-        squares.append(f.innovation_squared)
-    return np.array(squares), apart(f.x, f.R, x, R), f.P
-
-
-def test_innovations_and_errors_are_as_large_as_it_says(monkeypatch):
-    # The linear filter is judged; that it trusts false information less is another matter, judged below.
-    monkeypatch.setattr(two_imu_centre, "BLOCK", 10**9)
-    rng = np.random.default_rng(3)
-    runs, n = 60, 100
-    outcomes = [drawn(rng, n) for _ in range(runs)]
-    innovations = np.array([o[0] for o in outcomes]) / 9
-    # chi-square / 9 over 60 x 100 independent samples: 1 +- 0.006; linearisation may cost twice as much again
-    assert 0.98 < innovations.mean() < 1.02
-    squares = np.array([e @ np.linalg.solve(P, e) for _, e, P in outcomes]) / STATES
-    assert 0.84 < squares.mean() < 1.16  # 60 runs of chi-square / 21: 1 +- 0.040, four of these
-
-
-def test_the_drift_of_the_angular_acceleration_is_that_of_the_motion():
-    rng = np.random.default_rng(4)
-    step, std = 0.01, 0.0017
-    time = np.arange(3000) * step
-    w = np.zeros((2, 3000, 3))
-    w[0, :, 1] = 2 * np.sin(2 * np.pi * 1.5 * time)  # w'' of 2 (2 pi 1.5)^2 = 178 rad/s^3, 126 RMS, about y
-    noisy = w + std * rng.normal(size=w.shape)
-    jerk = two_imu_model.Jerk(Noise(gyro_std=(std, std)), noisy[:, :100], step)
-    powers = np.mean([jerk.powers(noisy[:, k], step) for k in range(100, 3000)], axis=0)
-    assert_allclose(np.sqrt(powers[0, 1, 1] / step), 126, rtol=0.03)  # 1 s is one and a half periods
-    assert powers[0, 0, 0] < 0.1 * powers[0, 1, 1]
-    rest = 6 * std**2 / step**4 * step  # what the noise of a sensor at rest would make of it
-    assert np.trace(powers[1]) < 3 * 0.5 * rest
-
-
-def test_a_wrong_sign_is_noticed(monkeypatch):
-    def wrong(x, R, accel1, accel2):
-        c, H = constraint(x, R, accel1, accel2)
-        H[:, TURN] *= -1
-        return c, H
-
-    monkeypatch.setattr(two_imu_centre, "constraint", wrong)
-    squares, _, _ = drawn(np.random.default_rng(3), 100)
-    assert squares.mean() / 9 > 2.0
-
-
 # --- the pivot cancels ---
 
 
@@ -290,109 +127,6 @@ def test_walking_in_hip_and_thigh():
     recording, truth = hip(2, motions=(pelvis(), thigh()))
     one, two = errors(estimate(recording), truth)
     assert one < 0.004
-    assert two < 0.002
-
-
-# --- what a motion does not show ---
-
-
-def test_a_hinge_hides_one_direction_and_no_other():
-    squares = []
-    for seed in range(3):
-        recording, truth = simulate("hinge-gait", seed)
-        answer = find("two-imu-centre").estimate(recording)
-        error, along = across(answer, truth)
-        assert np.abs(error).max() < 0.002  # 0.5 mm measured
-        hidden = np.sqrt(np.einsum("i,nij,j->n", along, answer.covariance, along))
-        assert np.median(hidden) > 0.25  # as sure as before any sample: 0.3 m, but for a tenth of the time, 0.05
-        assert abs(along @ answer.value[-1].ravel()) < 0.02  # nearest both sensors, as Seel 2012 has it
-        values, vectors_ = np.linalg.eigh(answer.covariance[-1])
-        squares += list((vectors_[:, :5].T @ error) ** 2 / values[:5])
-    assert np.mean(squares) < 2.0  # a filter on a motion that is no random walk; 0.3 measured
-
-
-def test_near_a_plane_it_is_less_sure():
-    recording, truth = simulate("hinge-walking", 0)
-    answer = estimate(recording)
-    error, _ = across(answer, truth)
-    assert np.linalg.norm(error) < 0.01
-    assert np.sqrt(np.linalg.eigvalsh(answer.covariance[-1])[4]) > 3e-4
-
-
-def test_a_pelvis_that_rests_shows_nothing_of_itself():
-    recording, truth = hip(0, motions=(pelvis(scale=0.0), ellipse()))
-    answer = estimate(recording)
-    _, two = errors(answer, truth)
-    assert two < 0.001
-    assert np.sqrt(np.linalg.eigvalsh(answer.covariance[-1][:3, :3])[0]) > 0.25  # 0.3 m before any sample
-    assert np.sqrt(np.linalg.eigvalsh(answer.covariance[-1][3:, 3:])[-1]) < 0.002
-
-
-@pytest.mark.parametrize("noise", [(0.0, 0.0), (0.0017, 0.02)])
-def test_motion_without_information_is_called_so(noise):
-    rng = np.random.default_rng(4)
-    time = np.arange(400) / 100
-    imus = tuple(
-        Imu(
-            f"imu{i + 1}",
-            time,
-            noise[0] * rng.normal(size=(400, 3)),
-            rotations.rotate_back(rotations.random(rng), np.tile([0, 0, 9.81], (400, 1)))
-            + noise[1] * rng.normal(size=(400, 3)),
-            100.0,
-        )
-        for i in range(2)
-    )
-    answer = estimate(Recording("still", "hinge", imus))
-    assert answer.status == "not identifiable"
-    assert answer.covariance is None
-
-
-def test_a_locked_hinge_is_not_identified():
-    assert estimate(simulate("hinge-locked", 0)[0]).status == "not identifiable"
-
-
-@dataclass(frozen=True)
-class Later:
-    """A signal that sets in smoothly at `start` s."""
-
-    signal: Callable
-    start: float
-
-    def __call__(self, time):
-        t = np.clip(time - self.start, 0.0, None)
-        value, first, second = self.signal(t)
-        left = np.exp(-(t**3))
-        r, dr, ddr = 1 - left, 3 * t**2 * left, (6 * t - 9 * t**4) * left
-        return r * value, dr * value + r * first, ddr * value + 2 * dr * first + r * second
-
-
-def test_it_learns_later_what_a_motion_shows_later():
-    """Six seconds in a plane, then out of it: r along the axis of flexion, unseen at first, is found."""
-    flexion = Sines([0.35, 0.1], [0.95, 1.7])
-    both = (
-        replace(pelvis(), heading=STILL, tilt=STILL, spin=Sines(0.3, 0.8)),
-        replace(ellipse(), heading=Later(Sines(0.3, 1.1), 6.0), tilt=Later(Sines(0.3, 0.9), 6.0), spin=flexion),
-    )
-    recording, _ = hip(0, motions=both, duration=14.0)
-    answer = estimate(recording)
-    row = np.searchsorted(answer.time, 5.9)
-    assert answer.covariance[row, 4, 4] > 0.1**2  # r_2 along y, with the thigh's sensor unturned
-    assert np.sqrt(answer.covariance[-1, 4, 4]) < 0.003
-    assert np.linalg.norm(answer.value[-1, 1] - R_TEXT) < 0.003
-
-
-def test_it_waits_while_both_segments_rest():
-    rng = np.random.default_rng(7)
-    mounts, centre = hip_mounts(rng), {k: Later(v, 3.0) for k, v in gait(rng).items()}
-    turning = [
-        replace(m, **{k: Later(getattr(m, k), 3.0) for k in ("heading", "tilt", "spin")}) for m in (pelvis(), ellipse())
-    ]
-    truth = shared_centre(tuple(turning), mounts, centre, 9.0)
-    answer = estimate(observe(truth, IMU, rng))
-    assert 3.0 < answer.time[0] < 4.0
-    one, two = errors(answer, truth, after=6.0)
-    assert one < 0.005  # 1.5 mm of 20 seeds at 6 s, 4 mm the worst
     assert two < 0.002
 
 
