@@ -1,4 +1,4 @@
-"""Signals that the IMU model reads, profiles it reads them with, and what its noise is measured by."""
+"""Signals that the IMU model reads, and profiles it reads them with."""
 
 import numpy as np
 
@@ -45,19 +45,3 @@ def errors(channel, count, seed=0, rate=100.0):
     """Return the gyro of a still sensor (count, 3): its additive errors alone."""
     time, sensor = still(count, rate)
     return observe_imu(sensor, time, imu(channel, rate=rate), np.random.default_rng(seed)).gyro
-
-
-def allan_deviation(x, period, tau):
-    """Return the non-overlapping Allan deviation of x (n, 3) at tau, axes pooled, and its relative std."""
-    m = round(tau / period)
-    means = x[: len(x) // m * m].reshape(-1, m, 3).mean(axis=1)
-    differences = np.diff(means, axis=0)
-    # successive differences share a cluster, so about 2/3 of them count (Lesage and Audoin 1973, white noise)
-    return np.sqrt(np.mean(differences**2) / 2), 1 / np.sqrt(2 * (2 / 3) * differences.size)
-
-
-def periodogram(x, rate, segment):
-    """Return frequencies and the one-sided density (u^2/Hz) of x (n, 3), segments and axes averaged."""
-    pieces = x[: len(x) // segment * segment].reshape(-1, segment, 3)
-    power = np.abs(np.fft.rfft(pieces, axis=1)) ** 2 * 2 / (rate * segment)
-    return np.fft.rfftfreq(segment, 1 / rate)[1:-1], power.mean(axis=(0, 2))[1:-1]

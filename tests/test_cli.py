@@ -1,20 +1,16 @@
 """The commands as a user calls them: what they write, and what they say about bad input."""
 
 import json
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from imubench.format1 import read_recording, read_reference
+from tests import command
 
-
-def imubench(*words: object, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "imubench", *map(str, words)], cwd=folder, capture_output=True, text=True, timeout=120
-    )
+imubench = partial(command.imubench, limit=120)
 
 
 @pytest.fixture(scope="module")

@@ -1,11 +1,8 @@
 """`imubench diagnose` as a user calls it, and the parts that lead to it, on short recordings."""
 
 import json
-import os
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 import pytest
@@ -32,6 +29,7 @@ from imubench.sim.imu_profile import ChannelProfile, ImuProfile
 from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.signals import hand
+from tests import command
 
 SECONDS = 10.0
 WHITE = ImuProfile("white", 50.0, ChannelProfile(noise_std=0.004), ChannelProfile(noise_std=0.02))
@@ -55,15 +53,7 @@ def knocked(recording: Recording) -> Recording:
     return replace(recording, imus=(one, replace(two, accel=two.accel + off[:, None] * [0.0, 1.0, 0.0])))
 
 
-def imubench(*words: object, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "imubench", *map(str, words)],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=900,
-        env={**os.environ, "OMP_NUM_THREADS": "1", "COLUMNS": "200"},
-    )
+imubench = partial(command.imubench, limit=900, OMP_NUM_THREADS="1", COLUMNS="200")
 
 
 @pytest.fixture(scope="module")

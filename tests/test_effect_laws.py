@@ -9,7 +9,8 @@ from imubench.effects import EFFECTS
 from imubench.effects.effect import Scene
 from imubench.jets import Jet, Turn, rotation
 from imubench.links import Link, Motion
-from tests.effect_models import GRAVITY
+
+GRAVITY = np.array([0.0, 0.0, -9.81])
 
 
 def plain_scene(angle):

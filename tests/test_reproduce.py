@@ -1,18 +1,58 @@
 """A paper becomes a report: the page, its verdict, exit codes and what is refused."""
 
 import json
+import os
 import re
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 
 import pytest
 
 from imubench.errors import InputError
 from imubench.reproduce import PAPERS
 from imubench.reproduce.claims import Judged, Measured
-from imubench.reproduce.paper import Story
+from imubench.reproduce.paper import Figure, Paper, Part, Story, Table
 from imubench.reproduce.report import page
 from imubench.reproduce.reproduce import reproduce
-from tests.papers import BOUNDED, imubench, small_paper, unwatched
+from tests.command import imubench
+from tests.papers import BOUNDED, SEEN, counted
+
+
+@contextmanager
+def unwatched(parts: list[Part]) -> Iterator[object]:
+    yield lambda part: None
+
+
+def drawn():
+    from matplotlib.figure import Figure as Canvas
+
+    canvas = Canvas(figsize=(2, 1))
+    canvas.subplots().plot([0, 1], [0, 1])
+    return canvas
+
+
+def small_paper(limit: float) -> Paper:
+    claim = replace(BOUNDED, limit=limit, measure="worst", claim="The error is < 2 deg & finite")
+    return Paper(
+        name="small",
+        summary="a paper",
+        citation="Somebody, Somewhere",
+        claims=(claim, replace(SEEN, name="seen", measure="seen")),
+        measures={"worst": lambda r: Measured(r, "of noise"), "seen": lambda r: Measured(r, "the rig is rigid")},
+        settings=lambda quick, seed: (quick, seed),
+        parts=lambda s: [Part("p", "sum", 1.0, counted, {"n": 1, "log": os.devnull})],
+        gather=lambda s, done: float(done["p"]["square"][0]),
+        tell=lambda r: Story(
+            "Once upon a time",
+            (
+                Figure("f1", "Figure 1", "It goes up", "A line.", drawn),
+                Table("t1", "Table 1", "It is one", "A number.", ("a", "b"), (("1", "2"),)),
+            ),
+            ("A note",),
+        ),
+    )
 
 
 @pytest.mark.parametrize(("limit", "verdict"), [(2.0, "holds"), (0.5, "fails")])
@@ -57,7 +97,7 @@ def test_exit_codes(tmp_path, monkeypatch, capsys):
 
 
 def test_an_unknown_paper_is_exit_code_2(tmp_path):
-    done = imubench("reproduce", "olson2020", "--out", "out", folder=tmp_path)
+    done = imubench("reproduce", "olson2020", "--out", "out", folder=tmp_path, limit=300)
     assert done.returncode == 2
     assert "unknown paper 'olson2020'; known: olsson2020" in done.stderr
     assert list(tmp_path.iterdir()) == []

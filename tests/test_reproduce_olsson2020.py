@@ -19,7 +19,7 @@ from imubench.reproduce.olsson2020 import data, experiments
 from imubench.reproduce.olsson2020.figure7 import density
 from imubench.reproduce.olsson2020.settings import E_MAX, settings
 from imubench.reproduce.olsson2020.solving import Minima, acceptance, sequential_deviations, worst_of_last
-from tests.papers import imubench
+from tests.command import imubench
 
 PAPER = PAPERS["olsson2020"]
 
@@ -108,7 +108,7 @@ def quick_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, subproces
     assert [p.name for p in folder.iterdir()] == [".out.parts"]
     before = {p.name: p.stat().st_mtime_ns for p in folder.glob(".out.parts/*/*.npz")}
     assert len(before) > 5
-    return folder / "out", imubench(*command[3:], folder=folder)
+    return folder / "out", imubench(*command[3:], folder=folder, limit=300)
 
 
 @pytest.mark.slow

@@ -1,7 +1,6 @@
 """Effects added to recordings that exist, and judged beside the untouched one."""
 
 import json
-import os
 from pathlib import Path
 
 import numpy as np
@@ -147,11 +146,10 @@ def test_a_proof_on_real_recordings_end_to_end(recording, tmp_path):
     assert len(json.loads((Path(tmp_path) / "out" / "commitments.json").read_text())["cases"]) == 3
 
 
-@pytest.mark.skipif("IMUBENCH_DATA" not in os.environ, reason="needs real recordings, IMUBENCH_DATA")
-def test_real_recordings_take_effects(tmp_path):
+def test_real_recordings_take_effects(tmp_path, recordings):
     from imubench.convert import CONVERTERS
 
-    source = Path(os.environ["IMUBENCH_DATA"]) / "diodem" / "trial1"
+    source = recordings / "diodem" / "trial1"
     one = CONVERTERS["diodem"](source, segments="3-4", imu="rigid")[0]
     format1.write_recording(one.recording, tmp_path / "rec", one.reference)
     truth = add(tmp_path / "rec", tmp_path / "out", "accel_scale", "imu1", 1, "strong")

@@ -1,7 +1,6 @@
 """Recordings with sealed sidecars: the seal, what is accepted, and a proof on them end to end."""
 
 import json
-import os
 from pathlib import Path
 
 import pytest
@@ -150,11 +149,10 @@ def test_physics_outside_the_table_is_documented_as_unknown(folder):
     assert (s.flagged, s.verdict, s.alarm) == (False, "no mismatch", False)
 
 
-@pytest.mark.skipif("IMUBENCH_DATA" not in os.environ, reason="needs real recordings, IMUBENCH_DATA")
-def test_the_four_real_recordings_are_sealed_and_do_not_tell(tmp_path):
+def test_the_four_real_recordings_are_sealed_and_do_not_tell(tmp_path, recordings):
     from benchmarks.sealed_diodem import sealed_folder
 
-    hashes = sealed_folder(Path(os.environ["IMUBENCH_DATA"]) / "diodem" / "trial1", tmp_path / "lab", 20.0)
+    hashes = sealed_folder(recordings / "diodem" / "trial1", tmp_path / "lab", 20.0)
     assert len(set(hashes)) == 4
     headers = [p.read_text() for p in sorted((tmp_path / "lab").glob("*/recording.toml"))]
     assert len({h.replace(f"case{k}", "case") for k, h in enumerate(headers, 1)}) == 2  # one for each joint
