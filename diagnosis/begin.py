@@ -1,12 +1,18 @@
 """How a diagnosis begins: the raw samples checked, and the motion fitted to what is left of them."""
 
 from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
 
 from imubench.diagnosis.coarser import coarsest
+from imubench.diagnosis.contacts import touched
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.samples import Sampled, sampled
 from imubench.diagnosis.stops import STOP, UNSETTLED, settled_between, stop_of
+from imubench.diagnosis.windows import Window
 from imubench.effects import EFFECTS
 from imubench.progress import Step, silent
 from imubench.recording import Recording
@@ -27,10 +33,16 @@ def begun(recording: Recording, step: Step = silent) -> Begun:
         samples = sampled(recording)
     with step("fit the motion"):
         known = samples.heard(recording)
-        fit = first = nominal_fit(known, samples.masks, samples.humming, samples.wander)
-        if STOP in EFFECTS and (stop := stop_of(first, samples)):
-            known = replace(known, free_swings=stop.swings(known.free_swings))
-            without = nominal_fit(known, stop.masks(first, samples.masks), samples.humming, samples.wander)
+
+        def fitted(swings: tuple[Window, ...], masks: dict[str, NDArray[np.bool_]]) -> Fit:
+            return nominal_fit(replace(known, free_swings=swings), masks, samples.humming, samples.wander)
+
+        fit = first = fitted(known.free_swings, samples.masks)
+        heard = partial(stop_of, first, samples)
+        met = partial(touched, first, known.free_swings, lambda swings: fitted(swings, samples.masks))
+        ways = (met, heard) if recording.rig == "pendulum" else (heard, met)  # a push tells its axis, knocks do not
+        if STOP in EFFECTS and (stop := ways[0]() or ways[1]()):
+            without = fitted(stop.swings(known.free_swings), stop.masks(first, samples.masks))
             stop = settled_between(stop, without)
             if stop.std < UNSETTLED:
                 fit, samples = without, stop.told(samples)

@@ -22,7 +22,7 @@ from imubench.diagnosis.kinematics import HINGE
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.splines import Moment
-from imubench.diagnosis.windows import covered
+from imubench.diagnosis.windows import Window, covered
 from imubench.jets import Jet
 
 STOP = "end_stop"
@@ -45,8 +45,9 @@ class Stop:
     angle: float  # rad
     std: float  # rad
     knocks: Array  # (k,) s
-    windows: tuple[tuple[float, float], ...]  # s
+    windows: tuple[Window, ...]  # s
     heading: float = 0.0  # rad, of the axis that a pendulum's angle is about, from the fit's y
+    least: float = LEAST_STD  # rad, that its angle's standard deviation is at least
 
     def masks(self, fit: Fit, known: dict[str, NDArray[np.bool_]]) -> dict[str, NDArray[np.bool_]]:
         """Return which samples count besides those in which the segment touches the stop."""
@@ -68,7 +69,7 @@ class Stop:
         """Return what the samples say, the stop in the place of its knocks."""
         angle = {"angle": Parameter(np.array(self.angle), np.array(self.std), "rad")}
         said = Finding(STOP, "joint", SURE, angle, Interval(0.0, (0.0, 0.0)))
-        words = f"{len(self.knocks)} knocks begin at a joint's angle of {self.angle:.3f} rad, the farthest reached."
+        words = f"{len(self.knocks)} contacts begin at a joint's angle of {self.angle:.3f} rad, the farthest reached."
         return replace(samples, findings=(*samples.findings, said), unless_stopped=(), notes=(*samples.notes, words))
 
 
@@ -83,55 +84,59 @@ def stop_of(fit: Fit, samples: Sampled) -> Stop | None:
         return None
     knocks = times - start
     heading = _agreed(fit, knocks) if ball else 0.0
-    at = _angle(fit, knocks, heading)
+    at = angle_at(fit, knocks, heading)
     angle = float(np.median(at))
     side = 1.0 if angle > 0 else -1.0
     first, last = fit.span
     fine = np.arange(first, last, FINE)
     free = covered(fine + start, fit.model.recording.free_swings)
-    away = side * (_angle(fit, fine, heading) - angle)
+    away = side * (angle_at(fit, fine, heading) - angle)
     since = fine - knocks[:, None]
     soon = np.any((since >= 0) & (since < SOON), axis=0)
     apart = min(SAME, OF_SWING * float(np.ptp(away[free])))
     beyond = np.any(away[free] > np.where(soon, HARD, BEYOND)[free])
     if beyond or np.median(np.abs(at - angle)) > apart:
         return None
-    touching = binary_dilation(free & (away > -NEAR), iterations=round(PAD / FINE))
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], touching.astype(int), [0]])))
-    ends = start + fine[np.minimum(edges, len(fine) - 1)]
-    windows = tuple((float(a), float(b)) for a, b in zip(ends[::2], ends[1::2], strict=True))
-    return Stop(angle, SAME, times, windows, heading)
+    windows = left_out(fine + start, free & (away > -NEAR))
+    return Stop(angle, SAME, times, windows, heading, LEAST_ABOUT if ball else LEAST_STD)
+
+
+def left_out(time: Array, touching: NDArray[np.bool_]) -> tuple[Window, ...]:
+    """Return the stretches in s of evenly spaced times (n,) s in which a segment touches its stop, and beside them."""
+    wide = binary_dilation(touching, iterations=round(PAD / FINE))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], wide.astype(int), [0]])))
+    ends = time[np.minimum(edges, len(time) - 1)]
+    return tuple((float(a), float(b)) for a, b in zip(ends[::2], ends[1::2], strict=True))
 
 
 def settled_between(stop: Stop, without: Fit) -> Stop:
     """Return the stop with its angle between that of the fit with the contacts and of one without them."""
-    other = float(np.median(_angle(without, stop.knocks - without.model.start, stop.heading)))
-    least = LEAST_STD if without.model.rig.hinge else LEAST_ABOUT
-    return replace(stop, angle=(stop.angle + other) / 2, std=max(abs(stop.angle - other) / 2, least))
+    other = float(np.median(angle_at(without, stop.knocks - without.model.start, stop.heading)))
+    return replace(stop, angle=(stop.angle + other) / 2, std=max(abs(stop.angle - other) / 2, stop.least))
 
 
 def _agreed(fit: Fit, knocks: Array) -> float:
     """Return the heading in rad of the level axis about which a pendulum is at one angle, above 0, at every knock."""
-    angles = _swing(_limb(fit, knocks), HEADINGS[:, None])
+    angles = swing_of(limb_at(fit, knocks), HEADINGS[:, None])
     middle = np.median(angles, axis=1)
     spread = np.where(middle > 0, np.median(np.abs(angles - middle[:, None]), axis=1), np.inf)
     return float(HEADINGS[int(np.argmin(spread))])
 
 
-def _angle(fit: Fit, time: Array, heading: float = 0.0) -> Array:
+def angle_at(fit: Fit, time: Array, heading: float = 0.0) -> Array:
     """Return the angle (n,) rad at times (n,) s of the splines: a hinge's, or a pendulum's swing about a heading."""
     if fit.model.rig.hinge:
         return _moment(fit, time).track(HINGE).value[:, 0]
-    return _swing(_limb(fit, time), heading)
+    return swing_of(limb_at(fit, time), heading)
 
 
-def _swing(limb: Array, heading: float | Array) -> Array:
+def swing_of(limb: Array, heading: float | Array) -> Array:
     """Return the angle in rad of a limb's z axis in the world (3, n) about level axes of some headings in rad."""
     x, y, z = limb
     return np.asarray(np.arctan2(np.cos(heading) * x + np.sin(heading) * y, z))
 
 
-def _limb(fit: Fit, time: Array) -> Array:
+def limb_at(fit: Fit, time: Array) -> Array:
     """Return where a pendulum's z axis points in the world (3, n) at times (n,) s of the splines."""
     turn = fit.model.last(fit.state, _moment(fit, time)).turn
     assert turn is not None

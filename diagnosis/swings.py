@@ -88,6 +88,15 @@ def swing_rows(model: Model, state: State, time: Array) -> Iterator[Rows]:
     if not inside.any():
         return
     time = time[inside]
+    residual = missing_torque(model, state, body, time)
+    if model.rig.hinge:
+        residual = residual[[HINGE_AXIS]]
+    std = SHARE * body.mass * STANDARD_GRAVITY * max(float(np.linalg.norm(body.com)), 0.01)
+    yield Rows(GROUP, time, residual, np.full(residual.value.shape[1], std), counts=False)
+
+
+def missing_torque(model: Model, state: State, body: Body, time: Array) -> Jet:
+    """Return what the equation lacks at times (n,) s of the splines: (n, 3) N m about the joint, in segment axes."""
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     segment = model.last(state, moment)
     inertia = inertia_about_joint(body)
@@ -103,8 +112,4 @@ def swing_rows(model: Model, state: State, time: Array) -> Iterator[Rows]:
             torque = (
                 torque * factor
             )  # and not what is seen of the acceleration divided: the residual could shrink to zero
-    residual = inert - torque
-    if model.rig.hinge:
-        residual = residual[[HINGE_AXIS]]
-    std = SHARE * body.mass * STANDARD_GRAVITY * max(float(np.linalg.norm(body.com)), 0.01)
-    yield Rows(GROUP, time, residual, np.full(residual.value.shape[1], std), counts=False)
+    return inert - torque

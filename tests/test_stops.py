@@ -80,7 +80,7 @@ def test_how_closely_knocks_must_agree_goes_with_how_far_the_joint_swings(swing,
             return swing / 2 + np.resize([0.012, -0.012], count)
         return swing / 2 * np.sin(2 * np.pi * time)
 
-    monkeypatch.setattr(stops_module, "_angle", angle)
+    monkeypatch.setattr(stops_module, "angle_at", angle)
     assert (stop_of(fit, samples) is not None) == stops
 
 
