@@ -1,6 +1,5 @@
 """One round of the search: what could come into the fit next, the best of it refitted exactly."""
 
-from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
@@ -39,7 +38,7 @@ def attempted(
     fit: Fit,
     everything: list[Hypothesis],
     say: Callable[[str], None],
-    vain: Counter[str] | None = None,
+    vain: dict[str, float] | None = None,
     heard: Collection[str] = (),
 ) -> Round:
     """Return what could come into the fit next, of effects that are not in it.
@@ -81,7 +80,7 @@ def lively_trials(
     alive: list[Hypothesis],
     say: Callable[[str], None],
     least: float,
-    vain: Counter[str] | None,
+    vain: dict[str, float] | None,
 ) -> list[Trial]:
     """Return the refits with states; where springs alone were asked and explain much, beside what has no law.
 

@@ -1,6 +1,5 @@
 """The search: round by round what explains most comes in, where data that it has not seen bear it out."""
 
-from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
@@ -25,7 +24,8 @@ def searched(
     A slip that predicts nothing is not asked for again: a loud moment of anything promises one, and hides the rest.
     """
     rejected: Refused = []
-    asked_for, vain, heard = everything, Counter[str](), set[str]()
+    vain: dict[str, float] = {}
+    asked_for, heard = everything, set[str]()
     while len(kept) < MOST:
         now, before, masks = attempted(fit, asked_for, say, vain, heard), len(kept), fit.model.masks
         fit, kept, refused = entered(now, kept, rng, say)
