@@ -9,6 +9,7 @@ from imubench.diagnosis.entered import MOST, Refused, entered
 from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.filtered import quickly
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.halved import halved
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.mixture import mixed
 from imubench.diagnosis.rounds import CLEARLY, Round, attempted
@@ -38,6 +39,7 @@ def searched(
             late = any(k.hypothesis.effect.name == CLOCK for k in kept[before:])
             heard = set() if late else heard
             fit, kept = exchanged(fit, kept, everything, say)
+            fit, kept = halved(fit, kept, everything, rng, say)
             rubs = any(k.hypothesis.effect.name in FRICTION for k in kept[before:])
             fit, kept = mixed(fit, kept, say) if rubs else (fit, kept)
             fit, kept = quickly(fit, kept, say) if late else (fit, kept)
