@@ -6,24 +6,27 @@ column (its mark, as fitted), r the rival's parameters and L its prior's informa
 the fit (M_aa - M_ar (M_rr + L)^-1 M_ra) / 2 nat.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
+from imubench.diagnosis.coloured import Spectra, noise_spectra
 from imubench.diagnosis.delays import filters, late, left_by
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis, State
 from imubench.diagnosis.marks import MARK, Columns, Joint, joint, mark
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.refit import extended, guess_of, log_evidence, refit
+from imubench.diagnosis.slow_noise import louder_where
 from imubench.diagnosis.trial import FILTER
 from imubench.effects import EFFECTS, possible
 
 LIKE = 5.0  # nat, up to which a rival counts as equal: odds of 150
 DOUBT = 0.2  # of what an effect explains: a rival that would lose less is refitted, for laws are not linear
+DULL, DULL_DOUBT = 1.5, 0.6  # times white noise, from where on more is in doubt: a rival has its own part of the noise
 REFITTED = 3  # rivals at most
 SCALE = "accel_scale"
 CLOCKS = ("time_offset", "clock_skew")
@@ -80,8 +83,10 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
         loss = min(left_by(both, wanted, both.along(n)[:, 0]) for n in smooth)
         found.append(Rival(FILTER, slow[0].name, loss))
     if sure:
-        close = [one for one in single if one.loss > LIKE and one.share < DOUBT][:REFITTED]
-        tried = [_refitted(fit, h, one) for one in close]
+        shown = noise_spectra(fit)
+        doubt = DULL_DOUBT if louder(fit, added, shown) > DULL else DOUBT
+        close = [one for one in single if one.loss > LIKE and one.share < doubt][:REFITTED]
+        tried = [_refitted(fit, h, one, shown) for one in close]
         found += [t for t in tried if t is not None]
     best: dict[tuple[str, str], Rival] = {}
     for rival in sorted(found, key=lambda r: r.loss):
@@ -90,16 +95,30 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     return sorted(best.values(), key=lambda r: r.loss)
 
 
-def _refitted(fit: Fit, h: Hypothesis, one: Instead) -> Rival | None:
-    """Return what the fit, or its evidence, really loses with another effect in the place of `h`."""
+def _refitted(fit: Fit, h: Hypothesis, one: Instead, shown: Mapping[str, Spectra]) -> Rival | None:
+    """Return what the fit, or its evidence, really loses with another effect in the place of `h`.
+
+    In noise of the colour that is `shown`: what the two leave differs by a signal, and beside noise louder than white
+    at its frequencies that tells so much less.
+    """
     rest = tuple(other for other in fit.model.hypotheses if other != h)
     try:
         tried = refit(fit, (*rest, one.hypothesis), one.guess)
     except NotPositiveDefiniteError:
         return None
+    before = {r.name: r.residual.value for r in fit.rows}
+    off = {r.name: r.residual.value - before[r.name] for r in tried.measured if r.name in before}
+    worse = tried.cost - fit.cost
     # the evidence, because parameters of `h` that only fitted noise are no loss
-    lost = min(tried.cost - fit.cost, log_evidence(fit) - log_evidence(tried))
+    easier = min(log_evidence(fit) - log_evidence(tried) - worse, 0.0)
+    lost = worse / louder(fit, off, shown) + easier
     return Rival(one.hypothesis.effect.name, one.hypothesis.at, max(lost, 0.0), exact=True)
+
+
+def louder(fit: Fit, signals: Mapping[str, Array], shown: Mapping[str, Spectra]) -> float:
+    """Return how much louder than white a fit's noise is where signals (n, m), in their units, have their power."""
+    seen = [r for r in fit.measured if r.name in signals]
+    return louder_where([(r.name, r.time, signals[r.name] / r.std) for r in seen], shown, {})
 
 
 def alike(fit: Fit, h: Hypothesis) -> list[Rival]:

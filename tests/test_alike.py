@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.alike import LIKE, alike, rivals
+from imubench.diagnosis.alike import LIKE, alike, louder, rivals
+from imubench.diagnosis.coloured import Spectra
 from imubench.diagnosis.columns import promise
 from imubench.diagnosis.fit import solve
 from imubench.diagnosis.hypothesis import Hypothesis
@@ -64,6 +65,17 @@ def test_the_expected_loss_is_that_of_a_refit(tmp_path):
     lost = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=6).cost - fit.cost
     assert rival.loss > 10 * LIKE
     assert rival.loss == pytest.approx(lost, abs=3 * np.sqrt(2 * lost))  # the noise's own part of a loss
+
+
+@pytest.mark.parametrize(("frequency", "expected"), [(1.0, 5.0), (12.0, 1.0)])
+def test_noise_is_as_loud_as_it_is_shown_to_be_where_two_differ(frequency, expected, hardly_counting):
+    fit = hardly_counting(300)
+    rows = next(r for r in fit.measured if r.name == "imu1.accel")
+    edges = np.array([1.0, 2.0, 6.0, 18.0, 54.0, len(rows.time) // 2 + 1])  # bins of 1/3 Hz
+    shown = {rows.name: Spectra(edges, np.array([9.0, 5.0, 1.0, 1.0, 1.0]), np.ones(5))}
+    wave = np.sin(2 * np.pi * frequency * rows.time)[:, None] * np.ones(3)
+    assert louder(fit, {rows.name: wave}, shown) == pytest.approx(expected, rel=0.2)
+    assert louder(fit, {rows.name: wave}, {}) >= 1.0
 
 
 def test_joint_information_is_that_of_the_scores(tmp_path):
