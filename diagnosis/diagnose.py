@@ -21,7 +21,7 @@ from imubench.diagnosis.select import Selection, select
 from imubench.diagnosis.series import named_by_law
 from imubench.diagnosis.struck import struck_again
 from imubench.diagnosis.unknown import Unknowns, unknowns
-from imubench.diagnosis.verdict import beside, beside_hum, missing, verdict_of, with_samples
+from imubench.diagnosis.verdict import beside, beside_hum, missing, verdict_of, with_likes, with_samples
 from imubench.diagnosis.where import locate
 from imubench.effects.effect import Effect
 from imubench.progress import Step, silent
@@ -54,6 +54,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
         plain = numbered(chosen, kept) or best
         fitted = tuple(f for f in (findings(chosen, recording) if chosen else ()) if (f.effect, f.at) in kept)
+        rest = with_likes(rest, fitted)
         noises = beside_hum(noises, (*fitted, *samples.findings))
         named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
         named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()

@@ -46,7 +46,7 @@ class Displaced:
     terms: list[Fitted]
     fit: Fit  # with these in the place of the names that they explain more than
     doubted: tuple[Hypothesis, ...]  # names beside which a term explains as much, and not surely more
-    likely: tuple[Fitted, ...] = ()  # of such terms those that mostly are what there is
+    likely: tuple[tuple[Fitted, tuple[Hypothesis, ...]], ...] = ()  # of such terms what mostly is there, and its equals
 
 
 def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displaced:
@@ -60,7 +60,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
     """
     terms: list[Fitted] = []
     doubted: list[Hypothesis] = []
-    likelier: list[Fitted] = []
+    likelier: list[tuple[Fitted, tuple[Hypothesis, ...]]] = []
     for names in groups([h for h in fit.model.hypotheses if h.effect.name not in certain(fit.model)]):
         if len(terms) == MOST or not set(names) <= set(fit.model.hypotheses):
             continue
@@ -101,7 +101,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
                 terms, fit = [*terms, best if surely else replace(best, evidence=more)], best.fit
             elif (best and not a_filter_is(best, gone[0])) or wanders(guesses, gone, lost):
                 doubted += gone
-                likelier += [best] if best and comes_late(best.term, gone[0]) else []
+                likelier += [(best, gone)] if best and comes_late(best.term, gone[0]) else []
     at = {h.at for h in doubted if h.effect.name in SLOW}
     slips = [h for h in fit.model.hypotheses if h.effect.name == SLIP and h.at in at]  # what wanders jumps as well
     return Displaced(terms, fit, (*doubted, *slips), tuple(likelier))

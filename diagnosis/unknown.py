@@ -25,7 +25,7 @@ from imubench.diagnosis.loud import left_over, loud
 from imubench.diagnosis.prune import spared
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.regressors import regressors
-from imubench.diagnosis.result import UNKNOWN, Finding, Parameter, Where
+from imubench.diagnosis.result import UNKNOWN, Finding, Parameter, Rejected, Where
 from imubench.diagnosis.stand_ins import MUCH
 from imubench.diagnosis.strained import lawless, strained
 from imubench.diagnosis.term_scores import ENOUGH
@@ -64,7 +64,7 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
     for f in found:
         if f.term.at not in {o.at for o in out}:
             out.append(finding(f))
-    out += [replace(finding(f), confidence=LATER_SURE) for f in held.likely if f.term.at not in {o.at for o in out}]
+    out += [instead_of(*one) for one in held.likely if one[0].term.at not in {o.at for o in out}]
     out += [f for f in may_bend(unsure, fit) if f.at not in {o.at for o in out}]
     loose = [h for h in unheld(fit) if h.at not in {o.at for o in out}]
     out += [left_by(h, fit) for h in loose]
@@ -110,6 +110,13 @@ def finding(found: Fitted) -> Finding:
     """Return a fitted term as a finding."""
     sure = confidence(found.evidence, NEEDED)
     return nameless(found.term.at, sure, sizes(found), found.heldout, place(found))
+
+
+def instead_of(found: Fitted, names: Sequence[Hypothesis]) -> Finding:
+    """Return a term that is likelier than the names that it equals as a finding that says so."""
+    said = finding(found)
+    equal = tuple(Rejected(h.effect.name, h.at, said.heldout_gain.value) for h in names)
+    return replace(said, confidence=LATER_SURE, equivalent=equal)
 
 
 def sizes(found: Fitted) -> dict[str, Parameter]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.kinematics import Rig
-from imubench.diagnosis.result import Finding, Unseen, Verdict
+from imubench.diagnosis.result import Finding, Rejected, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.terms import CHANNELS, LATE
 from imubench.effects import EFFECTS
@@ -68,6 +68,21 @@ def beside(
         return DOUBTFUL if rings or spared or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
 
     return tuple(at_most(f, sure(f)) for f in named)
+
+
+def with_likes(rest: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """Return findings without a name; those that a name equals are equalled by what the recording cannot tell from it.
+
+    An accelerometer's misalignment was doubted for what its axes read a little later. It was none of both, but the
+    gyroscope's at the other IMU, which equals the misalignment.
+    """
+
+    def likes(u: Finding) -> tuple[Rejected, ...]:
+        equal = {(r.effect, r.at) for r in u.equivalent}
+        more = [r for f in named if (f.effect, f.at) in equal for r in f.equivalent]
+        return (*u.equivalent, *(r for r in more if (r.effect, r.at) not in equal))
+
+    return tuple(replace(u, equivalent=likes(u)) for u in rest)
 
 
 def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
@@ -137,5 +152,6 @@ __all__ = [
     "beside_hum",
     "missing",
     "verdict_of",
+    "with_likes",
     "with_samples",
 ]
