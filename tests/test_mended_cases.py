@@ -139,6 +139,20 @@ CASES = {
         {("soft_mount", "imu1"), ("unknown", "imu1")},
     ),
     "play that took nine minutes, and two names beside it": (9004, 300, 10, 15.0, {("joint_play", "joint")}),
+    "a filter of one triple, and a scale that one of both held": (
+        *(690200168, 300, 101, 15.0),
+        {("low_pass", "imu1"), ("accel_scale", "imu1"), ("gyro_misalignment", "imu1")},
+    ),
+    "a filter that was worth something in its third round": (
+        *(690200168, 300, 57, 15.0),
+        {("joint_play", "joint"), ("low_pass", "imu2"), ("accel_scale", "imu1")},
+    ),
+    "a pendulum's stop that is met once": (690200168, 300, 225, 15.0, {("end_stop", "joint")}),
+    "a pendulum's stop that is met twice": (690200168, 300, 261, 15.0, {("end_stop", "joint")}),
+    "a pendulum's stop beside a noise and a bias": (
+        *(880003, 300, 77, 15.0),
+        {("end_stop", "joint"), ("accel_noise", "imu1"), ("gyro_bias", "imu1")},
+    ),
 }
 
 OPEN = {
@@ -157,6 +171,21 @@ def test_case(name, tmp_path):
     make(shortened(mixture(seed, count)[number], seconds), tmp_path / "r")
     said, _ = diagnose(read(tmp_path / "r")[0])
     assert {(f.effect, f.at) for f in said.findings if f.confidence >= FOUND} == expected
+
+
+@pytest.mark.parametrize(
+    ("number", "true"),
+    [
+        (59, ("accel_bias", "imu1")),  # a scale of 57 nat for 40, in noise four times louder where they differ
+        (1, ("gyro_misalignment", "imu1")),  # beside what the other IMU's axes read a little later
+    ],
+)
+def test_the_truth_is_among_what_equals_the_first_finding(number, true, tmp_path):
+    make(shortened(mixture(690200168, 300)[number], 15.0), tmp_path / "r")
+    said, _ = diagnose(read(tmp_path / "r")[0])
+    first = next(f for f in said.findings if f.confidence >= FOUND)
+    assert true in {(r.effect, r.at) for r in first.equivalent}
+    assert len(first.equivalent) < 5
 
 
 @pytest.mark.parametrize("number", [71, 133, 179])
