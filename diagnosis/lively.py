@@ -24,6 +24,10 @@ BROKEN = 0.5  # of what a filter explains that breaks its law
 TWO, MORE_OF_TWO = 30.0, 0.1  # nat, and of what the best alone is worth, that two must be worth more
 SHORT = 0.5  # of what a screening promised: springs that are worth less are begun anew
 HOPELESS = -150.0  # nat: from a refit worth less no softer start leads anywhere (of 14, one from -185 to -42)
+TWICE = 2  # refits that were worth nothing
+
+Vain = dict[str, list[float]]
+"""What effects with states promised, in nat by name, each time that they were refitted for nothing."""
 
 
 def state_trials(
@@ -31,15 +35,15 @@ def state_trials(
     stateful: list[Hypothesis],
     say: Callable[[str], None],
     least: float = NEEDED,
-    vain: dict[str, float] | None = None,
+    vain: Vain | None = None,
 ) -> list[Trial]:
     """Return refits with effects that have a life of their own, best evidence first; none where none is needed.
 
     They are screened and, where that promises more than `least` nat (of a motion that follows the law, not one that
     goes against it, as in a free body with nothing wrong), tried on the seconds that leave most unexplained;
     only the best is fitted to all, first in the list. What the others gained is scaled to the length of the whole.
-    `vain` has what each promised when it was refitted for nothing, in this round or before; it is tried again where it
-    promises more (a true mount 1,379 nat after 49; of seven that did not none was true).
+    `vain` has what each promised when it was refitted for nothing, in this round or before: `TWICE` is enough (beside a
+    dead band rocking mounts took 50 to 60 s of every round, three times for nothing), unless it promises more then.
     """
     vain = {} if vain is None else vain
     if not stateful:
@@ -51,9 +55,10 @@ def state_trials(
     say("screening effects with states")
     lone = len(fit.model.recording.imus) == 1 and not fit.model.wander
     puzzling = misfit(short) > UNEXPLAINED and not fit.model.wander
-    screened = [s for s in screen(short, stateful) if s.evidence > vain.get(s.hypothesis.name, -np.inf)]
+    screened = [s for s in screen(short, stateful) if worth_asking(s, vain)]
     likely, tried = _one_by_one(short, promising(screened, least, lone, puzzling), say)
-    vain |= {t.hypothesis.name: begun[0].evidence for t, begun in tried if t.evidence <= NEEDED}
+    for t, begun in (t for t in tried if t[0].evidence <= NEEDED):
+        vain[t.hypothesis.name] = [*vain.get(t.hypothesis.name, []), begun[0].evidence]
     worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > NEEDED}
     both = [p for p in pairs(likely) if worth_it & {s.hypothesis.name for s in p}]  # one alone is worth something too
     tried += _paired(short, tried, both, say)
@@ -70,6 +75,12 @@ def state_trials(
     scale = on_all.evidence / best.evidence
     rest = [replace(t, evidence=t.evidence * scale) for t, _ in others if scale > 0]
     return [on_all, *rest]
+
+
+def worth_asking(one: Screened, vain: Vain) -> bool:
+    """Return whether a screened effect was not refitted for nothing often enough, or promises more than it did."""
+    promised = vain.get(one.hypothesis.name, [])
+    return len(promised) < TWICE or one.evidence > max(promised)
 
 
 def explained(trial: Trial) -> float:
@@ -162,4 +173,4 @@ def _left_for_two(single: list[tuple[Trial, list[Screened]]], some: list[Screene
     return any(s.evidence > least for s in screen(best.fit, [h for h in names if h != best.hypothesis]))
 
 
-__all__ = ["MORE", "SHORT", "explained", "state_trials"]
+__all__ = ["MORE", "SHORT", "Vain", "explained", "state_trials"]

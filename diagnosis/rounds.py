@@ -9,7 +9,7 @@ from imubench.diagnosis.by_law import led_by_law
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.followed import as_declared, brought_down, told_little
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import explained, state_trials
+from imubench.diagnosis.lively import Vain, explained, state_trials
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.own_law import reads_by_own_law
 from imubench.diagnosis.plain import next_plain, plain_scores, plain_trials
@@ -38,7 +38,7 @@ def attempted(
     fit: Fit,
     everything: list[Hypothesis],
     say: Callable[[str], None],
-    vain: dict[str, float] | None = None,
+    vain: Vain | None = None,
     heard: Collection[str] = (),
 ) -> Round:
     """Return what could come into the fit next, of effects that are not in it.
@@ -80,7 +80,7 @@ def lively_trials(
     alive: list[Hypothesis],
     say: Callable[[str], None],
     least: float,
-    vain: dict[str, float] | None,
+    vain: Vain | None,
 ) -> list[Trial]:
     """Return the refits with states; where springs alone were asked and explain much, beside what has no law.
 

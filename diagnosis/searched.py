@@ -11,6 +11,7 @@ from imubench.diagnosis.filtered import quickly
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.halved import halved
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.lively import Vain
 from imubench.diagnosis.mixture import mixed
 from imubench.diagnosis.rounds import CLEARLY, Round, attempted
 from imubench.diagnosis.terms import FRICTION
@@ -25,7 +26,7 @@ def searched(
     A slip that predicts nothing is not asked for again: a loud moment of anything promises one, and hides the rest.
     """
     rejected: Refused = []
-    vain: dict[str, float] = {}
+    vain: Vain = {}
     asked_for, heard = everything, set[str]()
     while len(kept) < MOST:
         now, before, masks = attempted(fit, asked_for, say, vain, heard), len(kept), fit.model.masks
