@@ -9,6 +9,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.kinematics import Rig
 from imubench.diagnosis.result import Finding, Rejected, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
+from imubench.diagnosis.stand_ins import MOVED
 from imubench.diagnosis.terms import CHANNELS, LATE
 from imubench.effects import EFFECTS
 from imubench.effects.soft_mounts import Sprung
@@ -27,15 +28,16 @@ STRANGE = 0.2  # of one beside an unknown that is worth as much: 2 of 15
 def with_samples(fitted: tuple[Finding, ...], samples: Sampled, rest: tuple[Finding, ...] = ()) -> tuple[Finding, ...]:
     """Return what the fit found, and what the raw samples show that it did not find itself.
 
-    A hum is doubted beside a torque without a name, which may hum: cogs at the rate that they pass.
+    A hum is doubted beside a torque without a name, which may hum: cogs at the rate that they pass; and at an IMU that
+    has something without one, for a mount that is on no straight springs rings too.
     """
     same = {(f.effect, f.at) for f in fitted}
     knocking = any(f.effect in KNOCKING for f in fitted)
     raw = samples.findings if knocking else (*samples.findings, *samples.unless_stopped)
     if knocking:
         raw = tuple(f for f in raw if f.effect != "impacts")
-    if any(u.at == "joint" for u in rest):
-        raw = tuple(at_most(f, DOUBTFUL) if f.effect == HUM else f for f in raw)
+    strange = {u.at for u in rest}
+    raw = tuple(at_most(f, DOUBTFUL) if f.effect == HUM and strange & {f.at, "joint"} else f for f in raw)
     return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
 
 
@@ -48,11 +50,12 @@ def beside(
     """Return named findings, doubted where something without a name explains as much.
 
     So do `doubted`, and those at whose place something without a name is worth much: it may be all. A state without a
-    law explains what is anywhere, and what is worth more than a name may be at the other IMU and seem to be at this.
-    What gains less than nothing on held-out data was found by what it spares the motion: how much of a name it would
-    take is not known. Springs beside a joint's spline that is worth more may ring of what it rounds off: play jumps. A
-    misalignment beside what its axes read a little later may be that too, as cross-talk is. Effects that are there
-    whatever else is (`certain`) are not doubted.
+    law explains what is anywhere, and what is worth more than a name may be at the other IMU and seem to be at this;
+    what is worth much of it may be a part of that (another inertia beside cross-talk, of 674 nat beside 143). What
+    gains less than nothing on held-out data was found by what it spares the motion: how much of a name it would take is
+    not known. Springs beside a joint's spline that is worth more may ring of what it rounds off (play jumps) and a
+    mount be turned by what it cannot hold. A misalignment beside what its axes read a little later may be that too, as
+    cross-talk is. Effects that are there whatever else is (`certain`) are not doubted.
     """
     equalled = {(h.effect.name, h.at) for h in doubted}
     loose = max((f.heldout_gain.value for f in named if f.at == "joint" and _free(f)), default=0.0)
@@ -63,9 +66,10 @@ def beside(
         worth = [(u.heldout_gain.value, MUCH if _free(f) or u.at == f.at else 1.0) for u in rest]
         if any(gain > share * f.heldout_gain.value for gain, share in worth):
             return STRANGE
-        rings = isinstance(EFFECTS.get(f.effect), Sprung) and loose > f.heldout_gain.value
+        held = isinstance(EFFECTS.get(f.effect), Sprung) or f.effect in MOVED
         spared = any(u.at == f.at and u.heldout_gain.value < 0 for u in rest)
-        return DOUBTFUL if rings or spared or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
+        part = any(gain > MUCH * f.heldout_gain.value for gain, _ in worth) or (held and loose > f.heldout_gain.value)
+        return DOUBTFUL if part or spared or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
 
     return tuple(at_most(f, sure(f)) for f in named)
 

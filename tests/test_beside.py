@@ -19,12 +19,26 @@ def said(effect, at, gain, confidence=0.98, where=None):
 
 
 @pytest.mark.parametrize(
-    ("at", "gain", "doubted"),
-    [("imu1", 500.0, True), ("imu1", 50.0, False), ("imu2", 500.0, False), ("imu2", 2000.0, True)],
+    ("at", "gain", "sure"),
+    [
+        ("imu1", 500.0, STRANGE),
+        ("imu1", 50.0, 0.98),
+        ("imu2", 50.0, 0.98),
+        ("imu2", 500.0, DOUBTFUL),
+        ("imu2", 2000.0, STRANGE),
+    ],
 )
-def test_a_name_is_doubted_beside_much_without_one(at, gain, doubted):
+def test_a_name_is_doubted_beside_much_without_one(at, gain, sure):
     (f,) = beside((said("accel_drift", "imu1", 1000.0),), (said(UNKNOWN, at, gain),))
-    assert f.confidence == (STRANGE if doubted else 0.98)
+    assert f.confidence == sure
+
+
+@pytest.mark.parametrize(
+    ("effect", "sure"), [("mount_pose", DOUBTFUL), ("rocking_mount", DOUBTFUL), ("gyro_bias", 0.98)]
+)
+def test_a_mount_is_doubted_beside_a_spline_of_the_joint_that_is_worth_more(effect, sure):
+    _, f = beside((said("moving_pivot", "joint", 31000.0), said(effect, "imu1", 175.0)), ())
+    assert f.confidence == sure
 
 
 @pytest.mark.parametrize(("at", "sure"), [("imu1", DOUBTFUL), ("imu2", 0.95)])
@@ -72,8 +86,8 @@ def test_what_equals_a_name_equals_the_unknown_that_equals_it():
     assert with_likes((said(UNKNOWN, "imu2", 315.0),), (named,))[0].equivalent == ()
 
 
-@pytest.mark.parametrize(("at", "sure"), [("joint", DOUBTFUL), ("imu1", 0.9)])
-def test_a_hum_is_doubted_beside_a_torque_without_a_name(at, sure):
+@pytest.mark.parametrize(("at", "sure"), [("joint", DOUBTFUL), ("imu2", DOUBTFUL), ("imu1", 0.9)])
+def test_a_hum_is_doubted_beside_something_without_a_name(at, sure):
     heard = Sampled((said("vibration", "imu2", 0.0, 0.9), said("dropouts", "imu2", 0.0, 0.99)), {})
     found = with_samples((), heard, (said(UNKNOWN, at, 500.0),))
     assert [f.confidence for f in found] == [sure, 0.99]
