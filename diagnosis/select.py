@@ -18,7 +18,7 @@ from imubench.diagnosis.merged import merged
 from imubench.diagnosis.mixture import mixed, together
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import with_noise, with_settled_noise
-from imubench.diagnosis.prune import SEED, natural, prune
+from imubench.diagnosis.prune import SEED, firmly, natural, prune
 from imubench.diagnosis.rounded import without_rounded
 from imubench.diagnosis.searched import searched
 from imubench.diagnosis.slack import slack
@@ -68,28 +68,30 @@ def select(
     rng = np.random.default_rng(SEED)
     everything = candidates(nominal.model)
     fit, kept, rejected = searched(fit, kept, everything, rng, say)
-    fit, kept, dropped = prune(finer(fit), kept, say)
+    fine = finer(fit)
+    firm = firmly(fit, kept) if fine is not fit else ()
+    fit, kept, dropped = prune(fine, kept, say, firm)
     if (hollow := {kind(h) for h, _ in dropped if h.effect.states}) and suspicious(fit):
         say("searching anew without what was none")
         rest = [h for h in everything if kind(h) not in hollow]
         fit, kept, refused = searched(fit, kept, rest, rng, say)
-        fit, kept, more = prune(fit, kept, say)
+        fit, kept, more = prune(fit, kept, say, firm)
         rejected, dropped = [*rejected, *refused], [*dropped, *more]
     fit, kept, gone = without_rounded(fit, kept, rounding or {})
     if gone:
-        fit, kept, more = prune(fit, kept, say)
+        fit, kept, more = prune(fit, kept, say, firm)
         dropped += [*((k.hypothesis, k.heldout.value) for k in gone), *more]
     for change in (mixed, merged, filtered):
         other, kept = change(fit, kept, say)
         if other is not fit:
-            fit, kept, more = prune(other, kept, say)
+            fit, kept, more = prune(other, kept, say, firm)
             dropped += more
     fit = with_settled_noise(fit)
     if fit.model.tilts:
         say("settling springs and dampers")
         fit = as_tight(with_noise(fit, SETTLED, laws_of_filters(fit)))
         if not all(natural(fit, k.hypothesis) for k in kept):
-            fit, kept, more = prune(fit, kept, say)
+            fit, kept, more = prune(fit, kept, say, firm)
             dropped += more
     for h in [k.hypothesis for k in kept]:
         if windows := blind(fit, h):  # its course is near enough to find it by, not to read its numbers off

@@ -1,13 +1,16 @@
 """What the fit can do without: effects that predict nothing, starting clocks, and what the noise's colour may be."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from imubench.diagnosis import prune as prune_module
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.prune import about_zero, in_colour, natural, prune, spare
+from imubench.diagnosis.prune import CERTAIN, about_zero, firmly, in_colour, natural, prune, spare, spared
 from imubench.diagnosis.refit import information, refit
 from imubench.diagnosis.trial import NEEDED, Kept
 from imubench.effects import EFFECTS
@@ -60,3 +63,23 @@ def test_a_drift_that_the_noise_s_colour_may_be_is_none(tmp_path, colour, stays)
     (k,) = in_colour(fit, [Kept(h, white, NOTHING, ())], *information(fit))
     assert white > 2 * NEEDED
     assert (k.evidence > NEEDED) is stays
+    assert firmly(fit, [Kept(h, white, NOTHING, ())]) == ([h] if k.evidence > CERTAIN else [])
+    _, kept, _ = prune(fit, [Kept(h, white, NOTHING, ())], lambda _: None, firm=[h])
+    assert [k.hypothesis for k in kept] == [h]
+    assert kept[0].evidence == white
+
+
+@pytest.mark.parametrize(
+    ("effect", "expected"), [("rocking_mount", 101.0), ("mount_shift", 30.0), ("joint_play", -98.0)]
+)
+def test_a_mount_that_is_not_worth_its_freedoms_is_asked_with_a_tighter_law(
+    effect, expected, hardly_counting, monkeypatch
+):
+    """A rocking mount of 31 Hz at the floor of its law's noise, on the knots that its springs ask for."""
+    fit = hardly_counting(300)
+    tight = replace(fit, noise=dict(fit.noise))
+    monkeypatch.setattr(prune_module, "_without", lambda fit, _: fit)
+    monkeypatch.setattr(prune_module, "tightened", lambda *_: tight)
+    monkeypatch.setattr(prune_module, "worth", lambda _, with_it: 101.0 if with_it is tight else -98.0)
+    monkeypatch.setattr(prune_module, "evidence_over", lambda *_: 30.0)
+    assert spared(fit, Hypothesis(EFFECTS[effect], "imu2"))[0] == expected
