@@ -21,7 +21,7 @@ from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.loud import left_over, loud
+from imubench.diagnosis.loud import TORQUES, left_over, loud, off_its_equation
 from imubench.diagnosis.prune import spared
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.regressors import regressors
@@ -69,6 +69,7 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
     loose = [h for h in unheld(fit) if h.at not in {o.at for o in out}]
     out += [left_by(h, fit) for h in loose]
     out += [lawless(at, where) for at in sorted(strained(fit) - {o.at for o in out})]
+    out += [] if out else off_its_equation(fit)
     noisy = loud(fit, where, {f.at for f in out})
     sunk = drowned(fit, say) if any(f.effect == UNKNOWN for f in noisy) else []
     return Unknowns((*out, *noisy), fit, (*held.doubted, *unsure, *loose, *sunk))
@@ -145,7 +146,7 @@ def place(found: Fitted) -> Where:
         n, m = rows.residual.value.shape
         adds.append((signal @ weight).reshape(n, m))
         part = rows.name.split(".")[1]
-        named = CHANNELS.get(part, ("torque",) if m == 1 else ("torque_x", "torque_y", "torque_z"))
+        named = CHANNELS.get(part, ("torque",) if m == 1 else TORQUES)
         traces.append(
             Trace(term.at, part, named, UNITS[part], rows.time + fit.model.start, adds[-1] + rows.whitened, 1.0)
         )

@@ -7,7 +7,7 @@ import pytest
 
 from imubench.diagnosis.balanced import balanced
 from imubench.diagnosis.fit import solve
-from imubench.diagnosis.loud import ALLOWED, left_over, loud, refuted
+from imubench.diagnosis.loud import ALLOWED, left_over, loud, off_its_equation, refuted
 from imubench.diagnosis.noise import declared, levels, with_settled_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
@@ -125,3 +125,14 @@ def test_a_level_of_which_the_fit_leaves_next_to_nothing_is_not_told(tmp_path):
     assert (fit.noise["imu1.accel"] / declared(fit.model)["imu1.accel"]) ** 2 > ALLOWED
     assert float(np.mean(1 - levels(fit)[1]["imu1.accel"])) < 0.05
     assert loud(fit, [replace(WHERE, at="imu1")], set()) == []
+
+
+@pytest.mark.parametrize(
+    ("rig", "asked", "found"), [("pendulum", "wind", True), ("pendulum", None, False), ("hinge", None, False)]
+)
+def test_a_swing_that_does_not_go_as_its_equation_says_has_a_torque_without_a_name(rig, asked, found, tmp_path):
+    make_case(tmp_path / "r", rig, [(asked, "joint")] if asked else [], 31, seconds=10.0, swing=True, base="fixed")
+    said = off_its_equation(nominal_fit(read(tmp_path / "r")[0]))
+    assert [(f.effect, f.at) for f in said] == ([(UNKNOWN, "joint")] if found else [])
+    if found:
+        assert sum(said[0].where.channels.values()) == pytest.approx(1.0, abs=0.2)
