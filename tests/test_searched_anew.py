@@ -1,5 +1,7 @@
 """What is dropped in the end, and hid something, is not the end of the search."""
 
+from dataclasses import replace
+
 import pytest
 
 from imubench.diagnosis import select as module
@@ -34,9 +36,26 @@ def test_the_search_goes_on_without_a_state_that_was_dropped(fit, dropped, puzzl
     gone = iter([[(dropped, 0.0)] if dropped else []])
     monkeypatch.setattr(module, "searched", searched)
     monkeypatch.setattr(module, "suspicious", lambda now: puzzling)
-    monkeypatch.setattr(module, "prune", lambda now, kept, say: (now, kept, next(gone, [])))
+    monkeypatch.setattr(module, "prune", lambda now, kept, say, firm: (now, kept, next(gone, [])))
     found = module.select(fit)
     assert len(asked) == rounds
     assert {MOUNT.name, "low_pass[accel]@imu1"} <= asked[-1]  # of another triple it is another filter
     assert (FILTER.name in asked[-1]) == (rounds == 1)
     assert [nat for h, nat in found.rejected if h is MOUNT] == [float(n + 1) for n in range(rounds)]
+
+
+@pytest.mark.parametrize("finer", [True, False])
+def test_what_was_certain_before_the_knots_became_finer_stays(fit, finer, monkeypatch):
+    asked = []
+
+    def prune(now, kept, say, firm):
+        asked.append(list(firm))
+        return now, kept, []
+
+    monkeypatch.setattr(module, "searched", lambda now, kept, *_: (now, kept, []))
+    monkeypatch.setattr(module, "suspicious", lambda now: False)
+    monkeypatch.setattr(module, "finer", lambda now: replace(now) if finer else now)
+    monkeypatch.setattr(module, "firmly", lambda *_: [BIAS])
+    monkeypatch.setattr(module, "prune", prune)
+    module.select(fit)
+    assert asked == [[BIAS] if finer else []]
