@@ -147,6 +147,15 @@ CASES = {
         *(690200168, 300, 57, 15.0),
         {("joint_play", "joint"), ("low_pass", "imu2"), ("accel_scale", "imu1")},
     ),
+    "a mount that its law's floor cost more than it explained": (
+        *(690200168, 300, 2, 15.0),
+        {("accel_bias", "imu1"), ("rocking_mount", "imu1"), ("accel_noise", "imu1")},
+    ),
+    "a bias that knots for springs hid": (
+        *(690200168, 300, 69, 15.0),
+        {("soft_mount", "imu1"), ("accel_bias", "imu1")},
+    ),
+    "a wind that no term held": (690200168, 300, 226, 15.0, {("unknown", "joint")}),
     "a pendulum's stop that is met once": (690200168, 300, 225, 15.0, {("end_stop", "joint")}),
     "a pendulum's stop that is met twice": (690200168, 300, 261, 15.0, {("end_stop", "joint")}),
     "a pendulum's stop beside a noise and a bias": (
