@@ -23,7 +23,7 @@ from imubench.diagnosis.kinematics import HINGE_AXIS
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.stops import FINE, LEAST_STD, NEAR, SAME, Stop, angle_at, left_out, limb_at, swing_of
 from imubench.diagnosis.swings import GROUP, TURN, missing_torque
-from imubench.diagnosis.windows import Window, covered
+from imubench.diagnosis.windows import Window, covered, cut_out
 from imubench.jets import Jet
 from imubench.recording import Body
 
@@ -74,11 +74,7 @@ def failures(fit: Fit) -> Array:
 
 def beside(swings: Sequence[Window], times: Array) -> tuple[Window, ...]:
     """Return free swings without `HALF` a second on either side of some times."""
-    out = list(swings)
-    for t in times:
-        parts = [p for a, b in out for p in ((a, min(b, t - HALF)), (max(a, t + HALF), b))]
-        out = [(a, b) for a, b in parts if b > a]
-    return tuple(out)
+    return cut_out(swings, [(t - HALF, t + HALF) for t in times])
 
 
 def contacts(times: Array, fit: Fit) -> list[Window]:

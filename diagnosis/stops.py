@@ -22,7 +22,7 @@ from imubench.diagnosis.kinematics import HINGE
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.splines import Moment
-from imubench.diagnosis.windows import Window, covered
+from imubench.diagnosis.windows import Window, covered, cut_out
 from imubench.jets import Jet
 
 STOP = "end_stop"
@@ -59,11 +59,7 @@ class Stop:
 
     def swings(self, swings: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
         """Return free swings (start, end) s without the contacts."""
-        out = list(swings)
-        for a, b in self.windows:
-            parts = [piece for start, end in out for piece in ((start, min(end, a)), (max(start, b), end))]
-            out = [(start, end) for start, end in parts if end > start]
-        return tuple(dict.fromkeys(out))
+        return cut_out(swings, self.windows)
 
     def told(self, samples: Sampled) -> Sampled:
         """Return what the samples say, the stop in the place of its knocks."""

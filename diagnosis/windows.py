@@ -19,4 +19,13 @@ def covered(time: Array, windows: Iterable[Window]) -> NDArray[np.bool_]:
     return out
 
 
-__all__ = ["Window", "covered"]
+def cut_out(windows: Iterable[Window], gone: Iterable[Window]) -> tuple[Window, ...]:
+    """Return what is left of some windows where others are cut out of them."""
+    out = list(windows)
+    for a, b in gone:
+        parts = [piece for start, end in out for piece in ((start, min(end, a)), (max(start, b), end))]
+        out = [(start, end) for start, end in parts if end > start]
+    return tuple(dict.fromkeys(out))
+
+
+__all__ = ["Window", "covered", "cut_out"]
