@@ -20,11 +20,9 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import HINGE_AXIS
-from imubench.diagnosis.splines import Moment
-from imubench.diagnosis.stops import FINE, LEAST_STD, NEAR, SAME, Stop, angle_at, left_out, limb_at, swing_of
-from imubench.diagnosis.swings import GROUP, TURN, missing_torque
+from imubench.diagnosis.stops import FINE, LEAST_STD, NEAR, SAME, Stop, angle_at, in_world, left_out, limb_at, swing_of
+from imubench.diagnosis.swings import TURN, equation_of, missing_torque
 from imubench.diagnosis.windows import Window, covered, cut_out
-from imubench.jets import Jet
 from imubench.recording import Body
 
 FAILS = 20.0  # times the median, by which the equation fails where a limb is pushed back
@@ -48,20 +46,21 @@ def touched(fit: Fit, swings: Sequence[Window], again: Callable[[tuple[Window, .
     body, found = fit.model.recording.body, np.array([])
     if body is None or not (fit.model.rig.hinge or fit.model.recording.rig == "pendulum"):
         return None
+    more = failures(fit)
     for _ in range(ROUNDS):
-        more = failures(fit)
         if not more.size:
             break
         found = np.sort(np.concatenate([found, more]))
         fit = again(beside(swings, found))
-    if not found.size or failures(fit).size:
+        more = failures(fit)
+    if not found.size or more.size:
         return None
     return stop_from(fit, body, contacts(found, fit), swings)
 
 
 def failures(fit: Fit) -> Array:
     """Return when (s) the equation fails by far more than elsewhere, each the worst within `SMEARED`."""
-    rows = next((r for r in fit.rows if r.name == GROUP), None)
+    rows = equation_of(fit.rows)
     if rows is None:
         return np.array([])
     size = np.linalg.norm(rows.residual.value / rows.std, axis=1)
@@ -89,23 +88,23 @@ def stop_from(fit: Fit, body: Body, met: Sequence[Window], swings: Sequence[Wind
     """Return the stop that is met in some stretches (s of the splines), where it is one."""
     hinge, fine = fit.model.rig.hinge, np.arange(*fit.span, FINE)
     free = covered(fine + fit.model.start, swings)
-    touching = [covered(fine, [window]) for window in met]
-    elsewhere = free & ~np.any(touching, axis=0)
+    touching = covered(fine, met)
+    inside = [np.flatnonzero(covered(fine, [window])) for window in met]
     limb = None if hinge else limb_at(fit, fine)
-    found: tuple[float, float, Array] | None = None
+    least, found = np.inf, None
     for side, heading in ways(fit, body, met):
         away = side * (angle_at(fit, fine) if limb is None else swing_of(limb, heading))
-        deepest = np.array([away[some].max() for some in touching])
-        off = float(np.ptp(deepest)) + max(float(away[elsewhere].max()) - float(deepest.min()), 0.0)
-        if found is None or off < found[0] - EVEN:
-            found, turned = (off, heading, away), side
-    if found is None or found[0] > LEVEL:
+        deepest = np.array([some[np.argmax(away[some])] for some in inside])
+        beyond = float(away[free & ~touching].max(initial=-np.inf)) - float(away[deepest].min())
+        off = float(np.ptp(away[deepest])) + max(beyond, 0.0)
+        if off < least - EVEN:
+            least, found = off, (side, heading, away, deepest)
+    if found is None or least > LEVEL:
         return None
-    _, heading, away = found
-    deepest = np.array([np.flatnonzero(some)[np.argmax(away[some])] for some in touching])
+    side, heading, away, deepest = found
     angle = float(np.median(away[deepest]))
-    windows = left_out(fine + fit.model.start, np.any([free & (away > angle - NEAR), *touching], axis=0))
-    stop = Stop(turned * angle, SAME, fine[deepest] + fit.model.start, windows, heading, LEAST_STD if hinge else LEAST)
+    windows = left_out(fine + fit.model.start, touching | (free & (away > angle - NEAR)))
+    stop = Stop(side * angle, SAME, fine[deepest] + fit.model.start, windows, heading, LEAST_STD if hinge else LEAST)
     return stop if hinge or angle > 0 else None
 
 
@@ -138,9 +137,8 @@ def pushed(fit: Fit, body: Body, window: Window) -> tuple[Array, Array]:
     worst = int(np.argmax(np.linalg.norm(missing.value, axis=1)))
     if fit.model.rig.hinge:
         return missing.value.sum(axis=0) * FINE / 2, np.array([0.0, 0.0, 1.0])
-    turn = fit.model.last(fit.state, Moment(fit.model.tracks, fit.state.coefficients, Jet(time[:, None]))).turn
-    assert turn is not None
-    return turn.forth(Jet(missing.value)).value.sum(axis=0) * FINE / 2, limb_at(fit, time)[:, worst]
+    push = in_world(fit, time, missing.value).sum(axis=0) * FINE / 2
+    return push, limb_at(fit, time[[worst]])[:, 0]
 
 
 def level_axis(push: Array, limb: Array) -> Array | None:

@@ -11,7 +11,7 @@ from imubench.diagnosis.noise import declared, levels, with_noise
 from imubench.diagnosis.raw_findings import OFF, UNITS
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.rows import Rows
-from imubench.diagnosis.swings import GROUP
+from imubench.diagnosis.swings import GROUP, equation_of
 from imubench.diagnosis.where import shares
 
 ALLOWED = (1 + OFF) ** 2 * 1.2 * 1.3  # of the declared noise power: with 20 % of colour, 30 % for rough motion
@@ -68,7 +68,7 @@ def off_its_equation(fit: Fit) -> list[Finding]:
     Of 1 % of the torque of the segment's weight it left 0.05 to 0.22 in 26 swings that had nothing, or of which all was
     named; of a wind 2.8.
     """
-    rows = next((r for r in fit.rows if r.name == GROUP), None)
+    rows = equation_of(fit.rows)
     if rows is None or fit.noise.get(GROUP, 0.0) < UNHELD:
         return []
     power = np.sum(rows.residual.value**2, axis=0)

@@ -134,9 +134,14 @@ def swing_of(limb: Array, heading: float | Array) -> Array:
 
 def limb_at(fit: Fit, time: Array) -> Array:
     """Return where a pendulum's z axis points in the world (3, n) at times (n,) s of the splines."""
+    return in_world(fit, time, np.array([[0.0, 0.0, 1.0]])).T
+
+
+def in_world(fit: Fit, time: Array, vectors: Array) -> Array:
+    """Return vectors (n, 3), or one (1, 3), of a pendulum's axes in the world's (n, 3), at times (n,) s of splines."""
     turn = fit.model.last(fit.state, _moment(fit, time)).turn
     assert turn is not None
-    return np.asarray(turn.forth(Jet(np.array([[0.0, 0.0, 1.0]]))).value.T)
+    return np.asarray(turn.forth(Jet(vectors)).value)
 
 
 def _moment(fit: Fit, time: Array) -> Moment:

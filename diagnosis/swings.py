@@ -5,7 +5,7 @@ own acceleration: I w' + w x (I w) + m c x f = torque. A hinge carries every com
 axis; a ball joint none.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,11 @@ SHARE = 0.01  # of the torque of the segment's weight: how closely the equation 
 def is_data(rows: Rows) -> bool:
     """Return whether rows are samples, or the equation of motion in free swings."""
     return rows.counts or rows.name == GROUP
+
+
+def equation_of(rows: Iterable[Rows]) -> Rows | None:
+    """Return the equation of motion among the rows of a fit; None where nothing swings freely."""
+    return next((r for r in rows if r.name == GROUP), None)
 
 
 def inertia_about_joint(body: Body) -> Array:
