@@ -9,6 +9,7 @@ motion follows slow noise more than quick noise, and that share is found by hand
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -45,6 +46,9 @@ class Spectra:
         return np.asarray(self.power[np.clip(band, 0, len(self.power) - 1)])
 
 
+_known: WeakKeyDictionary[Fit, dict[str, Spectra]] = WeakKeyDictionary()
+
+
 @one_thread
 def parameter_std(fit: Fit) -> dict[str, Array]:
     """Return every parameter's standard deviations, colour of the residuals and noise in a law's states counted in."""
@@ -69,11 +73,16 @@ def off_none(fit: Fit, key: str) -> float:
 
 @one_thread
 def noise_spectra(fit: Fit) -> dict[str, Spectra]:
-    """Return the colour of every group of measurements, and of the equation of motion in free swings."""
-    fit, solution, parts = _solved(fit)
-    measured = [(r, part) for r, part in zip(fit.rows, parts, strict=True) if is_data(r)]
-    white = white_residuals(solution, measured, fit.model.tracks.width)
-    return {r.name: spectra(r.whitened, w) for (r, _), w in zip(measured, white, strict=True)}
+    """Return the colour of every group of measurements, and of the equation of motion in free swings.
+
+    Not to be written to: it is kept as long as its fit is, of which every effect's equals ask for it.
+    """
+    if fit not in _known:
+        bare, solution, parts = _solved(fit)
+        measured = [(r, part) for r, part in zip(bare.rows, parts, strict=True) if is_data(r)]
+        white = white_residuals(solution, measured, bare.model.tracks.width)
+        _known[fit] = {r.name: spectra(r.whitened, w) for (r, _), w in zip(measured, white, strict=True)}
+    return _known[fit]
 
 
 def _solved(fit: Fit) -> tuple[Fit, Solution, list[Linear]]:
