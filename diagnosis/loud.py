@@ -12,6 +12,7 @@ from imubench.diagnosis.raw_findings import OFF, UNITS
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.swings import GROUP, equation_of
+from imubench.diagnosis.terms import channels_of
 from imubench.diagnosis.where import shares
 
 ALLOWED = (1 + OFF) ** 2 * 1.2 * 1.3  # of the declared noise power: with 20 % of colour, 30 % for rough motion
@@ -23,7 +24,6 @@ STEADY = 1.2  # by how much the power may differ between calm and quick moments
 WINDOW = 1.0  # s
 SHARED = 0.1  # of a level, by which it is far from its own: two IMUs share what one was blamed for, until it is clear
 UNHELD = 0.7  # of 1 % of the weight's torque, from which on a swing does not go as its equation says
-TORQUES = ("torque_x", "torque_y", "torque_z")
 LESS = 0.8  # of a louder noise's std, that a fit leaves where it is none
 
 
@@ -72,8 +72,8 @@ def off_its_equation(fit: Fit) -> list[Finding]:
     if rows is None or fit.noise.get(GROUP, 0.0) < UNHELD:
         return []
     power = np.sum(rows.residual.value**2, axis=0)
-    names = TORQUES if len(power) == len(TORQUES) else ("torque",)
-    where = Where("joint", shares(dict(zip(names, power.tolist(), strict=True))), (), (), "a free swing", 1.0)
+    told = dict(zip(channels_of("torque", len(power)), power.tolist(), strict=True))
+    where = Where("joint", shares(told), (), (), "a free swing", 1.0)
     return [unexplained(where)]
 
 

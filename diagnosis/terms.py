@@ -127,6 +127,11 @@ def signals_of(fit: Fit, term: Term) -> list[tuple[Rows, Array]]:
     return out
 
 
+def channels_of(part: str, count: int) -> tuple[str, ...]:
+    """Return the names of the `count` channels of a part: an IMU's triple, or a torque about one axis or three."""
+    return CHANNELS.get(part, ("torque",) if count == 1 else ("torque_x", "torque_y", "torque_z"))
+
+
 def interpolated(time: Array, known: Array, values: Held) -> Array:
     """Return values (n, m) at times (n,), straight between those at the known times, held beyond."""
     after = np.clip(np.searchsorted(known, time), 1, len(known) - 1)
@@ -134,4 +139,4 @@ def interpolated(time: Array, known: Array, values: Held) -> Array:
     return np.asarray(values[after - 1] * (1 - share) + values[after] * share)
 
 
-__all__ = ["CHANNELS", "Term", "Unknown", "UnknownTorque", "interpolated", "signals_of"]
+__all__ = ["CHANNELS", "Term", "Unknown", "UnknownTorque", "channels_of", "interpolated", "signals_of"]

@@ -21,7 +21,7 @@ from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.loud import TORQUES, left_over, loud, off_its_equation
+from imubench.diagnosis.loud import left_over, loud, off_its_equation
 from imubench.diagnosis.prune import spared
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.regressors import regressors
@@ -29,7 +29,7 @@ from imubench.diagnosis.result import UNKNOWN, Finding, Parameter, Rejected, Whe
 from imubench.diagnosis.stand_ins import MUCH
 from imubench.diagnosis.strained import lawless, strained
 from imubench.diagnosis.term_scores import ENOUGH
-from imubench.diagnosis.terms import CHANNELS, Term, Unknown, signals_of
+from imubench.diagnosis.terms import Term, Unknown, channels_of, signals_of
 from imubench.diagnosis.where import locate, shares
 
 LATER_SURE = 0.6  # of what explains as much as a misalignment, a little later: 13 of 14 in 900 blind trials were none
@@ -146,10 +146,8 @@ def place(found: Fitted) -> Where:
         n, m = rows.residual.value.shape
         adds.append((signal @ weight).reshape(n, m))
         part = rows.name.split(".")[1]
-        named = CHANNELS.get(part, ("torque",) if m == 1 else TORQUES)
-        traces.append(
-            Trace(term.at, part, named, UNITS[part], rows.time + fit.model.start, adds[-1] + rows.whitened, 1.0)
-        )
+        named, time = channels_of(part, m), rows.time + fit.model.start
+        traces.append(Trace(term.at, part, named, UNITS[part], time, adds[-1] + rows.whitened, 1.0))
     seen = locate(traces, {} if term.part == "torque" else regressors(fit))
     if seen:
         return replace(seen[0], depends_on=term.goes_with)
