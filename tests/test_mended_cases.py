@@ -185,7 +185,7 @@ def test_case(name, tmp_path):
 @pytest.mark.parametrize(
     ("number", "true"),
     [
-        (59, ("accel_bias", "imu1")),  # a scale of 57 nat for 40, in noise four times louder where they differ
+        (59, ("accel_bias", "imu1")),  # a scale of 57 nat for 40, in noise three times louder where they differ
         (1, ("gyro_misalignment", "imu1")),  # beside what the other IMU's axes read a little later
     ],
 )
