@@ -84,6 +84,19 @@ def test_how_closely_knocks_must_agree_goes_with_how_far_the_joint_swings(swing,
     assert (stop_of(fit, samples) is not None) == stops
 
 
+@pytest.mark.parametrize(("angle", "stops"), [(0.10, True), (0.036, False)])
+def test_a_limb_does_not_pass_its_stop_by_much_of_its_swing(angle, stops, tmp_path, monkeypatch):
+    """About an axis that a pendulum hardly swings about all its angles agree."""
+    _, _, samples, fit = looked_at(tmp_path, ("end_stop", "joint"), 201)
+    count = sum(f.parameters["times"].value.size for f in samples.unless_stopped)
+
+    def swung(_, time, heading=0.0):
+        return np.full(count, angle) if len(time) == count else 0.11 * np.sin(2 * np.pi * time)
+
+    monkeypatch.setattr(stops_module, "angle_at", swung)
+    assert (stop_of(fit, samples) is not None) == stops
+
+
 def test_an_angle_that_is_another_without_the_knocks_is_no_stop(tmp_path, monkeypatch):
     """Of eight knocks on a sensor most agreed about some axis, at an angle known within 0.15 rad."""
     make_case(tmp_path / "r", "pendulum", [("end_stop", "joint")], 203, seconds=15.0, swing=True)
