@@ -21,7 +21,7 @@ from imubench.diagnosis.marks import MARK, Columns, Joint, joint, mark
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.refit import extended, guess_of, log_evidence, refit
 from imubench.diagnosis.slow_noise import louder_where
-from imubench.diagnosis.trial import FILTER
+from imubench.diagnosis.trial import FILTER, HUM
 from imubench.effects import EFFECTS, possible
 
 LIKE = 5.0  # nat, up to which a rival counts as equal: odds of 150
@@ -86,13 +86,21 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
         shown = noise_spectra(fit)
         doubt = DULL_DOUBT if louder(fit, added, shown) > DULL else DOUBT
         close = [one for one in single if one.loss > LIKE and one.share < doubt][:REFITTED]
-        tried = [_refitted(fit, h, one, shown) for one in close]
+        tried = [_refitted(fit, h, one, shown) for one in (*close, *elsewhere(fit, h))]
         found += [t for t in tried if t is not None]
     best: dict[tuple[str, str], Rival] = {}
     for rival in sorted(found, key=lambda r: r.loss):
         best.setdefault((rival.effect, rival.at), rival)
     best.pop((h.effect.name, h.at), None)
     return sorted(best.values(), key=lambda r: r.loss)
+
+
+def elsewhere(fit: Fit, h: Hypothesis) -> list[Instead]:
+    """Return a hum at the other IMUs, as it is at its own: a motion that is free carries it there."""
+    at = [i.name for i in fit.model.recording.imus if i.name != h.at] if h.effect.name == HUM else []
+    others = [o for o in (replace(h, at=name) for name in at) if o.name not in {x.name for x in fit.model.hypotheses}]
+    values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
+    return [Instead(o, 0.0, 0.0, {o.key(name): value for name, value in values.items()}) for o in others]
 
 
 def _refitted(fit: Fit, h: Hypothesis, one: Instead, shown: Mapping[str, Spectra]) -> Rival | None:

@@ -17,7 +17,7 @@ from imubench.diagnosis.score import Score, score
 from imubench.diagnosis.screen import driven
 from imubench.diagnosis.slips import slip
 from imubench.diagnosis.threads import one_thread
-from imubench.diagnosis.trial import SLIP
+from imubench.diagnosis.trial import HUM, SLIP
 
 NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
 REST = np.arange(-1.5, 1.6, 0.25)  # rad, angles of rest of a joint's spring
@@ -31,7 +31,7 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
     fit = base.fit
     out, judged = [], []
     for h in hypotheses:
-        if h.effect.name == "vibration":
+        if h.effect.name == HUM:
             if found := hummed(fit, h.at):
                 out.append(replace(h, effect=h.effect.starting(frequency=found)))
         elif h.effect.name == SLIP:

@@ -1,6 +1,6 @@
 """Effects without states: their scores beside a fit, and exact refits of the best."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from imubench.diagnosis.prune import natural
 from imubench.diagnosis.refit import log_evidence, refit
 from imubench.diagnosis.score import Score, score
 from imubench.diagnosis.threads import side_by_side
-from imubench.diagnosis.trial import NEEDED, TRIED, Trial
+from imubench.diagnosis.trial import HUM, NEEDED, TRIED, Trial
 from imubench.diagnosis.turned import best_begun
 from imubench.effects.effect import Effect
 
@@ -49,7 +49,19 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most
         return Trial(s.hypothesis, done, log_evidence(done) - base)
 
     out = [t for t in side_by_side(tried, chosen, fit.model.tracks.knots.count) if t is not None]
-    return sorted(out, key=lambda t: -t.evidence)
+    return heard_first(sorted(out, key=lambda t: -t.evidence), fit.model.humming)
+
+
+def heard_first(trials: list[Trial], humming: Collection[str]) -> list[Trial]:
+    """Return trials, a hum at an IMU whose raw samples hum before one elsewhere that is worth as much.
+
+    A motion that is free carries a hum from one IMU to the other: 154 nat where it was heard, 155 where it was not.
+    """
+    if not trials or trials[0].hypothesis.effect.name != HUM or trials[0].hypothesis.at in humming:
+        return trials
+    heard = [t for t in trials if t.hypothesis.effect.name == HUM and t.hypothesis.at in humming]
+    heard = [t for t in heard if t.evidence > trials[0].evidence - NEEDED]
+    return [*heard[:1], *(t for t in trials if t not in heard[:1])]
 
 
 def next_plain(fit: Fit, plain: Sequence[Hypothesis], say: Callable[[str], None]) -> Trial | None:
@@ -71,4 +83,4 @@ def dated(fit: Fit, h: Hypothesis) -> bool:
     return all(bool(np.all((t > start + BESIDE) & (t < end - BESIDE))) for t in moments)
 
 
-__all__ = ["next_plain", "plain_scores", "plain_trials"]
+__all__ = ["heard_first", "next_plain", "plain_scores", "plain_trials"]

@@ -14,8 +14,8 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.refit import refit_without
 from imubench.diagnosis.result import Finding
-from imubench.diagnosis.trial import SLIP, Kept
-from imubench.diagnosis.verdict import DOUBTFUL, HUM, STRANGE, at_most
+from imubench.diagnosis.trial import HUM, SLIP, Kept
+from imubench.diagnosis.verdict import DOUBTFUL, STRANGE, at_most
 from imubench.effects import EFFECTS
 from imubench.recording import Recording
 

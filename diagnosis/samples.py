@@ -12,6 +12,7 @@ from imubench.diagnosis.pose_rows import Wander
 from imubench.diagnosis.raw_findings import SURE_OF_KNOCKS, RawFinding
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.thinned import lasting
+from imubench.diagnosis.trial import HUM
 from imubench.recording import Imu, Recording
 
 KNOCK, LINE = 0.035, 0.045  # s: a knock is over after the one, and straight lines are laid over the other
@@ -33,7 +34,7 @@ class Sampled:
     @property
     def humming(self) -> dict[str, float]:
         """The IMUs that hum, and at how many Hz."""
-        return {f.at: float(f.parameters["frequency"].value) for f in self.findings if f.effect == "vibration"}
+        return {f.at: float(f.parameters["frequency"].value) for f in self.findings if f.effect == HUM}
 
     def without(self, gone: tuple[Finding, ...]) -> "Sampled":
         """Return the same without some of the findings."""

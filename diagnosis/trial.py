@@ -16,6 +16,7 @@ UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a de
 FILTER = "low_pass"  # the effect that others are held against: a delay, a series, a reading that follows too slowly
 CLOCK = "time_offset"  # the delay
 SLIP = "mount_shift"
+HUM = "vibration"
 POSE = "mount_pose"
 SCREENED = 15.0  # s of a recording on which effects with states are tried first
 

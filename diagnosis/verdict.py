@@ -11,12 +11,13 @@ from imubench.diagnosis.result import Finding, Rejected, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.stand_ins import MOVED
 from imubench.diagnosis.terms import CHANNELS, LATE
+from imubench.diagnosis.trial import HUM
 from imubench.effects import EFFECTS
 from imubench.effects.soft_mounts import Sprung
 from imubench.recording import Recording
 
 KNOCKING = ("end_stop", "joint_play")  # what knocks by itself
-HUM, LOUD = "vibration", "accel_noise"
+LOUD = "accel_noise"
 FOUND = 0.5  # the confidence from which on a name is one
 STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s

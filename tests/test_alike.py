@@ -32,6 +32,17 @@ def explained(folder, asked, seed, rig="hinge", **options):
 
 
 @pytest.mark.slow
+def test_a_hum_fitted_at_the_other_imu_is_equalled_by_one_at_its_own(tmp_path):
+    """A motion that is free carries it there: at its own it loses nothing."""
+    hum = {"frequency": 23.0, "amplitude": [0.03, 0.02, 0.01]}
+    make_case(tmp_path / "case", "hinge", effects=[("vibration", "imu1", hum)], seed=12, seconds=12.0)
+    fit = nominal_fit(read(tmp_path / "case")[0])
+    wrong = Hypothesis(EFFECTS["vibration"], "imu2")
+    fit = refit(fit, (*fit.model.hypotheses, wrong), {wrong.key("frequency"): np.array([23.0])})
+    assert ("vibration", "imu1") in {(r.effect, r.at) for r in alike(with_noise(fit, 1), wrong)}
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "seed", "options", "equal"),
     [

@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.heldout import Gain
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.plain import dated
+from imubench.diagnosis.plain import dated, heard_first
 from imubench.diagnosis.rounds import attempted
 from imubench.diagnosis.select import candidates, select
+from imubench.diagnosis.trial import Trial
+from imubench.effects import EFFECTS
 from imubench.effects.mounts import LONGEST
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -53,6 +56,17 @@ def test_a_slip_needs_recording_before_and_after_it(tmp_path):
     assert at(3.0)
     assert not at(0.01)
     assert not at(5.99)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "humming", "first"), [(154, {"imu1"}, "imu1"), (140, {"imu1"}, "imu2"), (154, {}, "imu2")]
+)
+def test_a_hum_is_rather_where_the_samples_hum(evidence, humming, first):
+    def trial(at, nat):
+        return Trial(Hypothesis(EFFECTS["vibration"], at), None, nat)
+
+    tried = heard_first([trial("imu2", 155.0), trial("imu1", evidence)], humming)
+    assert [t.hypothesis.at for t in tried] == [first, *({"imu1", "imu2"} - {first})]
 
 
 STEADY = {"rate": 200.0, "rate2": 128.0, "band": 2.3, "vigour": 0.77, "gyro_noise": 0.0011, "accel_noise": 0.0122}
