@@ -2,15 +2,11 @@
 
 The search prices an effect's numbers by how large they may be: six numbers of a misalignment that are a hundredth
 of that cost 33 nat, and one that explained 32 was not asked for. A term's weights are as large as they explain most,
-and the term was found. So each effect gets such a size as well: with M its information and g its gradient in units of
-its prior, everything else free to follow,
-
-    e(s) = g' (M + 1/s^2)^-1 g / 2 - log det(I + s^2 M) / 2,
-
-the most of it over sizes s. Which of all effects it is costs the logarithm of their number.
+and the term was found. So each effect gets such a size as well (`own_size`). Which of all effects it is costs the
+logarithm of their number.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -19,17 +15,13 @@ from imubench.diagnosis.columns import Base
 from imubench.diagnosis.entered import MOST, foretold
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
+from imubench.diagnosis.own_size import sized
 from imubench.diagnosis.prune import SEED, prune
 from imubench.diagnosis.refit import refit
-from imubench.diagnosis.score import each, prior_std
 from imubench.diagnosis.select import Selection, candidates
-from imubench.diagnosis.term_scores import at_best_size
 from imubench.diagnosis.terms import Unknown
-from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.trial import NEEDED, Kept
 from imubench.diagnosis.unknown import Unknowns
-
-SIZES = tuple(float(s) for s in 10.0 ** np.arange(-3.0, 3.0, 0.5))  # of an effect's prior, or of a term's weights
 
 
 def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], None] = lambda _: None) -> Selection:
@@ -64,18 +56,6 @@ def could_be(h: Hypothesis, term: Hypothesis) -> bool:
     """Return whether an effect is at a term's IMU, and its law nearly straight in its numbers."""
     straight = not h.effect.grid(1.0) and all(p.unit != "Hz" for p in h.effect.parameters)
     return h.at == term.at and straight and not h.effect.states
-
-
-@one_thread
-def sized(base: Base, some: Sequence[Hypothesis]) -> dict[Hypothesis, tuple[float, float]]:
-    """Return the nat that each effect without states promises at its best size, and that size."""
-    out = {}
-    for h, information, gradient in each(base, some):
-        std = prior_std(h)
-        values, vectors = np.linalg.eigh(information * np.outer(std, std))
-        pull = (vectors.T @ (gradient * std)) ** 2
-        out[h] = at_best_size(values, pull, SIZES)
-    return out
 
 
 __all__ = ["named_by_size"]

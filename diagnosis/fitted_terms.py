@@ -35,6 +35,7 @@ class Fitted:
     heldout: Gain
     louder: float  # times white noise, what is left where the term has its power
     shape: float = -np.inf  # nat, of a slow error by its shape
+    equal: tuple[Hypothesis, ...] = ()  # names that explain as much
 
 
 def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:

@@ -108,16 +108,16 @@ def drowned(fit: Fit, say: Callable[[str], None] = lambda _: None) -> list[Hypot
 
 
 def finding(found: Fitted) -> Finding:
-    """Return a fitted term as a finding."""
+    """Return a fitted term as a finding, with the names that it equals."""
     sure = confidence(found.evidence, NEEDED)
-    return nameless(found.term.at, sure, sizes(found), found.heldout, place(found))
+    said = nameless(found.term.at, sure, sizes(found), found.heldout, place(found))
+    equal = tuple(Rejected(h.effect.name, h.at, said.heldout_gain.value) for h in found.equal)
+    return replace(said, equivalent=equal)
 
 
 def instead_of(found: Fitted, names: Sequence[Hypothesis]) -> Finding:
     """Return a term that is likelier than the names that it equals as a finding that says so."""
-    said = finding(found)
-    equal = tuple(Rejected(h.effect.name, h.at, said.heldout_gain.value) for h in names)
-    return replace(said, confidence=LATER_SURE, equivalent=equal)
+    return replace(finding(replace(found, equal=tuple(names))), confidence=LATER_SURE)
 
 
 def sizes(found: Fitted) -> dict[str, Parameter]:

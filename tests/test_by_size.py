@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.by_size import SIZES, could_be, sized
+from imubench.diagnosis.by_size import could_be
 from imubench.diagnosis.columns import Base
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.own_size import SIZES, sized
 from imubench.diagnosis.score import score
 from imubench.diagnosis.select import candidates
 from imubench.effects import EFFECTS

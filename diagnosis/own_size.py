@@ -1,0 +1,35 @@
+"""What effects promise at the size that they have, not at the largest that they may have.
+
+With M an effect's information and g its gradient in units of its prior, everything else free to follow,
+
+    e(s) = g' (M + 1/s^2)^-1 g / 2 - log det(I + s^2 M) / 2,
+
+the most of it over sizes s.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imubench.diagnosis.columns import Base
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.score import each, prior_std
+from imubench.diagnosis.term_scores import at_best_size
+from imubench.diagnosis.threads import one_thread
+
+SIZES = tuple(float(s) for s in 10.0 ** np.arange(-3.0, 3.0, 0.5))  # of an effect's prior, or of a term's weights
+
+
+@one_thread
+def sized(base: Base, some: Sequence[Hypothesis]) -> dict[Hypothesis, tuple[float, float]]:
+    """Return the nat that each effect without states promises at its best size, and that size."""
+    out = {}
+    for h, information, gradient in each(base, some):
+        std = prior_std(h)
+        values, vectors = np.linalg.eigh(information * np.outer(std, std))
+        pull = (vectors.T @ (gradient * std)) ** 2
+        out[h] = at_best_size(values, pull, SIZES)
+    return out
+
+
+__all__ = ["SIZES", "sized"]
