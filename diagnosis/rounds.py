@@ -1,6 +1,6 @@
 """One round of the search: what could come into the fit next, the best of it refitted exactly."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 from imubench.diagnosis.alive import HINTED, before_plain, promised_by_law, stateful, suspicious
@@ -12,7 +12,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import Vain, explained, state_trials
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.own_law import reads_by_own_law
-from imubench.diagnosis.plain import next_plain, plain_scores, plain_trials
+from imubench.diagnosis.plain import next_plain, of_a_clock, plain_scores, plain_trials
 from imubench.diagnosis.trial import NEEDED, Trial, misfit
 
 CLEARLY = 100.0  # nat of springs, from which on a spline without a law is tried as well, whatever seemed to move
@@ -32,6 +32,7 @@ class Round:
     together: list[Trial]  # what comes in with it, one after the other
     lively: bool  # whether effects with states were looked at
     brief: bool = False  # whether the first one shows in a moment, as its law says
+    plain: Sequence[Hypothesis] = ()  # effects without states, at their starts
 
 
 def attempted(
@@ -71,7 +72,7 @@ def attempted(
         return Round(fit, [led[0], *others, *tried], led[0].fit, led[1:], True)
     if lively and before_plain(lively[0], fit, further):
         return Round(fit, lively + tried, lively[0].fit, [], True)
-    return Round(fit, tried + lively, first, chain if moving else [], bool(alive), brief)
+    return Round(fit, tried + lively, first, chain if moving else [], bool(alive), brief, plain)
 
 
 def lively_trials(
@@ -136,4 +137,12 @@ def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], N
     return out
 
 
-__all__ = ["Round", "akin", "asked", "attempted"]
+def with_a_clock(now: Round, say: Callable[[str], None]) -> list[Trial]:
+    """Return the clock's error that explains much beside a round's best, if that has no states and explains much."""
+    if not now.tried or now.tried[0].hypothesis.effect.states or now.tried[0].evidence < CLEARLY:
+        return []
+    found = next_plain(now.first, [h for h in now.plain if of_a_clock(h)], say)
+    return [found] if found and found.evidence > CLEARLY else []
+
+
+__all__ = ["Round", "akin", "asked", "attempted", "with_a_clock"]
