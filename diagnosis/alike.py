@@ -86,7 +86,8 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
         shown = noise_spectra(fit)
         doubt = DULL_DOUBT if louder(fit, added, shown) > DULL else DOUBT
         close = [one for one in single if one.loss > LIKE and one.share < doubt][:REFITTED]
-        tried = [_refitted(fit, h, one, shown) for one in (*close, *elsewhere(fit, h))]
+        asked = {one.hypothesis: one.guess for one in close} | elsewhere(fit, h)
+        tried = [_refitted(fit, h, other, guess, shown) for other, guess in asked.items()]
         found += [t for t in tried if t is not None]
     best: dict[tuple[str, str], Rival] = {}
     for rival in sorted(found, key=lambda r: r.loss):
@@ -95,23 +96,27 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     return sorted(best.values(), key=lambda r: r.loss)
 
 
-def elsewhere(fit: Fit, h: Hypothesis) -> list[Instead]:
-    """Return a hum at the other IMUs, as it is at its own: a motion that is free carries it there."""
-    at = [i.name for i in fit.model.recording.imus if i.name != h.at] if h.effect.name == HUM else []
-    others = [o for o in (replace(h, at=name) for name in at) if o.name not in {x.name for x in fit.model.hypotheses}]
-    values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
-    return [Instead(o, 0.0, 0.0, {o.key(name): value for name, value in values.items()}) for o in others]
+def elsewhere(fit: Fit, h: Hypothesis) -> dict[Hypothesis, dict[str, Array]]:
+    """Return a hum at the other IMUs, with its parameters at its own: a motion that is free carries it there."""
+    if h.effect.name != HUM:
+        return {}
+    taken = {other.name for other in fit.model.hypotheses}
+    others = [replace(h, at=i.name) for i in fit.model.recording.imus]
+    keys = [p.name for p in h.effect.parameters]
+    return {o: {o.key(k): fit.state.values[h.key(k)] for k in keys} for o in others if o.name not in taken}
 
 
-def _refitted(fit: Fit, h: Hypothesis, one: Instead, shown: Mapping[str, Spectra]) -> Rival | None:
-    """Return what the fit, or its evidence, really loses with another effect in the place of `h`.
+def _refitted(
+    fit: Fit, h: Hypothesis, other: Hypothesis, guess: dict[str, Array], shown: Mapping[str, Spectra]
+) -> Rival | None:
+    """Return what the fit, or its evidence, really loses with another effect, from a guess, in the place of `h`.
 
     In noise of the colour that is `shown`: what the two leave differs by a signal, and beside noise louder than white
     at its frequencies that tells so much less.
     """
-    rest = tuple(other for other in fit.model.hypotheses if other != h)
+    rest = tuple(kept for kept in fit.model.hypotheses if kept != h)
     try:
-        tried = refit(fit, (*rest, one.hypothesis), one.guess)
+        tried = refit(fit, (*rest, other), guess)
     except NotPositiveDefiniteError:
         return None
     before = {r.name: r.residual.value for r in fit.rows}
@@ -120,7 +125,7 @@ def _refitted(fit: Fit, h: Hypothesis, one: Instead, shown: Mapping[str, Spectra
     # the evidence, because parameters of `h` that only fitted noise are no loss
     easier = min(log_evidence(fit) - log_evidence(tried) - worse, 0.0)
     lost = worse / louder(fit, off, shown) + easier
-    return Rival(one.hypothesis.effect.name, one.hypothesis.at, max(lost, 0.0), exact=True)
+    return Rival(other.effect.name, other.at, max(lost, 0.0), exact=True)
 
 
 def louder(fit: Fit, signals: Mapping[str, Array], shown: Mapping[str, Spectra]) -> float:

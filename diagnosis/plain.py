@@ -59,9 +59,12 @@ def heard_first(trials: list[Trial], humming: Collection[str]) -> list[Trial]:
     """
     if not trials or trials[0].hypothesis.effect.name != HUM or trials[0].hypothesis.at in humming:
         return trials
-    heard = [t for t in trials if t.hypothesis.effect.name == HUM and t.hypothesis.at in humming]
-    heard = [t for t in heard if t.evidence > trials[0].evidence - NEEDED]
-    return [*heard[:1], *(t for t in trials if t not in heard[:1])]
+    least = trials[0].evidence - NEEDED
+
+    def heard(t: Trial) -> bool:
+        return t.hypothesis.effect.name == HUM and t.hypothesis.at in humming and t.evidence > least
+
+    return sorted(trials, key=heard, reverse=True)
 
 
 def next_plain(fit: Fit, plain: Sequence[Hypothesis], say: Callable[[str], None]) -> Trial | None:

@@ -15,7 +15,7 @@ from imubench.diagnosis.own_law import reads_by_own_law
 from imubench.diagnosis.plain import next_plain, of_a_clock, plain_scores, plain_trials
 from imubench.diagnosis.trial import NEEDED, Trial, misfit
 
-CLEARLY = 100.0  # nat of springs, from which on a spline without a law is tried as well, whatever seemed to move
+CLEARLY = 100.0  # nat: of springs, from which on a spline without a law is tried too; of a name to ask with a clock's
 AHEAD = 3  # effects without states that are tried together before one with states is
 SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
 AKIN = 0.9  # of the best's evidence, from which on one at its place tells what the best does

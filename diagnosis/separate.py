@@ -19,6 +19,7 @@ from imubench.diagnosis.refit import extended
 from imubench.diagnosis.staged import assumed, laid, read, staged
 from imubench.diagnosis.start import model_of
 from imubench.diagnosis.swings import GROUP, inertia_about_joint
+from imubench.diagnosis.trial import HUM
 from imubench.effects.effect import Scene
 from imubench.jets import Jet
 from imubench.links import ZERO
@@ -67,8 +68,12 @@ def separate(
 
 
 def separation(fit: Fit, h: Hypothesis, rivals: Sequence[Hypothesis]) -> str:
-    """Return the sentence about the motion that tells a kept effect from all its rivals, or what comes nearest."""
-    fitted = [r for r in rivals if not r.effect.states]
+    """Return the sentence about the motion that tells a kept effect from all its rivals, or what comes nearest.
+
+    Not from what has states, nor from a hum elsewhere: rivals are taken at their start, and a hum's has another
+    frequency, which any motion tells.
+    """
+    fitted = [r for r in rivals if not r.effect.states and r.effect.name != HUM]
     if h.effect.states or not fitted:
         return ""
     found = [s for s in separate(fit, [(h, r) for r in fitted]) if s is not None]

@@ -1,5 +1,7 @@
 """What a recording cannot tell apart, on recordings of the independent generator."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit
 from imubench.diagnosis.score import score
+from imubench.diagnosis.separate import separation
 from imubench.diagnosis.system import all_rows, factored
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -39,7 +42,9 @@ def test_a_hum_fitted_at_the_other_imu_is_equalled_by_one_at_its_own(tmp_path):
     fit = nominal_fit(read(tmp_path / "case")[0])
     wrong = Hypothesis(EFFECTS["vibration"], "imu2")
     fit = refit(fit, (*fit.model.hypotheses, wrong), {wrong.key("frequency"): np.array([23.0])})
-    assert ("vibration", "imu1") in {(r.effect, r.at) for r in alike(with_noise(fit, 1), wrong)}
+    fit = with_noise(fit, 1)
+    assert ("vibration", "imu1") in {(r.effect, r.at) for r in alike(fit, wrong)}
+    assert not separation(fit, wrong, [replace(wrong, at="imu1")])  # which motion would tell is not known
 
 
 @pytest.mark.slow

@@ -162,13 +162,7 @@ CASES = {
         *(880003, 300, 77, 15.0),
         {("end_stop", "joint"), ("accel_noise", "imu1"), ("gyro_bias", "imu1")},
     ),
-    "a hum that was as good at the IMU that hums not": (
-        443282294,
-        300,
-        72,
-        15.0,
-        {("vibration", "imu1")},
-    ),
+    "a hum that was as good at the IMU that hums not": (443282294, 300, 72, 15.0, {("vibration", "imu1")}),
     "knocks that agree about an axis on which a pendulum hardly swings": (
         *(443282294, 300, 186, 15.0),
         {("viscous_friction", "joint"), ("gyro_misalignment", "imu1"), ("impacts", "imu1")},
@@ -203,11 +197,7 @@ def test_case(name, tmp_path):
     [
         (690200168, 59, ("accel_bias", "imu1")),  # a scale of 57 nat for 40, in noise three times louder there
         (690200168, 1, ("gyro_misalignment", "imu1")),  # beside what the other IMU's axes read a little later
-        (
-            443282294,
-            96,
-            ("gyro_scale", "imu1"),
-        ),  # one for all axes, but for little
+        (443282294, 96, ("gyro_scale", "imu1")),  # one for all axes, but for little
     ],
 )
 def test_the_truth_is_among_what_equals_the_first_finding(seed, number, true, tmp_path):

@@ -13,6 +13,7 @@ from imubench.diagnosis.begin import begun
 from imubench.diagnosis.result import Diagnosis
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
+from imubench.diagnosis.trial import HUM
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.reproduce.parts import ignore_interrupts, one_thread_each
@@ -23,8 +24,6 @@ from imubench.trials.seal import Truth
 
 FITTED = ("L1", "oracle")
 Report = Callable[[str, int, int], None]
-
-HUM = "vibration"
 
 
 def fitted(recording: Path, truth: Truth, kept: Path) -> None:
