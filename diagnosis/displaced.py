@@ -1,6 +1,6 @@
 """Named effects that only stand in for something without a name: held against terms in their place."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -8,15 +8,14 @@ import numpy as np
 
 from imubench.diagnosis.alike import LIKE
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
-from imubench.diagnosis.columns import Base
 from imubench.diagnosis.entered import foretold
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_terms import MOST, Fitted, fitted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import certain, rougher
-from imubench.diagnosis.own_size import sized
-from imubench.diagnosis.prune import SEED, linear_in
+from imubench.diagnosis.own_size import saved
+from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import evidence_over, refit_without
 from imubench.diagnosis.slow_shapes import beyond_a_drift
 from imubench.diagnosis.stand_ins import (
@@ -101,26 +100,14 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             taken, more, best = max(won, key=lambda w: w[:2], default=(False, 0.0, None))
             if taken and best:
                 surely = free or strained
-                small = () if surely or more - own_size(without, gone, lost) > LIKE else tuple(gone)
-                terms, fit = [*terms, best if surely else replace(best, evidence=more, equal=small)], best.fit
+                equal = () if surely or more > LIKE + saved(without, gone, lost) else tuple(gone)
+                terms, fit = [*terms, best if surely else replace(best, evidence=more, equal=equal)], best.fit
             elif (best and not a_filter_is(best, gone[0])) or wanders(guesses, gone, lost):
                 doubted += gone
                 likelier += [(best, gone)] if best and comes_late(best.term, gone[0]) else []
     at = {h.at for h in doubted if h.effect.name in SLOW}
     slips = [h for h in fit.model.hypotheses if h.effect.name == SLIP and h.at in at]  # what wanders jumps as well
     return Displaced(terms, fit, (*doubted, *slips), tuple(likelier))
-
-
-def own_size(without: Fit, gone: Sequence[Hypothesis], lost: float) -> float:
-    """Return the nat that one name near linear, worth `lost`, gains at the size that it has; 0 for others.
-
-    A term's weights are as large as they explain most, a name's numbers may be as large as a sensor's are: three of a
-    gyroscope's scale of 0.02 % cost 8 nat of 47, and one weight for all axes, of 46, was no better.
-    """
-    (h, *others) = gone
-    if others or not linear_in(h):
-        return 0.0
-    return max(sized(Base.of(without), [h])[h][0] - lost, 0.0)
 
 
 __all__ = ["Displaced", "displaced"]

@@ -12,7 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from imubench.diagnosis.columns import Base
+from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.prune import linear_in
 from imubench.diagnosis.score import each, prior_std
 from imubench.diagnosis.term_scores import at_best_size
 from imubench.diagnosis.threads import one_thread
@@ -32,4 +34,15 @@ def sized(base: Base, some: Sequence[Hypothesis]) -> dict[Hypothesis, tuple[floa
     return out
 
 
-__all__ = ["SIZES", "sized"]
+def saved(without: Fit, gone: Sequence[Hypothesis], lost: float) -> float:
+    """Return the nat that one name near linear, worth `lost` in a fit, gains at the size that it has; 0 for others.
+
+    A term's weights are as large as they explain most. A gyroscope's scale of 0.02 % was worth 40 nat, and 55 at its
+    own size; a term that has one weight for all axes was worth 12 more than the first, and so took its place.
+    """
+    if len(gone) > 1 or not linear_in(gone[0]):
+        return 0.0
+    return max(sized(Base.of(without), gone)[gone[0]][0] - lost, 0.0)
+
+
+__all__ = ["SIZES", "saved", "sized"]
