@@ -10,7 +10,7 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.followed import as_declared, brought_down, told_little
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.lively import Vain, explained, state_trials
-from imubench.diagnosis.noise import with_noise
+from imubench.diagnosis.noise import with_noise, with_settled_noise
 from imubench.diagnosis.own_law import reads_by_own_law
 from imubench.diagnosis.plain import next_plain, of_a_clock, plain_scores, plain_trials
 from imubench.diagnosis.trial import NEEDED, Trial, misfit
@@ -71,7 +71,7 @@ def attempted(
         others = [t for t in lively if t.hypothesis != led[0].hypothesis]
         return Round(fit, [led[0], *others, *tried], led[0].fit, led[1:], True)
     if lively and before_plain(lively[0], fit, further):
-        return Round(fit, lively + tried, lively[0].fit, [], True)
+        return Round(fit, lively + tried, with_settled_noise(lively[0].fit), [], True)
     return Round(fit, tried + lively, first, chain if moving else [], bool(alive), brief, plain)
 
 

@@ -1,12 +1,16 @@
 """A round of trials, on recordings of the independent generator."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from imubench.diagnosis import rounds
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.plain import dated, heard_first
+from imubench.diagnosis.refit import refit
 from imubench.diagnosis.rounds import attempted
 from imubench.diagnosis.select import candidates, select
 from imubench.diagnosis.trial import Trial
@@ -39,6 +43,19 @@ def test_all_that_a_round_tries_is_held_against_one_another_on_the_same_samples(
             assert (len(left_out) > 0) == (sensor == "imu2")
             assert np.all(np.abs(left_out - time) < 1.5 * LONGEST)
     assert fit.model.masks is None  # what came in is as it was
+
+
+def test_states_that_come_in_first_are_at_the_noise_that_they_leave(tmp_path, monkeypatch):
+    """Beside springs at twice the noise that they leave every refit was worth -1,000 nat, and nothing more was found."""
+    make_case(tmp_path / "case", "hinge", [], 73, seconds=4.0, rate=50.0)
+    fit = nominal_fit(read(tmp_path / "case")[0])
+    far = refit(replace(fit, noise={n: 4 * std for n, std in fit.noise.items()}), fit.model.hypotheses)
+    springs = Trial(Hypothesis(EFFECTS["soft_mount"], "imu1"), far, 1e4)
+    monkeypatch.setattr(rounds, "lively_trials", lambda *_: [springs])
+    now = attempted(fit, [springs.hypothesis], lambda _: None)
+    assert now.tried[0] is springs
+    for name in ("imu1.gyro", "imu1.accel", "imu2.gyro", "imu2.accel"):
+        assert now.first.noise[name] == pytest.approx(fit.noise[name], rel=0.15)
 
 
 def test_a_slip_needs_recording_before_and_after_it(tmp_path):
