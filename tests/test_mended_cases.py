@@ -172,6 +172,11 @@ CASES = {
         {("gyro_misalignment", "imu1"), ("clock_skew", "imu2"), ("skin_sliding", "imu1")},
     ),
     "play that was nearly all a curve of time": (443282294, 300, 111, 15.0, {("unknown", "imu1")}),
+    "springs that were not at the noise that they leave": (
+        *(443282294, 300, 235, 15.0),
+        {("rocking_mount", "imu1"), ("accel_misalignment", "imu1"), ("low_pass", "imu1")},  # a delay is its equal
+    ),
+    "springs that leaned on noise, and seemed to bend": (443282294, 300, 290, 15.0, {("soft_mount", "imu2")}),
 }
 
 OPEN = {
