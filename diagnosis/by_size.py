@@ -3,7 +3,8 @@
 The search prices an effect's numbers by how large they may be: six numbers of a misalignment that are a hundredth
 of that cost 33 nat, and one that explained 32 was not asked for. A term's weights are as large as they explain most,
 and the term was found. So each effect gets such a size as well (`own_size`). Which of all effects it is costs the
-logarithm of their number.
+logarithm of their number. One that comes near the term without taking its place is what it may be all the same, as far
+as the recording tells: its equal.
 """
 
 from collections.abc import Callable
@@ -11,13 +12,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.diagnosis.alike import LIKE
 from imubench.diagnosis.columns import Base
 from imubench.diagnosis.entered import MOST, foretold
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.own_size import sized
 from imubench.diagnosis.prune import SEED, prune
-from imubench.diagnosis.refit import refit
+from imubench.diagnosis.refit import refit, refit_without
+from imubench.diagnosis.result import UNKNOWN, Rejected
 from imubench.diagnosis.select import Selection, candidates
 from imubench.diagnosis.terms import Unknown
 from imubench.diagnosis.trial import NEEDED, Kept
@@ -37,7 +40,7 @@ def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], 
         say(f"looking whether an effect is as small as {term.name}")
         fit = selection.fit
         every, taken = candidates(fit.model), {h.name for h in fit.model.hypotheses}
-        likely = [h for h in every if could_be(h, term) and h.name not in taken]
+        likely = [h for h in every if h.at == term.at and nearly_straight(h) and h.name not in taken]
         nat = sized(Base.of(fit), [term, *likely])
         best = max(likely, key=lambda h: nat[h], default=term)
         if best is term or nat[best][0] < max(nat[term][0], NEEDED + np.log(len(every))):
@@ -52,10 +55,28 @@ def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], 
     return selection
 
 
-def could_be(h: Hypothesis, term: Hypothesis) -> bool:
-    """Return whether an effect is at a term's IMU, and its law nearly straight in its numbers."""
-    straight = not h.effect.grid(1.0) and all(p.unit != "Hz" for p in h.effect.parameters)
-    return h.at == term.at and straight and not h.effect.states
+def with_equals(strange: Unknowns) -> Unknowns:
+    """Return what has no name, each with the effects, anywhere, that explain as much within `LIKE` at their size."""
+    fit, found = strange.fit, list(strange.findings)
+    taken = {h.name for h in fit.model.hypotheses}
+    likely = [h for h in candidates(fit.model) if nearly_straight(h) and h.name not in taken]
+    for term in [h for h in fit.model.hypotheses if isinstance(h.effect, Unknown)]:
+        i = next((i for i, f in enumerate(found) if f.at == term.at and f.effect == UNKNOWN), None)
+        if i is None:
+            continue
+        nat = sized(Base.of(refit_without(fit, [term], steps=4)), [term, *likely])
+        told = {(r.effect, r.at) for r in found[i].equivalent}
+        near = [h for h in likely if nat[h][0] > max(nat[term][0] - LIKE, NEEDED)]
+        near = [h for h in sorted(near, key=lambda h: -nat[h][0]) if (h.effect.name, h.at) not in told]
+        gain = found[i].heldout_gain.value
+        equal = [Rejected(h.effect.name, h.at, gain + nat[h][0] - nat[term][0]) for h in near]
+        found[i] = replace(found[i], equivalent=(*found[i].equivalent, *equal))
+    return replace(strange, findings=tuple(found))
 
 
-__all__ = ["named_by_size"]
+def nearly_straight(h: Hypothesis) -> bool:
+    """Return whether an effect's law is nearly straight in its numbers."""
+    return not h.effect.states and not h.effect.grid(1.0) and all(p.unit != "Hz" for p in h.effect.parameters)
+
+
+__all__ = ["named_by_size", "with_equals"]

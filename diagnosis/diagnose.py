@@ -5,7 +5,7 @@ from time import perf_counter
 
 from imubench.diagnosis import gather
 from imubench.diagnosis.begin import begun
-from imubench.diagnosis.by_size import named_by_size
+from imubench.diagnosis.by_size import named_by_size, with_equals
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.findings import findings, rejected
 from imubench.diagnosis.fit import Fit
@@ -44,7 +44,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         for naming in (named_by_law, named_by_size):
             if chosen and (told := naming(chosen, strange)) is not chosen:
                 chosen, strange = told, unknowns(told.fit, where)
-        rest, best = strange.findings, strange.fit
+        rest, best = with_equals(strange).findings, strange.fit
         samples = samples.without(refuted(samples.findings, best, {f.at for f in rest}))
         rest = not_told(rest, samples.findings)
         noises = tuple(f for f in rest if f.effect != UNKNOWN)

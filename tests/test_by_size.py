@@ -5,13 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.by_size import could_be
+from imubench.diagnosis.by_size import nearly_straight, with_equals
 from imubench.diagnosis.columns import Base
+from imubench.diagnosis.fitted_terms import fitted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.own_size import SIZES, sized
 from imubench.diagnosis.score import score
 from imubench.diagnosis.select import candidates
+from imubench.diagnosis.term_scores import promising
+from imubench.diagnosis.unknown import Unknowns, finding
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -44,10 +47,25 @@ def test_the_size_is_what_the_numbers_are(fit):
     assert 0.002 < size * std < 0.01
 
 
-def test_only_laws_at_the_term_s_imu_that_are_straight_in_their_numbers_are_asked(fit):
-    term = Hypothesis(EFFECTS["gyro_bias"], "imu1")
-    asked = [h for h in candidates(fit.model) if could_be(h, term)]
-    assert {h.at for h in asked} == {"imu1"}
-    names = {h.effect.name for h in asked}
+def test_only_laws_that_are_straight_in_their_numbers_are_asked(fit):
+    names = {h.effect.name for h in candidates(fit.model) if nearly_straight(h)}
     assert {"gyro_misalignment", "g_sensitivity", "accel_scale"} <= names
     assert not names & {"soft_mount", "low_pass", "vibration", "mount_shift"}
+
+
+@pytest.mark.parametrize(
+    ("effect", "numbers", "equal"),
+    [
+        ("gyro_scale", {"scale": [0.01, 0.01, 0.01]}, {("gyro_scale", "imu2")}),
+        ("bias_jump", {"channel": "gyro", "jump": [0.02, 0.02, -0.02], "time": 3.0}, set()),
+    ],
+)
+def test_what_has_no_name_is_equalled_by_the_names_that_explain_as_much(effect, numbers, equal, tmp_path):
+    make_case(tmp_path / "r", "hinge", [(effect, "imu2", numbers)], 8, seconds=6.0, rate=50.0)
+    fit = nominal_fit(read(tmp_path / "r")[0])
+    best = fitted(fit, promising(fit)[0][0], 0.0)
+    assert best.term.at == "imu2"
+    told = Unknowns((finding(best),), best.fit, ())
+    (said,) = with_equals(told).findings
+    assert {(e.effect, e.at) for e in said.equivalent} == equal
+    assert replace(said, equivalent=()) == told.findings[0]
