@@ -21,7 +21,7 @@ from imubench.diagnosis.select import Selection, select
 from imubench.diagnosis.series import named_by_law
 from imubench.diagnosis.struck import struck_again
 from imubench.diagnosis.unknown import Unknowns, unknowns
-from imubench.diagnosis.verdict import beside, beside_hum, missing, verdict_of, with_likes, with_samples
+from imubench.diagnosis.verdict import beside, beside_hum, missing, surest_first, verdict_of, with_likes, with_samples
 from imubench.diagnosis.where import locate
 from imubench.effects.effect import Effect
 from imubench.progress import Step, silent
@@ -58,7 +58,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         noises = beside_hum(noises, (*fitted, *samples.findings))
         named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
         named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()
-        named = rattling(beside_rounding(named, recording, samples.humming), recording)
+        named = surest_first(rattling(beside_rounding(named, recording, samples.humming), recording))
         traces = gather.traces(before, after if named or rest else None)
     evidence = Evidence(
         recording,

@@ -155,7 +155,7 @@ class Diagnosis:
     verdict: Verdict
     misfit: Pair  # residual power over noise power of the nominal and of the explained model
     where: tuple[Where, ...]
-    findings: tuple[Finding, ...]  # strongest first
+    findings: tuple[Finding, ...]  # strongest first, what is doubted behind what is sure, what has no name last
     rejected: tuple[Rejected, ...]
     fit: FitQuality
     model: str  # path of the MJCF file beside diagnosis.json, "" where none is written

@@ -9,7 +9,16 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Rejected, Where
 from imubench.diagnosis.rounded import beside_rounding
 from imubench.diagnosis.samples import Sampled
-from imubench.diagnosis.verdict import DOUBTFUL, STRANGE, beside, beside_hum, verdict_of, with_likes, with_samples
+from imubench.diagnosis.verdict import (
+    DOUBTFUL,
+    STRANGE,
+    beside,
+    beside_hum,
+    surest_first,
+    verdict_of,
+    with_likes,
+    with_samples,
+)
 from imubench.effects import EFFECTS
 from imubench.recording import Imu, Recording
 
@@ -168,3 +177,13 @@ def test_a_misalignment_beside_what_its_axes_read_a_little_later_is_doubted(word
 def test_springs_beside_a_joint_s_spline_that_is_worth_more_are_doubted(gain, sure):
     play, springs = beside((said("joint_play", "joint", 10000.0), said("rocking_mount", "imu2", gain)), ())
     assert (play.confidence, springs.confidence) == (0.98, sure)
+
+
+def test_what_is_doubted_stands_behind_what_is_sure_and_else_the_stronger_before():
+    found = (
+        said("moving_pivot", "joint", 800.0, 0.65),
+        said("gyro_bias", "imu1", 300.0, 0.96),
+        said("low_pass", "imu1", 100.0, 0.2),
+        said("end_stop", "joint", 50.0, 0.96),
+    )
+    assert [f.effect for f in surest_first(found)] == ["gyro_bias", "end_stop", "moving_pivot", "low_pass"]
