@@ -177,6 +177,7 @@ CASES = {
         {("rocking_mount", "imu1"), ("accel_misalignment", "imu1"), ("low_pass", "imu1")},  # a delay is its equal
     ),
     "springs that leaned on noise, and seemed to bend": (443282294, 300, 290, 15.0, {("soft_mount", "imu2")}),
+    "springs that bend, which leaned on noise": (73668495, 300, 191, 15.0, {("unknown", "imu1")}),
 }
 
 OPEN = {
