@@ -77,10 +77,14 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
 
 
 def turning_with(goes_with: str, at: str, time: Array, sensed: Mapping[str, Array], late: Array) -> Term:
-    """Return the term in which a mount turns about each axis by functions of time (n, k)."""
+    """Return the term in which a mount turns about each axis by functions of time (n, k).
+
+    Turned by a small q its sensor reads x - q x x of a vector x, and its gyroscope how fast it turns, dq/dt, as well.
+    """
     late = late - late.mean(axis=0)  # the mount is where it is on average
-    turned = [np.einsum("nk,nij->nijk", late, skew(x)).reshape(len(time), 3, -1) for x in sensed.values()]
-    signals = {part: TURN * s for part, s in zip(sensed, turned, strict=True)}
+    turned = {part: np.einsum("nk,nij->nijk", late, skew(x)) for part, x in sensed.items()}
+    turned["gyro"] += np.einsum("nk,ij->nijk", np.gradient(late, time, axis=0), np.eye(3))
+    signals = {part: TURN * s.reshape(len(time), 3, -1) for part, s in turned.items()}
     return Term(at, "both", goes_with, time, signals, (-1,) * (3 * late.shape[1]))
 
 
