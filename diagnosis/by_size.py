@@ -65,12 +65,9 @@ def with_equals(strange: Unknowns) -> Unknowns:
         if i is None:
             continue
         nat = sized(Base.of(refit_without(fit, [term], steps=4)), [term, *likely])
-        told = {(r.effect, r.at) for r in found[i].equivalent}
-        near = [h for h in likely if nat[h][0] > max(nat[term][0] - LIKE, NEEDED)]
-        near = [h for h in sorted(near, key=lambda h: -nat[h][0]) if (h.effect.name, h.at) not in told]
-        gain = found[i].heldout_gain.value
-        equal = [Rejected(h.effect.name, h.at, gain + nat[h][0] - nat[term][0]) for h in near]
-        found[i] = replace(found[i], equivalent=(*found[i].equivalent, *equal))
+        near = sorted((h for h in likely if nat[h][0] > max(nat[term][0] - LIKE, NEEDED)), key=lambda h: -nat[h][0])
+        beyond = found[i].heldout_gain.value - nat[term][0]
+        found[i] = found[i].equalled_by(Rejected(h.effect.name, h.at, nat[h][0] + beyond) for h in near)
     return replace(strange, findings=tuple(found))
 
 

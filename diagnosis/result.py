@@ -1,8 +1,8 @@
 """What a diagnosis says, as it stands in diagnosis.json: checked when it is made, and frozen from then on."""
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -107,6 +107,11 @@ class Finding:
     def named(self) -> bool:
         """Whether it is an effect of the library."""
         return self.effect != UNKNOWN
+
+    def equalled_by(self, more: Iterable[Rejected]) -> "Finding":
+        """Return the finding with further equivalents behind those that it has, without what is among these."""
+        told = {(r.effect, r.at) for r in self.equivalent}
+        return replace(self, equivalent=(*self.equivalent, *(r for r in more if (r.effect, r.at) not in told)))
 
 
 @dataclass(frozen=True)

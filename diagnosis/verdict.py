@@ -83,12 +83,11 @@ def with_likes(rest: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[F
     gyroscope's at the other IMU, which equals the misalignment.
     """
 
-    def likes(u: Finding) -> tuple[Rejected, ...]:
+    def likes(u: Finding) -> list[Rejected]:
         equal = {(r.effect, r.at) for r in u.equivalent}
-        more = [r for f in named if (f.effect, f.at) in equal for r in f.equivalent]
-        return (*u.equivalent, *(r for r in more if (r.effect, r.at) not in equal))
+        return [r for f in named if (f.effect, f.at) in equal for r in f.equivalent]
 
-    return tuple(replace(u, equivalent=likes(u)) for u in rest)
+    return tuple(u.equalled_by(likes(u)) for u in rest)
 
 
 def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:

@@ -46,7 +46,7 @@ def test_all_that_a_round_tries_is_held_against_one_another_on_the_same_samples(
 
 
 def test_states_that_come_in_first_are_at_the_noise_that_they_leave(tmp_path, monkeypatch):
-    """Beside springs at twice the noise that they leave every refit seemed to lose, and nothing more was found."""
+    """Beside springs at twice the noise power that they leave all refits seemed to lose, and nothing was found."""
     make_case(tmp_path / "case", "hinge", [], 73, seconds=4.0, rate=50.0)
     fit = nominal_fit(read(tmp_path / "case")[0])
     far = refit(replace(fit, noise={n: 4 * std for n, std in fit.noise.items()}), fit.model.hypotheses)
