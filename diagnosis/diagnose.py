@@ -6,6 +6,7 @@ from time import perf_counter
 from imubench.diagnosis import gather
 from imubench.diagnosis.begin import begun
 from imubench.diagnosis.by_size import named_by_size, with_equals
+from imubench.diagnosis.equalled import with_likes, with_refused
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.findings import findings, rejected
 from imubench.diagnosis.fit import Fit
@@ -21,7 +22,7 @@ from imubench.diagnosis.select import Selection, select
 from imubench.diagnosis.series import named_by_law
 from imubench.diagnosis.struck import struck_again
 from imubench.diagnosis.unknown import Unknowns, unknowns
-from imubench.diagnosis.verdict import beside, beside_hum, missing, surest_first, verdict_of, with_likes, with_samples
+from imubench.diagnosis.verdict import beside, beside_hum, missing, surest_first, verdict_of, with_samples
 from imubench.diagnosis.where import locate
 from imubench.effects.effect import Effect
 from imubench.progress import Step, silent
@@ -54,7 +55,8 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
         plain = numbered(chosen, kept) or best
         fitted = tuple(f for f in (findings(chosen, recording) if chosen else ()) if (f.effect, f.at) in kept)
-        rest = with_likes(rest, fitted)
+        refused = rejected(chosen) if chosen else ()
+        rest = with_refused(with_likes(rest, fitted), fitted, refused)
         noises = beside_hum(noises, (*fitted, *samples.findings))
         named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
         named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()
@@ -82,7 +84,7 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         (before.misfit, after.misfit),
         where,
         (*named, *rest),
-        rejected(chosen) if chosen else (),
+        refused,
         FitQuality(held, left_out_change(before, after)) if named or rest else FitQuality(held),
         "",
         perf_counter() - clock,

@@ -7,7 +7,7 @@ import numpy as np
 
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.kinematics import Rig
-from imubench.diagnosis.result import Finding, Rejected, Unseen, Verdict
+from imubench.diagnosis.result import Finding, Unseen, Verdict
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.stand_ins import MOVED
 from imubench.diagnosis.terms import CHANNELS, LATE
@@ -74,20 +74,6 @@ def beside(
         return DOUBTFUL if part or spared or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
 
     return tuple(at_most(f, sure(f)) for f in named)
-
-
-def with_likes(rest: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """Return findings without a name; those that a name equals are equalled by what the recording cannot tell from it.
-
-    An accelerometer's misalignment was doubted for what its axes read a little later. It was none of both, but the
-    gyroscope's at the other IMU, which equals the misalignment.
-    """
-
-    def likes(u: Finding) -> list[Rejected]:
-        equal = {(r.effect, r.at) for r in u.equivalent}
-        return [r for f in named if (f.effect, f.at) in equal for r in f.equivalent]
-
-    return tuple(u.equalled_by(likes(u)) for u in rest)
 
 
 def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
@@ -166,6 +152,5 @@ __all__ = [
     "beside_hum",
     "missing",
     "verdict_of",
-    "with_likes",
     "with_samples",
 ]

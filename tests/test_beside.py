@@ -1,12 +1,10 @@
 """A name is doubted where something without a name at its place is worth much."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Rejected, Where
+from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.rounded import beside_rounding
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.verdict import (
@@ -16,7 +14,6 @@ from imubench.diagnosis.verdict import (
     beside_hum,
     surest_first,
     verdict_of,
-    with_likes,
     with_samples,
 )
 from imubench.effects import EFFECTS
@@ -84,15 +81,6 @@ def test_a_state_without_a_law_is_doubted_wherever_something_without_a_name_is(g
 def test_a_name_that_a_term_equals_is_doubted():
     (f,) = beside((said("accel_bias", "imu1", 1000.0),), (), [Hypothesis(EFFECTS["accel_bias"], "imu1")])
     assert f.confidence == DOUBTFUL
-
-
-def test_what_equals_a_name_equals_the_unknown_that_equals_it():
-    axes, others = (Rejected("accel_misalignment", "imu2", 315.0), Rejected("gyro_misalignment", "imu1", 300.0))
-    unknown = replace(said(UNKNOWN, "imu2", 315.0), equivalent=(axes,))
-    named = replace(said("accel_misalignment", "imu2", 346.0), equivalent=(others,))
-    (u,) = with_likes((unknown,), (named, replace(said("accel_bias", "imu2", 50.0), equivalent=(axes,))))
-    assert u.equivalent == (axes, others)
-    assert with_likes((said(UNKNOWN, "imu2", 315.0),), (named,))[0].equivalent == ()
 
 
 @pytest.mark.parametrize(("at", "sure"), [("joint", DOUBTFUL), ("imu2", DOUBTFUL), ("imu1", 0.9)])
