@@ -18,6 +18,7 @@ from imubench.diagnosis.terms import Term
 from imubench.diagnosis.worth import worth
 
 NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
+SHAPE_NEEDED = 4.0  # nat of a slow error's shape; in 67 recordings with nothing wrong 1.8 at most
 MOST = 2  # unknowns in one diagnosis
 BENDS, AGAIN = 1000.0, 3  # nat from which on a term's signals are taken again, and how often at most
 BRIEF = 1.0  # s left out at a time under a term that is a function of time

@@ -22,6 +22,8 @@ CHANCE = 2.5  # standard deviations of a band's power, three axes at every bin
 VISIBLE = 0.3  # of white noise's power, that the fit must leave, in a band or in all, to tell
 STEADY = 1.2  # by how much the power may differ between calm and quick moments
 WINDOW = 1.0  # s
+TAIL, TAIL_CHANCE = 0.5, 5.0  # by which a fourth moment is over 3, and in its standard deviations
+LEFT = 0.02  # of a sample's noise, that the fit leaves at least
 SHARED = 0.1  # of a level, by which it is far from its own: two IMUs share what one was blamed for, until it is clear
 UNHELD = 0.7  # of 1 % of the weight's torque, from which on a swing does not go as its equation says
 LESS = 0.8  # of a louder noise's std, that a fit leaves where it is none
@@ -45,7 +47,7 @@ def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
     out = []
     for rows in fit.measured:
         name, at = rows.name, rows.name.split(".")[0]
-        if name not in over or at not in imus or not steady(fit, rows, leverage[name]):
+        if name not in over or at not in imus or not steady(fit, rows, leverage[name]) or tailed(rows, leverage[name]):
             continue
         if flat(spectra[name], (found[name] / fit.noise[name]) ** 2):
             out.append(louder(name, found[name], leverage[name]))
@@ -128,6 +130,17 @@ def steady(fit: Fit, rows: Rows, leverage: Array) -> bool:
     power = np.sum(rows.whitened**2, axis=1) / np.maximum(np.sum(1 - leverage, axis=1), 1e-3)
     ratio = float(np.mean(power[quick]) / np.mean(power[~quick]))
     return 1 / STEADY < ratio < STEADY
+
+
+def tailed(rows: Rows, leverage: Array) -> bool:
+    """Return whether an IMU's residuals have a heavier tail than noise has, which is normal; leverage (n, 3).
+
+    By their fourth moment: of six louder noises that is within 0.2 of the normal one's 3, once each residual is over
+    what the fit leaves of its noise. Of an accelerometer at whose hinge the other one's springs ring now and then, 5.5.
+    """
+    z = rows.whitened / np.sqrt(np.maximum(1 - leverage, LEFT))
+    over = float(np.mean(z**4) / np.mean(z**2) ** 2) - 3
+    return over > max(TAIL, TAIL_CHANCE * np.sqrt(24 / z.size))
 
 
 def louder(name: str, std: float, leverage: Array) -> Finding:

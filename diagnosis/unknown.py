@@ -19,7 +19,7 @@ from imubench.diagnosis.displaced import displaced
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.findings import confidence, nameless
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.fitted_terms import MOST, NEEDED, Fitted
+from imubench.diagnosis.fitted_terms import MOST, NEEDED, SHAPE_NEEDED, Fitted
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.loud import left_over, loud, off_its_equation
 from imubench.diagnosis.prune import spared
@@ -109,7 +109,7 @@ def drowned(fit: Fit, say: Callable[[str], None] = lambda _: None) -> list[Hypot
 
 def finding(found: Fitted) -> Finding:
     """Return a fitted term as a finding, with the names that it equals."""
-    sure = confidence(found.evidence, NEEDED)
+    sure = confidence(max(found.evidence - NEEDED, found.shape - SHAPE_NEEDED), 0.0)
     said = nameless(found.term.at, sure, sizes(found), found.heldout, place(found))
     equal = tuple(Rejected(h.effect.name, h.at, said.heldout_gain.value) for h in found.equal)
     return replace(said, equivalent=equal)

@@ -102,6 +102,17 @@ def test_noise_that_comes_with_the_motion_has_no_name(clean):
     assert (told.effect, told.at, told.where) == (UNKNOWN, "imu2", WHERE)
 
 
+def test_noise_that_is_loud_now_and_then_has_no_name(clean):
+    """White, and as loud in quick moments as in calm ones: its tail tells it from a louder noise."""
+    rng = np.random.default_rng(8)
+
+    def rare(i):
+        return 0.015 * rng.standard_normal(i.gyro.shape) * (rng.random((i.time.size, 1)) < 0.05)
+
+    (told,) = loud(noisier(clean, rare), [WHERE], set())
+    assert (told.effect, told.at, told.where) == (UNKNOWN, "imu2", WHERE)
+
+
 @pytest.mark.slow
 def test_coloured_noise_has_no_name(clean):
     rng = np.random.default_rng(7)

@@ -177,6 +177,12 @@ CASES = {
     "springs that bend, which leaned on noise": (73668495, 300, 191, 15.0, {("unknown", "imu1")}),
     "a creep whose gyroscope reads how fast it turns": (73668495, 300, 142, 15.0, {("unknown", "imu1")}),
     "a creep of ten deviations": (73668495, 300, 132, 15.0, {("unknown", "imu1")}),
+    "a creep that left-out seconds hardly foretell": (990402, 300, 56, 15.0, {("unknown", "imu1")}),
+    "a walk of twelve deviations, told by its shape": (990401, 300, 278, 15.0, {("unknown", "imu1")}),
+    "springs that ring now and then, and are no noise": (
+        *(990401, 300, 93, 15.0),
+        {("unknown", "imu2"), ("impacts", "imu1")},
+    ),
 }
 
 OPEN = {
