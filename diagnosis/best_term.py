@@ -55,7 +55,7 @@ def tells_itself(done: Fitted) -> bool:
     """Return whether a term need not be foretold: a slow error of a clear shape, or a mount that turns and loses none.
 
     A mount that crept by 10 deviations was worth 13 nat beside the noise's colour, and gained 10 on left-out seconds
-    that chance alone lets differ by 20; of 67 recordings with nothing wrong three promised such a turn, worth -8 at most.
+    that chance alone lets differ by 20. In 67 recordings with nothing wrong three such turns were worth -8 at most.
     """
     return done.shape > SHAPED or (done.term.part == "both" and done.heldout.value > 0)
 
