@@ -31,11 +31,11 @@ def test_what_was_refused_and_gained_as_much_equals_an_unknown_at_its_place(gain
 
 
 def test_what_was_refused_for_a_loss_equals_nothing():
-    assert (
-        with_refused((said(UNKNOWN, "imu1", -20.0),), (), (Rejected("soft_mount", "imu1", -22.0),))[0].equivalent == ()
-    )
+    (u,) = with_refused((said(UNKNOWN, "imu1", -20.0),), (), (Rejected("soft_mount", "imu1", -22.0),))
+    assert u.equivalent == ()
 
 
 def test_a_name_that_is_found_is_no_equal():
     named, refused = said("gyro_scale", "imu1", 90.0), Rejected("gyro_scale", "imu1", 70.0)
-    assert with_refused((said(UNKNOWN, "imu1", 53.0),), (named,), (refused,))[0].equivalent == ()
+    (u,) = with_refused((said(UNKNOWN, "imu1", 53.0),), (named,), (refused,))
+    assert u.equivalent == ()
