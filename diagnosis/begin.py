@@ -6,16 +6,21 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from imubench.diagnosis.budget import FIT, Budget
 from imubench.diagnosis.coarser import coarsest
 from imubench.diagnosis.contacts import touched
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.nominal import first_fit, nominal_fit
 from imubench.diagnosis.samples import Sampled, sampled
+from imubench.diagnosis.start import model_of
 from imubench.diagnosis.stops import STOP, UNSETTLED, settled_between, stop_of
 from imubench.diagnosis.windows import Window
 from imubench.effects import EFFECTS
 from imubench.progress import Step, silent
 from imubench.recording import Recording
+
+MOTION = "the fit of the motion to its end"
+ROUGH = 2  # steps of a fit that only shows what a recording is
 
 
 @dataclass(frozen=True)
@@ -25,26 +30,33 @@ class Begun:
     samples: Sampled
     first: Fit  # of the model as it was declared
     fit: Fit  # where no end stop knocks, on as few knots as it needs; the search for effects goes on from here
+    finished: bool = True  # False: the time limit came first, and `first` is two steps from where the fit begins
 
 
-def begun(recording: Recording, step: Step = silent) -> Begun:
+def begun(recording: Recording, step: Step = silent, budget: Budget | None = None) -> Begun:
     """Return what a recording shows before anything is looked for."""
+    budget = budget or Budget()
     with step("check the samples"):
         samples = sampled(recording)
+    first = fit = None
     with step("fit the motion"):
         known = samples.heard(recording)
 
         def fitted(swings: tuple[Window, ...], masks: dict[str, NDArray[np.bool_]]) -> Fit:
             return nominal_fit(replace(known, free_swings=swings), masks, samples.humming, samples.wander)
 
-        fit = first = fitted(known.free_swings, samples.masks)
-        heard = partial(stop_of, first, samples)
-        met = partial(touched, first, known.free_swings, lambda swings: fitted(swings, samples.masks))
-        ways = (met, heard) if recording.rig == "pendulum" else (heard, met)  # a push tells its axis, knocks do not
-        if STOP in EFFECTS and (stop := ways[0]() or ways[1]()):
-            without = fitted(stop.swings(known.free_swings), stop.masks(first, samples.masks))
-            stop = settled_between(stop, without)
-            if stop.std < UNSETTLED:
-                fit, samples = without, stop.told(samples)
-        fit = coarsest(fit)
+        with budget.part(FIT, MOTION):
+            fit = first = fitted(known.free_swings, samples.masks)
+            heard = partial(stop_of, first, samples)
+            met = partial(touched, first, known.free_swings, lambda swings: fitted(swings, samples.masks))
+            ways = (met, heard) if recording.rig == "pendulum" else (heard, met)  # a push tells its axis, knocks do not
+            if STOP in EFFECTS and (stop := ways[0]() or ways[1]()):
+                without = fitted(stop.swings(known.free_swings), stop.masks(first, samples.masks))
+                stop = settled_between(stop, without)
+                if stop.std < UNSETTLED:
+                    fit, samples = without, stop.told(samples)
+            fit = coarsest(fit)
+        if first is None or fit is None:
+            rough = first_fit(model_of(known), ROUGH)
+            return Begun(samples, rough, rough, finished=False)
     return Begun(samples, first, fit)

@@ -5,6 +5,7 @@ from time import perf_counter
 
 from imubench.diagnosis import gather
 from imubench.diagnosis.begin import begun
+from imubench.diagnosis.budget import NAMELESS, NUMBERS, SEARCH, Budget
 from imubench.diagnosis.by_size import named_by_size, with_equals
 from imubench.diagnosis.equalled import with_likes, with_refused
 from imubench.diagnosis.evidence import Evidence
@@ -14,52 +15,77 @@ from imubench.diagnosis.left_out import left_out_change
 from imubench.diagnosis.loud import refuted
 from imubench.diagnosis.noise import declared, declared_by
 from imubench.diagnosis.nominal import certain
+from imubench.diagnosis.nonsense import nonsense
+from imubench.diagnosis.nonsense.dead_end import dead_end
+from imubench.diagnosis.nonsense.permuted import permuted
 from imubench.diagnosis.rattles import rattling
 from imubench.diagnosis.regressors import regressors
-from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Verdict
+from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Verdict, Where
 from imubench.diagnosis.rounded import beside_rounding, sharp
-from imubench.diagnosis.select import Selection, select
+from imubench.diagnosis.select import FURTHER, Selection, select
 from imubench.diagnosis.series import named_by_law
+from imubench.diagnosis.stopped import NAMELESS as UNNAMED
+from imubench.diagnosis.stopped import doubted, not_fitted, verdict_when_stopped, with_rest
 from imubench.diagnosis.struck import struck_again
 from imubench.diagnosis.unknown import Unknowns, unknowns
 from imubench.diagnosis.verdict import beside, beside_hum, missing, surest_first, verdict_of, with_samples
 from imubench.diagnosis.where import locate
 from imubench.effects.effect import Effect
 from imubench.progress import Step, silent
-from imubench.recording import Recording
+from imubench.recording import Recording, require_known_rig
 
 
-def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evidence]:
-    """Return what a recording says about the model it was declared with, and what shows it."""
+def diagnose(recording: Recording, step: Step = silent, budget: Budget | None = None) -> tuple[Diagnosis, Evidence]:
+    """Return what a recording says about the model it was declared with, and what shows it.
+
+    Args:
+        recording: of a rig of the project; see `require_known_rig`.
+        step: told what is being done.
+        budget: the processor time that it may take; None: as much as it takes. Where that is spent, what is known by
+            then is returned, with what was not tried.
+
+    Raises:
+        InputError: for a rig of one's own.
+    """
     clock = perf_counter()
-    start = begun(recording, step)
+    require_known_rig(recording, "a diagnosis")
+    budget = budget or Budget()
+    with step("hold the sensors against each other"):
+        wrong = nonsense(recording)
+    if wrong:
+        return dead_end(recording, wrong, clock)
+    start = begun(recording, step, budget)
     samples, first, fit = start.samples, start.first, start.fit
-    unseen = missing(recording)
-    with step("find what was left out"):
+    unseen = missing(recording) if start.finished else not_fitted(budget)
+    chosen = None
+    with step("find what was left out"), budget.part(SEARCH, FURTHER):
         chosen = select(fit, rounding=sharp(samples.findings, recording)) if not unseen else None
+    budget.missed(*(chosen.not_tried if chosen else ()))
     stated, now = declared_by(recording), declared(fit.model)
     with step("weigh and locate what is left"):
         before = gather.weighed(first, stated, samples.white)
         where = locate(gather.traces(before), regressors(first))
-        strange = unknowns(chosen.fit, where) if chosen else Unknowns((), fit, ())
-        for naming in (named_by_law, named_by_size):
-            if chosen and (told := naming(chosen, strange)) is not chosen:
-                chosen, strange = told, unknowns(told.fit, where)
-        rest, best = with_equals(strange).findings, strange.fit
+        strange = Unknowns((), fit, ())
+        if chosen:
+            chosen, strange = with_unknowns(chosen, where, budget)
+        rest, best = strange.findings, strange.fit
         samples = samples.without(refuted(samples.findings, best, {f.at for f in rest}))
         rest = not_told(rest, samples.findings)
         noises = tuple(f for f in rest if f.effect != UNKNOWN)
         rest = tuple(f for f in rest if f.effect == UNKNOWN)
         now |= {f"{f.at}.{f.effect.removesuffix('_noise')}": float(f.parameters["std"].value) for f in noises}
         after = gather.weighed(best, now)
+        partly = bool(budget.not_tried) and chosen is not None
+        rest = with_rest(rest, after) if partly else rest
         kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
-        plain = numbered(chosen, kept) or best
-        fitted = tuple(f for f in (findings(chosen, recording) if chosen else ()) if (f.effect, f.at) in kept)
+        told, plain = in_numbers(chosen, kept, best, recording, budget) if chosen else ((), best)
+        fitted = tuple(f for f in (doubted(told) if partly else told) if (f.effect, f.at) in kept)
         refused = rejected(chosen) if chosen else ()
         rest = with_refused(with_likes(rest, fitted), fitted, refused)
         noises = beside_hum(noises, (*fitted, *samples.findings))
         named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
-        named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()
+        with budget.part(NUMBERS, "knocks that the raw samples doubt"):
+            named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()
         named = surest_first(rattling(beside_rounding(named, recording, samples.humming), recording))
         traces = gather.traces(before, after if named or rest else None)
     evidence = Evidence(
@@ -76,7 +102,12 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         ),
     )
     verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest)
-    held = (before.left_out, after.left_out)
+    if partly:
+        verdict, unseen = verdict_when_stopped(named, rest, after)
+    quality = FitQuality((before.left_out, after.left_out))
+    if named or rest:
+        with budget.part(NUMBERS, "channels left out"):
+            quality = FitQuality(quality.heldout, left_out_change(before, after))
     diagnosis = Diagnosis(
         recording.name,
         recording.rig,
@@ -85,12 +116,36 @@ def diagnose(recording: Recording, step: Step = silent) -> tuple[Diagnosis, Evid
         where,
         (*named, *rest),
         refused,
-        FitQuality(held, left_out_change(before, after)) if named or rest else FitQuality(held),
+        quality,
         "",
         perf_counter() - clock,
         unseen,
+        permuted((*named, *rest), recording),
+        budget.stopped,
+        tuple(budget.not_tried),
     )
     return diagnosis, evidence
+
+
+def with_unknowns(chosen: Selection, where: Sequence[Where], budget: Budget) -> tuple[Selection, Unknowns]:
+    """Return a selection with what it leaves unexplained, and with the effects that are names for that."""
+    strange = Unknowns((), chosen.fit, ())
+    with budget.part(NAMELESS, UNNAMED):
+        strange = unknowns(chosen.fit, where)
+        for naming in (named_by_law, named_by_size):
+            if (told := naming(chosen, strange)) is not chosen:
+                chosen, strange = told, unknowns(told.fit, where)
+        strange = with_equals(strange)
+    return chosen, strange
+
+
+def in_numbers(
+    chosen: Selection, kept: Collection[tuple[str, str]], best: Fit, recording: Recording, budget: Budget
+) -> tuple[tuple[Finding, ...], Fit]:
+    """Return the findings, and the fit that their numbers are of; both as the search left them where time is short."""
+    with budget.part(NUMBERS, "intervals, equivalents and what would tell these apart"):
+        return findings(chosen, recording), numbered(chosen, kept) or best
+    return findings(chosen, recording, briefly=True), best
 
 
 def not_told(rest: Sequence[Finding], told: Sequence[Finding]) -> tuple[Finding, ...]:

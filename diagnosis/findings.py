@@ -3,7 +3,7 @@
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.alike import alike
+from imubench.diagnosis.alike import Rival, alike
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.exchange import SHARE, TIE
 from imubench.diagnosis.fit import Fit
@@ -11,6 +11,7 @@ from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.loud import left_over
 from imubench.diagnosis.priors import states_inside
+from imubench.diagnosis.refit import information
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Rejected, Where
 from imubench.diagnosis.select import Selection
 from imubench.diagnosis.separate import separation
@@ -32,18 +33,21 @@ OPEN = 0.1
 true; of those worth more, but less than all that was left, 14 of 15."""
 
 
-def findings(selection: Selection, measured: Recording | None = None) -> tuple[Finding, ...]:
+def findings(selection: Selection, measured: Recording | None = None, briefly: bool = False) -> tuple[Finding, ...]:
     """Return the effects that stay, strongest first.
 
-    `measured` is the recording as it came, where the fit's is another: what of a hum wanders is not in that.
+    `measured` is the recording as it came, where the fit's is another: what of a hum wanders is not in that. `briefly`:
+    where there is no time, with the search's own numbers, and without equivalents of the same law of the recording or
+    the motions that would tell them apart.
     """
-    std = with_springs(selection.numbers, parameter_std(selection.numbers))
+    numbers = selection.fit if briefly else selection.numbers
+    std = information(numbers)[1] if briefly else with_springs(numbers, parameter_std(numbers))
     recording = selection.fit.model.recording
     loose, small, odd = loosely(selection.fit), overshadowed(selection), strained(selection.fit)
     out = []
     for kept in strongest_first(selection):
         h, gain = kept.hypothesis, kept.heldout
-        others = alike(selection.fit, h)
+        others = [] if briefly else alike(selection.fit, h)
         same = [Rejected(r.effect, r.at, gain.value - r.loss) for r in others]
         springs = like(kept)
         same += [Rejected(t.hypothesis.effect.name, h.at, gain.value - kept.evidence + t.evidence) for t in springs]
@@ -57,13 +61,17 @@ def findings(selection: Selection, measured: Recording | None = None) -> tuple[F
                 h.effect.name,
                 h.at,
                 min(confidence(kept.evidence, NEEDED), most),
-                parameters(h, selection.numbers, std, measured),
+                parameters(h, numbers, std, measured),
                 Interval(gain.value, (gain.low, gain.high)),
                 (*same, *ties),
-                separation(selection.fit, h, [Hypothesis(EFFECTS[r.effect].suited(recording), r.at) for r in others]),
+                "" if briefly else separation(selection.fit, h, [_rival(r, recording) for r in others]),
             )
         )
     return tuple(out)
+
+
+def _rival(r: Rival, recording: Recording) -> Hypothesis:
+    return Hypothesis(EFFECTS[r.effect].suited(recording), r.at)
 
 
 def like(kept: Kept) -> list[Passed]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from imubench.arrays import Array
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
+from imubench.diagnosis.budget import check
 from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.rows import Rows
@@ -95,12 +96,14 @@ def search(
         taken += 1
         before, step = cost, None
         while damping < MOST:
+            check()
             try:
                 step = Step.of(model, rows, damping)
             except NotPositiveDefiniteError:
                 damping *= 10
                 continue
             for length in LENGTHS:
+                check()
                 led = moved(model, state, length * step.splines, length * step.values)
                 trial, trial_rows, trial_cost = _arrived(model, led, noise, anchor)
                 if follow and length >= BENT and trial_cost >= cost:

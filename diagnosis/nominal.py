@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.coherence import RELATED, follows_motion
 from imubench.diagnosis.equations import equation_rows
-from imubench.diagnosis.fit import AGAIN, Fit, solve
+from imubench.diagnosis.fit import AGAIN, STEPS, Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis, State, segment_of
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.noise import LOOSENED, declared, fit_with_noise, with_noise
@@ -51,12 +51,12 @@ def nominal_fit(
     return fit
 
 
-def first_fit(model: Model) -> Fit:
+def first_fit(model: Model, steps: int = STEPS) -> Fit:
     """Return a first fit from the recording alone, at noise levels that hold nothing tightly."""
     model, state, anchor = blind_start(model)
     noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
     noise |= roughness(model, state, anchor) | {r.name: LOOSE_EQUATION for r in equation_rows(model, state)}
-    return solve(model, state, noise, anchor, enough=1e-3)
+    return solve(model, state, noise, anchor, steps, enough=1e-3)
 
 
 def certain(model: Model) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory
+from imubench.diagnosis.budget import DEFAULT, Budget
 from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.export import write_model
@@ -29,15 +30,17 @@ class Done:
     missing: str = ""  # why there is no report
 
 
-def diagnose_on_disk(folder: Path, out: Path, step: Step = silent) -> Done:
+def diagnose_on_disk(folder: Path, out: Path, step: Step = silent, time_limit: float = DEFAULT) -> Done:
     """Diagnose a recording in format 1 and write diagnosis.json, report.html, diagnosis.rrd and model/ into `out`.
 
-    The reference, if there is one, only judges. Without matplotlib everything but the report is written.
+    The reference, if there is one, only judges. Without matplotlib everything but the report is written. After
+    `time_limit` s of processor time what is known by then is written.
     """
+    budget = Budget(time_limit)
     with step(f"read {folder}"):
         recording, reference = read(folder)
-    diagnosis, evidence = diagnose(recording, step)
-    diagnosis = judged(diagnosis, evidence, reference)
+    diagnosis, evidence = diagnose(recording, step, budget)
+    diagnosis = judged(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis
     missing = ""
     with atomic_directory(out) as target:
         with step("write the model"):

@@ -134,9 +134,14 @@ def layout(evidence: Evidence, scene: Scene, angles: bool, marked: bool) -> rrb.
 def summary(d: Diagnosis, evidence: Evidence) -> str:
     """Return the verdict, where and what in Markdown."""
     lines = [f"### {words.headline(d)}", ""]
-    lines += [f"Misfit {d.misfit[0]:.2f} as declared, {d.misfit[1]:.2f} with the findings; 1 is only noise.", ""]
-    lines += [f"- {words.location(w, evidence.span)}" for w in d.where]
-    for finding in d.findings:
+    if d.stopped:
+        lines += [words.stopped(d), ""]
+    if d.fitted:
+        lines += [f"Misfit {d.misfit[0]:.2f} as declared, {d.misfit[1]:.2f} with the findings; 1 is only noise.", ""]
+        lines += [f"- {words.location(w, evidence.span)}" for w in d.where]
+    else:
+        lines += [f"- {text}" for text in words.places(d, evidence.span)]
+    for finding in d.findings if d.fitted else ():
         lines += ["", f"**{words.title(finding)}** ({words.percent(finding.confidence)})", ""]
         body = [row for name, p in finding.parameters.items() for row in rows(name, p)]
         if body:

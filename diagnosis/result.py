@@ -152,6 +152,23 @@ class Unseen:
 
 
 @dataclass(frozen=True)
+class Nonsense:
+    """What no simulation can be held against: sensors of two recordings, a mirrored one, one that is stuck."""
+
+    at: str
+    what: str  # "imu2 looks mirrored in z"
+    evidence: Mapping[str, float] = field(default_factory=dict)  # statistics by name
+    channels: tuple[str, ...] = ()  # that it concerns: gyr_z
+    advice: str = ""  # what to look at
+    missing: bool = False  # there is too little to say that anything is wrong: the recording shows nothing
+
+    def __post_init__(self) -> None:
+        _place(self.at, "nonsense.at")
+        for name, value in self.evidence.items():
+            finite(value, f"nonsense.evidence.{name}")
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer; `InputError` where the verdict does not go with the findings."""
 
@@ -166,6 +183,14 @@ class Diagnosis:
     model: str  # path of the MJCF file beside diagnosis.json, "" where none is written
     seconds: float
     unseen: tuple[Unseen, ...] = ()
+    nonsense: tuple[Nonsense, ...] = ()
+    stopped: str = ""  # what stopped it: "time limit of 600 s of processor time"
+    not_tried: tuple[str, ...] = ()  # by then, in words
+
+    @property
+    def fitted(self) -> bool:
+        """Whether a motion was fitted: not where the recording makes no sense."""
+        return not self.nonsense or self.verdict not in ("unexplained", "unobservable")
 
     def __post_init__(self) -> None:
         if self.verdict not in VERDICTS:

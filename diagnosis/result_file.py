@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from imubench.diagnosis.result import Change, Diagnosis, Finding, Rejected, Where
+from imubench.diagnosis.result import Change, Diagnosis, Finding, Nonsense, Rejected, Where
 
 FILE_NAME = "diagnosis.json"
 FORMAT = 1
@@ -10,7 +10,10 @@ MISFIT_UNIT = "residual power over noise power, 1 = only noise"
 
 
 def as_dict(d: Diagnosis) -> dict[str, Any]:
-    """Return the content of diagnosis.json; "unseen" and a finding's "where" stand in it only where there are any."""
+    """Return the content of diagnosis.json.
+
+    "unseen", "nonsense", "stopped" with "not_tried" and a finding's "where" stand in it only where there are any.
+    """
     content: dict[str, Any] = {
         "format": FORMAT,
         "recording": d.recording,
@@ -30,7 +33,16 @@ def as_dict(d: Diagnosis) -> dict[str, Any]:
     }
     if d.unseen:
         content["unseen"] = [{"what": u.what, "motion": u.motion} for u in d.unseen]
+    if d.nonsense:
+        content["nonsense"] = [_nonsense(n) for n in d.nonsense]
+    if d.stopped:
+        content |= {"stopped": d.stopped, "not_tried": list(d.not_tried)}
     return content
+
+
+def _nonsense(n: Nonsense) -> dict[str, Any]:
+    content: dict[str, Any] = {"at": n.at, "what": n.what, "channels": list(n.channels), "advice": n.advice}
+    return content | {"evidence": {name: float(v) for name, v in n.evidence.items()}, "missing": n.missing}
 
 
 def _where(w: Where) -> dict[str, Any]:

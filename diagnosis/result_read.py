@@ -12,6 +12,7 @@ from imubench.diagnosis.result import (
     Finding,
     FitQuality,
     Interval,
+    Nonsense,
     Parameter,
     Rejected,
     Unseen,
@@ -21,7 +22,7 @@ from imubench.diagnosis.result import (
 from imubench.diagnosis.result_file import FILE_NAME, FORMAT
 from imubench.errors import InputError
 
-WORDS: dict[object, str] = {dict: "an object", list: "a list", str: "text"}
+WORDS: dict[object, str] = {dict: "an object", list: "a list", str: "text", bool: "true or false"}
 T = TypeVar("T")
 
 
@@ -120,6 +121,9 @@ def _read_diagnosis(node: _Node) -> Diagnosis:
         model=_text(node["model"]),
         seconds=node["seconds"].number,
         unseen=node.optional("unseen", lambda n: n.each(_read_unseen), ()),
+        nonsense=node.optional("nonsense", lambda n: n.each(_read_nonsense), ()),
+        stopped=node.optional("stopped", _text, ""),
+        not_tried=node.optional("not_tried", lambda n: n.each(_text), ()),
     )
 
 
@@ -176,3 +180,14 @@ def _read_change(node: _Node) -> Change:
 
 def _read_unseen(node: _Node) -> Unseen:
     return Unseen(_text(node["what"]), _text(node["motion"]))
+
+
+def _read_nonsense(node: _Node) -> Nonsense:
+    return Nonsense(
+        _text(node["at"]),
+        _text(node["what"]),
+        node.optional("evidence", lambda n: n.named(_number), {}),
+        node.optional("channels", lambda n: n.each(_text), ()),
+        node.optional("advice", _text, ""),
+        node.optional("missing", lambda n: n.of(bool), False),
+    )

@@ -1,10 +1,12 @@
 """The search: round by round what explains most comes in, where data that it has not seen bear it out."""
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 
 from imubench.diagnosis.brief import blinded
+from imubench.diagnosis.budget import OutOfTime
 from imubench.diagnosis.entered import MOST, Refused, entered
 from imubench.diagnosis.exchange import exchanged
 from imubench.diagnosis.filtered import quickly
@@ -24,33 +26,35 @@ def searched(
     """Return the fit with more of some effects, all that it has, and what was refused.
 
     A slip that predicts nothing is not asked for again: a loud moment of anything promises one, and hides the rest.
+    Where the time limit stops a round, what the rounds before brought is returned.
     """
     rejected: Refused = []
     vain: Vain = {}
     asked_for, heard = everything, set[str]()
-    while len(kept) < MOST:
-        now, before, masks = attempted(fit, asked_for, say, vain, heard), len(kept), fit.model.masks
-        fit, kept, refused = entered(now, kept, rng, say)
-        if now.fit.model.masks is not masks and not any(k.hypothesis.effect.name == SLIP for k in kept[before:]):
-            fit = blinded(fit, masks)  # of a slip that was refused
-        lively, heard = now.lively, heard | well_heard(now)
-        del now  # with all its fits: memory
-        rejected += refused
-        if len(kept) > before:
-            late = any(k.hypothesis.effect.name == CLOCK for k in kept[before:])
-            heard = set() if late else heard
-            fit, kept = exchanged(fit, kept, everything, say)
-            fit, kept = halved(fit, kept, everything, rng, say)
-            rubs = any(k.hypothesis.effect.name in FRICTION for k in kept[before:])
-            fit, kept = mixed(fit, kept, say) if rubs else (fit, kept)
-            fit, kept = quickly(fit, kept, say) if late else (fit, kept)
-            asked_for = everything
-        elif slips := {h.name for h, _ in refused if h.effect.name == SLIP}:
-            asked_for = [h for h in asked_for if h.name not in slips]
-        elif refused and not lively:
-            asked_for = [h for h in everything if h.effect.states]
-        else:
-            break
+    with suppress(OutOfTime):
+        while len(kept) < MOST:
+            now, before, masks = attempted(fit, asked_for, say, vain, heard), len(kept), fit.model.masks
+            fit, kept, refused = entered(now, kept, rng, say)
+            if now.fit.model.masks is not masks and not any(k.hypothesis.effect.name == SLIP for k in kept[before:]):
+                fit = blinded(fit, masks)  # of a slip that was refused
+            lively, heard = now.lively, heard | well_heard(now)
+            del now  # with all its fits: memory
+            rejected += refused
+            if len(kept) > before:
+                late = any(k.hypothesis.effect.name == CLOCK for k in kept[before:])
+                heard = set() if late else heard
+                fit, kept = exchanged(fit, kept, everything, say)
+                fit, kept = halved(fit, kept, everything, rng, say)
+                rubs = any(k.hypothesis.effect.name in FRICTION for k in kept[before:])
+                fit, kept = mixed(fit, kept, say) if rubs else (fit, kept)
+                fit, kept = quickly(fit, kept, say) if late else (fit, kept)
+                asked_for = everything
+            elif slips := {h.name for h, _ in refused if h.effect.name == SLIP}:
+                asked_for = [h for h in asked_for if h.name not in slips]
+            elif refused and not lively:
+                asked_for = [h for h in everything if h.effect.states]
+            else:
+                break
     return fit, kept, rejected
 
 

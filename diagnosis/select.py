@@ -8,7 +8,9 @@ import numpy as np
 
 from imubench.diagnosis.alive import suspicious
 from imubench.diagnosis.brief import blind, blinded
+from imubench.diagnosis.budget import OutOfTime, check
 from imubench.diagnosis.coarser import finer
+from imubench.diagnosis.entered import Refused
 from imubench.diagnosis.filtered import filtered, quickly
 from imubench.diagnosis.fit import Fit, converged
 from imubench.diagnosis.hypothesis import Hypothesis
@@ -28,6 +30,11 @@ from imubench.effects import possible
 from imubench.effects.soft_mounts import Sprung
 
 SETTLED = 8  # rounds at most, of a law that the fit ends with
+FURTHER = "further effects"
+WITHOUT = "whether each finding is needed"
+OTHERWISE = "other readings of the findings: one effect for two, a filter for a delay"
+SETTLING = "the last digits of the findings' numbers"
+STAGES = (FURTHER, WITHOUT, OTHERWISE, SETTLING)
 
 
 @dataclass(frozen=True)
@@ -37,6 +44,7 @@ class Selection:
     fit: Fit
     kept: tuple[Kept, ...]
     rejected: tuple[tuple[Hypothesis, float], ...]  # nat on held-out data, or of evidence where that was enough
+    not_tried: tuple[str, ...] = ()  # stages of the search that the time limit did not allow
 
     @cached_property
     def numbers(self) -> Fit:
@@ -61,43 +69,59 @@ def select(
 
     An effect with states that is dropped in the end hid what it stood for: a filter of both triples took what a soft
     mount did (1,591 nat for 1,257), and was none once a scale and a drift were in. So the search goes on without it.
-    `rounding` says what a state may gain of it, in nat by place.
+    `rounding` says what a state may gain of it, in nat by place. Where the time limit stops it, what it has by then is
+    returned, with what was not tried.
     """
-    fit, kept = slack(nominal, [Kept.unjudged(h) for h in nominal.model.hypotheses], say)
-    fit, kept = quickly(fit, kept, say)
-    rng = np.random.default_rng(SEED)
-    everything = candidates(nominal.model)
-    fit, kept, rejected = searched(fit, kept, everything, rng, say)
-    fine = finer(fit)
-    firm = firmly(fit, kept) if fine is not fit else ()
-    fit, kept, dropped = prune(fine, kept, say, firm)
-    if (hollow := {kind(h) for h, _ in dropped if h.effect.states}) and suspicious(fit):
-        say("searching anew without what was none")
-        rest = [h for h in everything if kind(h) not in hollow]
-        fit, kept, refused = searched(fit, kept, rest, rng, say)
-        fit, kept, more = prune(fit, kept, say, firm)
-        rejected, dropped = [*rejected, *refused], [*dropped, *more]
-    fit, kept, gone = without_rounded(fit, kept, rounding or {})
-    if gone:
-        fit, kept, more = prune(fit, kept, say, firm)
-        dropped += [*((k.hypothesis, k.heldout.value) for k in gone), *more]
-    for change in (mixed, merged, filtered):
-        other, kept = change(fit, kept, say)
-        if other is not fit:
-            fit, kept, more = prune(other, kept, say, firm)
-            dropped += more
-    fit = with_settled_noise(fit)
-    if fit.model.tilts:
-        say("settling springs and dampers")
-        fit = as_tight(with_noise(fit, SETTLED, laws_of_filters(fit)))
-        if not all(natural(fit, k.hypothesis) for k in kept):
+    fit, kept = nominal, [Kept.unjudged(h) for h in nominal.model.hypotheses]
+    rejected: Refused = []
+    dropped: Refused = []
+    left = list(STAGES)
+    try:
+        fit, kept = slack(fit, kept, say)
+        fit, kept = quickly(fit, kept, say)
+        rng = np.random.default_rng(SEED)
+        everything = candidates(nominal.model)
+        fit, kept, rejected = searched(fit, kept, everything, rng, say)
+        check()
+        left.remove(FURTHER)
+        fine = finer(fit)
+        firm = firmly(fit, kept) if fine is not fit else ()
+        fit, kept, dropped = prune(fine, kept, say, firm)
+        if (hollow := {kind(h) for h, _ in dropped if h.effect.states}) and suspicious(fit):
+            say("searching anew without what was none")
+            rest = [h for h in everything if kind(h) not in hollow]
+            fit, kept, refused = searched(fit, kept, rest, rng, say)
+            rejected = [*rejected, *refused]
             fit, kept, more = prune(fit, kept, say, firm)
             dropped += more
-    for h in [k.hypothesis for k in kept]:
-        if windows := blind(fit, h):  # its course is near enough to find it by, not to read its numbers off
-            fit = blinded(fit, windows)
-    fit = converged(fit) if kept else fit
-    return Selection(fit, tuple(together(fit, kept)), (*rejected, *dropped))
+        fit, kept, gone = without_rounded(fit, kept, rounding or {})
+        if gone:
+            dropped += ((k.hypothesis, k.heldout.value) for k in gone)
+            fit, kept, more = prune(fit, kept, say, firm)
+            dropped += more
+        left.remove(WITHOUT)
+        for change in (mixed, merged, filtered):
+            before = fit
+            fit, kept = change(fit, kept, say)
+            if fit is not before:
+                fit, kept, more = prune(fit, kept, say, firm)
+                dropped += more
+        left.remove(OTHERWISE)
+        fit = with_settled_noise(fit)
+        if fit.model.tilts:
+            say("settling springs and dampers")
+            fit = as_tight(with_noise(fit, SETTLED, laws_of_filters(fit)))
+            if not all(natural(fit, k.hypothesis) for k in kept):
+                fit, kept, more = prune(fit, kept, say, firm)
+                dropped += more
+        for h in [k.hypothesis for k in kept]:
+            if windows := blind(fit, h):  # its course is near enough to find it by, not to read its numbers off
+                fit = blinded(fit, windows)
+        fit = converged(fit) if kept else fit
+        kept, left = together(fit, kept), []
+    except OutOfTime:
+        pass  # what is in `fit` and `kept` goes together whenever a step is stopped
+    return Selection(fit, tuple(kept), (*rejected, *dropped), tuple(left))
 
 
 def laws_of_filters(fit: Fit) -> list[str]:

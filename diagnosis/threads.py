@@ -14,6 +14,8 @@ from typing import ParamSpec, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
+from imubench.diagnosis.budget import check
+
 P = ParamSpec("P")
 S = TypeVar("S")
 T = TypeVar("T")
@@ -56,16 +58,22 @@ def side_by_side(function: Callable[[S], T], items: Iterable[S], knots: int = 0)
     """Yield what a function makes of items, in their order, a few of them made while the last is looked at.
 
     One after the other where each is a fit of so many `knots` that two at once would take too much memory. Work that is
-    one of several such pieces already does its own pieces itself: its threads would wait for each other.
+    one of several such pieces already does its own pieces itself: its threads would wait for each other. Before each
+    the time limit is asked.
     """
+
+    def asked(item: S) -> T:
+        check()
+        return function(item)
+
     if CORES < 2 or knots > MOST_KNOTS or current_thread().name.startswith(NAME):
-        yield from map(function, items)
+        yield from map(asked, items)
         return
     pool = _pool(os.getpid())  # threads do not survive a fork
     under_way: deque[Future[T]] = deque()
     try:
         for item in items:
-            under_way.append(pool.submit(copy_context().run, function, item))
+            under_way.append(pool.submit(copy_context().run, asked, item))
             if len(under_way) > CORES:
                 yield under_way.popleft().result()
         while under_way:

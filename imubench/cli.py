@@ -159,6 +159,9 @@ def reproduce_command(
 def diagnose_command(
     recording: Annotated[Path, typer.Argument(help="A folder in format 1.")],
     out: Out = None,
+    time_limit: Annotated[
+        float, typer.Option("--time-limit", help="Seconds of processor time; then what is known is said.", min=1)
+    ] = 600.0,
 ) -> None:
     """Say where a recording differs from its model, and what physics the model leaves out.
 
@@ -170,11 +173,17 @@ def diagnose_command(
     diagnosis.rrd for Rerun, and model/, a simulation with what was found in
     it, which `imubench run DIR/model` replays. Without --out: runs/diagnosis-NAME.
 
+    First the sensors are held against each other: two recordings in one, a
+    mirrored or a stuck sensor, swapped files and too few samples are said in
+    words, and nothing is fitted. At the time limit the search stops, and the
+    verdict is no surer than what was tried.
+
     Exit code 2 for bad input, with one line about it.
     """
     from imubench.cli_diagnose import run as run_diagnosis
 
-    run_diagnosis(recording, out or Path("runs") / f"diagnosis-{recording.resolve().name}", console, errors)
+    out = out or Path("runs") / f"diagnosis-{recording.resolve().name}"
+    run_diagnosis(recording, out, time_limit, console, errors)
 
 
 @app.command("prove")

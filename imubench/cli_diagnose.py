@@ -16,9 +16,13 @@ from imubench.progress import on_console
 COLOURS = {"good": "green", "part": "yellow", "bad": "red"}
 
 
-def run(recording: Path, out: Path, console: Console, errors: Console) -> None:
-    """Diagnose a recording into `out` and print what came out; `InputError` where the report could not be drawn."""
-    done = diagnose_on_disk(recording, out, on_console(errors))
+def run(recording: Path, out: Path, time_limit: float, console: Console, errors: Console) -> None:
+    """Diagnose a recording into `out` within `time_limit` s of processor time and print what came out.
+
+    Raises:
+        InputError: where the report could not be drawn.
+    """
+    done = diagnose_on_disk(recording, out, on_console(errors), time_limit)
     print_diagnosis(done.diagnosis, done.evidence.span, console)
     shown = f"; open {out / REPORT}" if not done.missing else ""
     console.print(f"written: {out}{shown}", soft_wrap=True)
@@ -30,9 +34,12 @@ def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Console) -
     """Print the verdict, the misfit, where it is and what was found."""
     colour = COLOURS[words.VERDICTS[d.verdict]]
     console.print(f"[bold {colour}]{d.verdict}[/]: {escape(words.headline(d))}", soft_wrap=True)
-    before, after = d.misfit
-    change = f"{before:.2f}" if before == after else f"{before:.2f} as declared, {after:.2f} with what was found"
-    console.print(f"misfit, 1 is only sensor noise: {change}")
+    if d.stopped:
+        console.print(escape(words.stopped(d)), soft_wrap=True)
+    if d.fitted:
+        before, after = d.misfit
+        change = f"{before:.2f}" if before == after else f"{before:.2f} as declared, {after:.2f} with what was found"
+        console.print(f"misfit, 1 is only sensor noise: {change}")
     for text in words.places(d, span):
         console.print(f"  {escape(text)}", soft_wrap=True)
     unit = d.fit.reference.unit
@@ -51,5 +58,5 @@ def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Console) -
                 first = (f"{finding.effect} at {finding.at}", words.percent(finding.confidence)) if i == 0 else ("", "")
                 table.add_row(*first, *row)
         console.print(table)
-    for unseen in d.unseen:
+    for unseen in d.unseen if d.fitted else ():  # else the headline says it
         console.print(f"  to see {escape(unseen.what)}: {escape(unseen.motion)}", soft_wrap=True)

@@ -175,6 +175,15 @@ def _check_overlap(imus: Sequence[Imu]) -> None:
             )
 
 
+def require_known_rig(recording: Recording, what: str) -> None:
+    """Raise `InputError` where a recording is of a rig of its owner's own, which `what` does not support yet."""
+    if recording.rig not in RIGS:
+        raise InputError(
+            f"{recording.name}, key 'rig': expected {', '.join(RIGS)} for {what}, got '{recording.rig}'; a rig of "
+            "one's own can be read and written, but nothing knows its joints and segments yet"
+        )
+
+
 def positive(value: ArrayLike, name: str, or_zero: bool = False) -> None:
     """Raise `InputError` unless `value` is a finite number above (or at) zero."""
     ok = isinstance(value, int | float | np.floating) and not isinstance(value, bool) and np.isfinite(value)

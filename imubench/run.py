@@ -24,7 +24,7 @@ from imubench.estimators import ESTIMATORS
 from imubench.format1 import read, write_recording
 from imubench.log import log_run
 from imubench.progress import Step, silent
-from imubench.recording import Recording
+from imubench.recording import Recording, require_known_rig
 from imubench.reference import Reference
 from imubench.reference_axes import reference_axes
 from imubench.scenarios import SCENARIOS
@@ -149,6 +149,7 @@ def estimate_on_disk(name: str, folder: Path, out: Path, step: Step = silent, di
 
 def _without(recording: Recording, told: Diagnosis, path: Path, step: Step) -> tuple[Recording, tuple[Done, ...]]:
     """Return a recording without what its diagnosis at `path` found, and what was done about each finding."""
+    require_known_rig(recording, "a correction by its diagnosis")
     folder = path if path.is_dir() else path.parent
     check_same(folder / Path(told.model).parent, recording)
     try:

@@ -36,11 +36,12 @@ def page(d: Diagnosis, evidence: Evidence) -> str:
         f"<style>{style}</style></head><body>",
         f"<p class='soft over'>Diagnosis of {escape(d.recording)}: {escape(_what(evidence))}</p>",
         f"<h1 class='verdict {words.VERDICTS[d.verdict]}'>{escape(words.headline(d))}</h1>",
-        _tiles(d),
-        "<h2>Where they differ</h2>",
+        f"<p class='todo'>{escape(words.stopped(d))}</p>" if d.stopped else "",
+        _tiles(d) if d.fitted else "",
+        f"<h2>{'Where they differ' if d.fitted else 'What is wrong'}</h2>",
         *(f"<p>{escape(text)}</p>" for text in words.places(d, evidence.span)),
-        _image(lambda: figures.misfit_map(evidence, d.where), "Map of the misfit", MAP_TEXT),
-        *_findings(d, evidence),
+        _image(lambda: figures.misfit_map(evidence, d.where), "Map of the misfit", MAP_TEXT) if d.fitted else "",
+        *(_findings(d, evidence) if d.fitted else ()),
         _rejected(d),
         _unseen(d),
         _quality(d),
@@ -147,7 +148,7 @@ def _rejected(d: Diagnosis) -> str:
 
 
 def _unseen(d: Diagnosis) -> str:
-    if not d.unseen:
+    if not d.unseen or not d.fitted:  # the headline says it
         return ""
     items = "".join(f"<li>{escape(u.what)}. <b>To see it:</b> {escape(u.motion)}.</li>" for u in d.unseen)
     return f"<h2>What this recording cannot show</h2><ul>{items}</ul>"

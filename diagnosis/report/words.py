@@ -70,7 +70,15 @@ def title(finding: Finding) -> str:
 
 
 def headline(d: Diagnosis) -> str:
-    """Return the verdict in one sentence for somebody who has seen nothing else."""
+    """Return the verdict in one sentence for somebody who has seen nothing else; what makes no sense comes first."""
+    odd = "; ".join(n.what for n in d.nonsense)
+    odd = odd if odd.startswith(("imu", "pose", "gyr", "acc")) else odd[:1].upper() + odd[1:]  # names stay names
+    if not d.fitted:
+        return f"{odd}. No simulation can be held against that."
+    return f"{_headline(d)} {odd}." if odd else _headline(d)
+
+
+def _headline(d: Diagnosis) -> str:
     named = listed([called(f.effect, f.at) for f in d.findings if f.named and f.confidence >= 0.5])
     if d.verdict == "no mismatch":
         return "The simulation and this recording agree: what differs is sensor noise."
@@ -82,11 +90,14 @@ def headline(d: Diagnosis) -> str:
         return f"This recording cannot show {listed([u.what for u in d.unseen])}."
     where = d.where[0] if d.where else None
     place = "" if where is None else f", most of all at {where.at} ({channels(where)})"
-    return f"The simulation and this recording differ{place}, and no effect of the library explains it."
+    why = "what explains it was not found in the time given" if d.stopped else "no effect of the library explains it"
+    return f"The simulation and this recording differ{place}, and {why}."
 
 
 def places(d: Diagnosis, span: Pair) -> list[str]:
     """Return sentences about where the recording differs from the declared model."""
+    if not d.fitted:
+        return list(dict.fromkeys(f"To do: {n.advice}." for n in d.nonsense))
     if not d.where:
         return ["Nowhere by more than the sensors' noise."]
     found = [location(w, span) for w in d.where]
@@ -109,6 +120,11 @@ def location(w: Where, span: Pair) -> str:
         parts.append(f"from {listed([f'{a:.1f} to {b:.1f} s' for a, b in w.windows_s])}")
     goes = "" if w.depends_on.startswith("nothing") else f" It comes and goes with {w.depends_on}."
     return ", ".join(parts) + "." + goes
+
+
+def stopped(d: Diagnosis) -> str:
+    """Return in a sentence what stopped a diagnosis and what was not tried; empty where nothing did."""
+    return f"Stopped at the {d.stopped}; not tried: {listed(list(d.not_tried))}." if d.stopped else ""
 
 
 def covers(window: Pair, span: Pair) -> bool:

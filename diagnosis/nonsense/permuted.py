@@ -1,0 +1,65 @@
+"""A mount that is found turned as if the sensor's axes were called by each other's names."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.kinematics import HINGE_AXIS
+from imubench.diagnosis.nonsense.handedness import AXES
+from imubench.diagnosis.nonsense.mirrored import component
+from imubench.diagnosis.result import Finding, Nonsense
+from imubench.recording import Imu, Recording
+from imubench.rotations import exp, to_matrix
+
+POSE = "mount_pose"
+SURE = 0.5  # confidence from which a finding counts
+TURNED = 0.8  # rad: less is a mount that sits askew, not one axis in another's place (1.57)
+NEAR = 0.05  # rad, and three standard deviations: 2 % of directions are as near to one of the 23 others by chance
+
+
+def permuted(findings: Iterable[Finding], recording: Recording) -> tuple[Nonsense, ...]:
+    """Return the IMUs whose found mount is what a change of their axes' names and signs would make of the declared one.
+
+    On a hinge only the hinge's axis in the sensor is held against it: a turn about that is the joint's own. A pendulum
+    and a lone body show no turn of their sensor at all, but for what a measured pose tells.
+    """
+    out = []
+    for f in findings:
+        if f.effect != POSE or f.confidence < SURE or recording.rig == "pendulum":
+            continue
+        way = way_of(f, recording.imu(f.at), recording.rig == "hinge")
+        if way is not None:
+            reads = ", ".join(component(row) for row in way)
+            what = f"{f.at}'s axes look permuted: it reads ({reads}) where the model has (x, y, z)"
+            out.append(Nonsense(f.at, what, advice=f"check the order of {f.at}'s axes, or declare the mount as it is"))
+    return tuple(out)
+
+
+def way_of(f: Finding, imu: Imu, hinge: bool) -> Array | None:
+    """Return the signed permutation (3, 3) without a mirror that a mount pose is nearest to, if it is one.
+
+    With the declared mount D and the found D R the sensor reads R' of what it should.
+    """
+    turn, std = f.parameters["rotation"].value, f.parameters["rotation"].std
+    found = to_matrix(exp(turn)).T
+    if np.linalg.norm(turn) < TURNED:
+        return None
+    near = NEAR + 3 * float(np.max(std))
+    axis = to_matrix(imu.mount_quaternion)[HINGE_AXIS]  # of the segment, in axes of the sensor as declared
+    best, least = None, near
+    for way in AXES[1:]:
+        if np.linalg.det(way) < 0 or (hinge and way @ axis @ axis > np.cos(TURNED)):
+            continue  # nearly the axis that is declared: nothing would have changed
+        off = float(np.arccos(np.clip(found @ axis @ (way @ axis), -1, 1))) if hinge else angle(found @ way.T)
+        if off < least:
+            best, least = way, off
+    return best
+
+
+def angle(turn: Array) -> float:
+    """Return the angle in rad of a rotation (3, 3)."""
+    return float(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
+
+
+__all__ = ["permuted"]
