@@ -4,9 +4,10 @@ import hashlib
 import json
 import platform
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import version
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import imubench
@@ -14,7 +15,8 @@ from imubench.dataset.remote import place
 from imubench.dataset.shard import RECEIPTS, Job, Receipt
 from imubench.dataset.spec import SPEC_FILE
 from imubench.dataset.storage import Place
-from imubench.errors import InputError
+from imubench.errors import InputError, shown
+from imubench.inputs.files import below
 from imubench.reproduce.parts import sources
 
 MANIFEST = "manifest.json"
@@ -85,11 +87,40 @@ def read_manifest(folder: Place) -> dict[str, Any]:
         begun = any(name.startswith(RECEIPTS) for name in folder.names())
         why = "one that is not finished: the same command goes on" if begun else f"no {MANIFEST} that can be read"
         raise InputError(f"{folder.path}: expected a finished dataset, got {why}")
-    if found.get("format") != FORMAT or not isinstance(found.get("files"), dict):
+    if found.get("format") != FORMAT:
         raise InputError(
-            f"{folder.path}/{MANIFEST}: expected a dataset of format {FORMAT}, got {found.get('format')!r}"
+            f"{folder.path}/{MANIFEST}: expected a dataset of format {FORMAT}, got {shown(found.get('format'))}"
         )
+    for key, fits in KINDS.items():
+        if not fits(found.get(key)):
+            raise InputError(
+                f"{folder.path}/{MANIFEST}, key '{key}': expected {WANTED[key]}, got {shown(found.get(key))}"
+            )
     return found
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value > 0
+
+
+def _are_files(value: object) -> bool:
+    return isinstance(value, dict) and all(
+        isinstance(entry, dict) and isinstance(entry.get("sha256"), str) and isinstance(entry.get("bytes"), int)
+        for entry in value.values()
+    )
+
+
+def _are_counts(value: object) -> bool:
+    return isinstance(value, dict) and all(isinstance(n, int) and n >= 0 for n in value.values())
+
+
+KINDS: dict[str, Callable[[object], bool]] = {
+    "count": _is_count, "recordings_per_file": _is_count, "recordings": _are_counts, "files": _are_files,
+}  # fmt: skip
+WANTED = {
+    "count": "a number of recordings", "recordings_per_file": "a number of recordings",
+    "recordings": "recordings by split", "files": "the hash and size of each file",
+}  # fmt: skip
 
 
 def verify(path: str) -> dict[str, Any]:
@@ -108,6 +139,7 @@ def verify(path: str) -> dict[str, Any]:
 
 def _wrong(folder: Place, listed: dict[str, dict[str, Any]]) -> Iterable[tuple[str, str]]:
     for name, entry in listed.items():
+        below(Path(folder.path), name, f"{folder.path}/{MANIFEST}, key 'files'")
         size = folder.size(name)
         if size is None:
             yield name, "missing"

@@ -10,6 +10,7 @@ from uuid import uuid4
 
 from imubench.dataset.storage import Folder, Place
 from imubench.errors import InputError, first_line
+from imubench.inputs.limits import JSON_BYTES
 
 
 def place(path: str) -> Place:
@@ -65,7 +66,10 @@ class Remote(Place):
     def read(self, name: str) -> bytes:
         """Return a file's content; `InputError` where it cannot be read."""
         with self._readable(name) as file:
-            return bytes(file.read())
+            content = bytes(file.read(JSON_BYTES + 1))
+        if len(content) > JSON_BYTES:
+            raise InputError(f"{self.path}/{name}: expected a file of at most {JSON_BYTES >> 20} MB, got a larger one")
+        return content
 
     def size(self, name: str) -> int | None:
         """Return a file's size in bytes; None where there is no such file."""

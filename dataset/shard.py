@@ -123,7 +123,11 @@ def finished(job: Job, number: int) -> Receipt | None:
     if found is None or set(found) != {f.name for f in Receipt.__dataclass_fields__.values()}:
         return None
     receipt = Receipt(**found)
-    return receipt if set(receipt.files) == set(names(number)) and is_there(job, receipt) else None
+    try:
+        whole = set(receipt.files) == set(names(number)) and is_there(job, receipt)
+    except (TypeError, KeyError, AttributeError):  # not what we write
+        return None
+    return receipt if whole else None
 
 
 def is_there(job: Job, receipt: Receipt) -> bool:

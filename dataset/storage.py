@@ -4,7 +4,6 @@ Another kind of place is another `Place` and a way to be told by its path, in `r
 """
 
 import hashlib
-import json
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -14,6 +13,11 @@ from typing import IO, Any
 
 from imubench.atomic import atomic_file
 from imubench.errors import InputError
+from imubench.inputs.files import opened, read_bytes
+from imubench.inputs.json import parse_json
+from imubench.inputs.limits import JSON_BYTES
+
+LARGEST = 2**63 - 1  # bytes of a file that is hashed block by block, and so takes no memory
 
 
 class Place(ABC):
@@ -64,8 +68,8 @@ class Place(ABC):
     def read_json(self, name: str) -> dict[str, Any] | None:
         """Return a table of JSON, or None where there is none or something else."""
         try:
-            found = json.loads(self.read(name))
-        except ValueError:  # an InputError is one
+            found = parse_json(self.read(name), f"{self.path}/{name}")
+        except InputError:
             return None
         return found if isinstance(found, dict) else None
 
@@ -93,10 +97,7 @@ class Folder(Place):
 
     def read(self, name: str) -> bytes:
         """Return a file's content; `InputError` where it cannot be read."""
-        try:
-            return (self.root / name).read_bytes()
-        except OSError as error:
-            raise InputError(f"{self.root / name}: expected a readable file, got: {error.strerror}") from None
+        return read_bytes(self.root / name, JSON_BYTES)
 
     def size(self, name: str) -> int | None:
         """Return a file's size in bytes; None where there is no such file."""
@@ -107,11 +108,8 @@ class Folder(Place):
 
     def sha256(self, name: str) -> str:
         """Return the hash of a file; `InputError` where it cannot be read."""
-        try:
-            with (self.root / name).open("rb") as file:
-                return hashlib.file_digest(file, "sha256").hexdigest()
-        except OSError as error:
-            raise InputError(f"{self.root / name}: expected a readable file, got: {error.strerror}") from None
+        with opened(self.root / name, LARGEST) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
 
     def names(self) -> list[str]:
         """Return the names of all files, hidden ones included, in order."""

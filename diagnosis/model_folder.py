@@ -13,10 +13,10 @@ from imubench.diagnosis.replay import played_through, readings
 from imubench.diagnosis.rig_file import read_rig
 from imubench.effects.effect import Reading
 from imubench.errors import InputError, unknown
-from imubench.format1.tables import read_table
+from imubench.inputs.tables import read_table
+from imubench.inputs.toml import load_toml
 from imubench.jets import Jet
 from imubench.recording import Encoder, Imu, Recording
-from imubench.toml_file import load_toml
 from imubench.truth import Truth
 
 FORCE, PLACE, TURN = ("force_x", "force_y", "force_z"), ("x", "y", "z"), ("qw", "qx", "qy", "qz")

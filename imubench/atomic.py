@@ -19,6 +19,8 @@ from pathlib import Path
 from uuid import uuid4
 
 from imubench.errors import InputError
+from imubench.inputs.json import load_table
+from imubench.inputs.limits import JSON_BYTES
 
 MARKER = ".imubench.json"
 NOT_COUNTED = (".DS_Store", "Thumbs.db")  # what file browsers leave behind by looking
@@ -117,10 +119,9 @@ def _check_replaceable(path: Path, target: Path) -> None:
         raise InputError(f"{path}: expected a folder of its own for the output, got the current folder or one above it")
     found = _listing(target)
     try:
-        ours = json.loads((target / MARKER).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        ours = load_table(target / MARKER, JSON_BYTES)
+    except InputError:
         ours = {}
-    ours = ours if isinstance(ours, dict) else {}
     foreign = next((name for name, stamp in found.items() if ours.get(name) != stamp), None)
     if foreign is not None:
         what = "a changed" if foreign in ours else "a foreign"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from imubench.errors import InputError, unknown
-from imubench.toml_file import parse_toml
+from imubench.inputs.toml import parse_toml
 
 Kind = Literal["at most", "at least", "about"]
 Verdict = Literal["holds", "fails", "differs"]

@@ -79,10 +79,10 @@ def test_csv_units_that_physics_rules_out(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "a.csv: expected 1 header line, got fewer"),
-        ("{h}\n", "a.csv, time: expected at least one sample, got none"),
-        ("{h}\n0,0,0,0,0,0,x\n", "a.csv: expected a table of numbers, got: .*conversion error to double.*'x'"),
-        ("{h}\n0,0,0,0,0,0\n", "a.csv: expected a table of numbers, got: .*Expected 7 columns, got 6"),
+        ("", "a.csv: expected a header and rows of numbers, got an empty file"),
+        ("{h}\n", "a.csv: expected rows of numbers below the header, got none"),
+        ("{h}\n0,0,0,0,0,0,x\n", "a.csv, line 2, column 'acc_z': expected a number, got 'x'"),
+        ("{h}\n0,0,0,0,0,0\n", "a.csv, line 2: expected 7 cells, as in the header, got 6"),
         ("{h}\n0,0,0,0,0,0,9.8\n0,0,0,0,0,0,9.8\n", "a.csv, time: .* a repeated stamp in row 1"),
         ("{h}\n1,0,0,0,0,0,9.8\n0,0,0,0,0,0,9.8\n", "a.csv, time: .* time running backwards in row 1"),
         ("{h},acc_z\n0,0,0,0,0,0,9.8,9.8\n", "a.csv: expected column 'acc_z' once, got it 2 times"),

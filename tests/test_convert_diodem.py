@@ -94,7 +94,7 @@ def test_diodem_bad_sources(tmp_path):
     with pytest.raises(InputError, match=r"omc.csv: expected column 'seg3_quat_w', got seg1_quat_w, .* and 10 more"):
         convert(trial)
     path.write_bytes(text.encode().replace(b"# units", b"# unit\xe9"))
-    with pytest.raises(InputError, match=r"omc.csv: expected UTF-8 text, got byte 0xe9"):
+    with pytest.raises(InputError, match=r"omc.csv, line 2: expected UTF-8 text, got byte 0xe9"):
         convert(trial)
     trial = diodem_trial(tmp_path / "sideways", optical_turn=(np.sqrt(0.5), np.sqrt(0.5), 0, 0))
     with pytest.raises(InputError, match=r"optical record of imu1: expected a world with z up, got .* 90 deg from z"):
@@ -111,5 +111,7 @@ def test_diodem_hole_in_the_imu_table(tmp_path, cell, row):
     cells[column] = cell
     lines[3 + row] = ",".join(cells)
     path.write_text("\n".join(lines) + "\n")
-    with pytest.raises(InputError, match=rf"imu_rigid.csv, column 'seg3_gyr_x', row {row}: expected a finite number"):
+    with pytest.raises(
+        InputError, match=rf"imu_rigid.csv, line {row + 4}, column 'seg3_gyr_x': expected a finite number"
+    ):
         CONVERTERS["diodem"](trial)

@@ -1,6 +1,5 @@
 """What is held beside the diagnosis on the same cases: baselines, and itself without the effect in its library."""
 
-import json
 import multiprocessing
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -16,6 +15,7 @@ from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.trial import HUM
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
+from imubench.inputs.json import load_json
 from imubench.reproduce.parts import ignore_interrupts, one_thread_each
 from imubench.trials import baselines
 from imubench.trials.oracle import oracle
@@ -68,7 +68,7 @@ def fit_baselines(
 def _scored(name: str, truth: Truth, folder: Path, baseline: str) -> CaseScore:
     error = folder / "error.json"
     if error.is_file():
-        return failed(name, truth, 0.0, str(json.loads(error.read_text(encoding="utf-8"))))
+        return failed(name, truth, 0.0, str(load_json(error)))
     return score(name, truth, read_diagnosis(folder / f"{baseline}.json"), 0.0, float("inf"))
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from time import perf_counter
 
 from imubench.errors import InputError
+from imubench.inputs.json import load_table
 from imubench.reproduce.parts import THREADS
 from imubench.trials.guard import NOTE
 
@@ -174,7 +175,9 @@ def diagnosed(
 def finished(kept: Path) -> Run | None:
     """Return how a diagnosis of an earlier run went, None where there is none that ended."""
     try:
-        content = json.loads((kept / "run.json").read_text(encoding="utf-8"))
-        return Run(content["seconds"], content["code"], content["error"], tuple(content["refused"]))
-    except (OSError, ValueError, KeyError):
+        content = load_table(kept / "run.json")
+        return Run(
+            float(content["seconds"]), int(content["code"]), str(content["error"]), tuple(map(str, content["refused"]))
+        )
+    except (ValueError, KeyError, TypeError):  # an InputError is a ValueError
         return None

@@ -1,6 +1,5 @@
 """Blind trials from a seed to a folder with everything: cases made, truths sealed, diagnosed, opened, scored."""
 
-import json
 import platform
 import shutil
 from collections.abc import Callable
@@ -13,6 +12,8 @@ import numpy as np
 import imubench
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory
+from imubench.inputs.json import load_table
+from imubench.inputs.limits import JSON_BYTES
 from imubench.reproduce.parts import cores
 from imubench.trials import blind
 from imubench.trials.beside import fit_baselines, residual_size, to_leave_out, without
@@ -73,7 +74,7 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
         names, sealed = list(truths), publish(truths, kept, settings.seed)
     announce(sealed)
     runs = diagnose_cases(dict.fromkeys(names, "-"), "answers", kept, settings, workers, report)
-    commitments = json.loads((kept / "commitments.json").read_text(encoding="utf-8"))["cases"]
+    commitments = load_table(kept / "commitments.json", JSON_BYTES)["cases"]
     salts = {name: salt_of(settings.seed, name) for name in names}
     if settings.real:
         truths, salts = opened(Path(settings.real), names)

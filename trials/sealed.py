@@ -14,7 +14,6 @@ table. What `may` be there besides counts neither for nor against a diagnosis. T
 """
 
 import hashlib
-import json
 import secrets
 from collections.abc import Mapping
 from dataclasses import replace
@@ -27,7 +26,9 @@ from imubench.atomic import MARKER, atomic_file
 from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.result import PLACES, UNKNOWN, Diagnosis
 from imubench.effects import EFFECTS
-from imubench.errors import InputError, unknown
+from imubench.errors import InputError, shown, unknown
+from imubench.inputs.json import load_json
+from imubench.inputs.limits import JSON_BYTES
 from imubench.trials.match import names
 from imubench.trials.scoring import verdict_of
 from imubench.trials.seal import Truth, commitment, folder_hash
@@ -59,13 +60,15 @@ def checked(truth: Any, where: str) -> Truth:
         raise InputError(f"{where}: expected the keys {', '.join(KEYS)}, got {got}")
     if not isinstance(truth["effects"], list) or any(not isinstance(e, list) or not e for e in truth["effects"]):
         raise InputError(f"{where}: effects: expected a list of lists of accepted answers, [] for no disturbance")
+    if not isinstance(truth["may"], list):
+        raise InputError(f"{where}: may: expected a list of answers, got {shown(truth['may'])}")
     for answer in (*truth["may"], *(a for answers in truth["effects"] for a in answers)):
         if not isinstance(answer, dict) or not {"effect", "at"} <= answer.keys() <= {"effect", "at", "parameters"}:
-            raise InputError(f"{where}: expected an answer with the keys effect and at, got {answer!r}")
-        if answer["effect"] not in (*EFFECTS, UNKNOWN):
+            raise InputError(f"{where}: expected an answer with the keys effect and at, got {shown(answer)}")
+        if not isinstance(answer["effect"], str) or answer["effect"] not in (*EFFECTS, UNKNOWN):
             raise unknown("effect", answer["effect"], [*EFFECTS, UNKNOWN])
         if not PLACES.fullmatch(str(answer["at"])):
-            raise InputError(f"{where}: at: expected imu1, imu2, joint, body or world, got {answer['at']!r}")
+            raise InputError(f"{where}: at: expected imu1, imu2, joint, body or world, got {shown(answer['at'])}")
     return dict(truth)
 
 
@@ -111,7 +114,7 @@ def publish_sealed(folder: Path, kept: Path, seconds: float | None) -> tuple[lis
     if not file.is_file():
         with atomic_file(file) as partial:
             write_json(partial, content)
-    elif json.loads(file.read_text(encoding="utf-8")) != content:
+    elif load_json(file, JSON_BYTES) != content:
         raise InputError(f"{file}: expected the cases that an earlier run sealed, got others; remove {kept}")
     return list(cases), hashlib.sha256(file.read_bytes()).hexdigest()
 
@@ -168,7 +171,4 @@ def without_known(d: Diagnosis, truth: Mapping[str, Any]) -> Diagnosis:
 
 
 def _json(file: Path) -> Any:
-    try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{file}: expected a JSON file, got: {error}") from None
+    return load_json(file)

@@ -1,7 +1,6 @@
 """The stages of a proof: recordings made, their truths sealed, each diagnosed."""
 
 import hashlib
-import json
 import multiprocessing
 import shutil
 from collections.abc import Callable, Mapping
@@ -11,6 +10,8 @@ from pathlib import Path
 from imubench.answers import write_json
 from imubench.atomic import atomic_file
 from imubench.errors import InputError
+from imubench.inputs.json import load_json
+from imubench.inputs.limits import JSON_BYTES
 from imubench.proof.mixture import Question
 from imubench.reproduce.parts import ignore_interrupts, one_thread_each
 from imubench.trials import blind
@@ -66,7 +67,7 @@ def publish(truths: dict[str, Truth], kept: Path, seed: int) -> str:
     }
     file = kept / "commitments.json"
     if file.is_file():
-        if json.loads(file.read_text(encoding="utf-8")) != content:
+        if load_json(file, JSON_BYTES) != content:
             raise InputError(f"{file}: expected the cases that an earlier run sealed, got others; remove {kept}")
     else:
         with atomic_file(file) as partial:

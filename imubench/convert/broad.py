@@ -10,7 +10,8 @@ import numpy as np
 from imubench.alignment import check_z_up, gyro_delay
 from imubench.arrays import Array
 from imubench.convert.converter import Converted, Converter
-from imubench.errors import InputError, first_line
+from imubench.errors import InputError
+from imubench.inputs.hdf5 import read_hdf5
 from imubench.recording import Imu, Pose, Recording
 
 WIDTHS = {"imu_acc": 3, "imu_gyr": 3, "opt_quat": 4, "opt_pos": 3}
@@ -44,23 +45,12 @@ def convert(source: Path) -> list[Converted]:
 
 def _read(path: Path) -> tuple[dict[str, Array], float, str]:
     """Return the arrays of a trial, its rate in Hz, and from when to when the body moves."""
-    try:
-        import h5py
-    except ImportError:
-        raise InputError("converter broad needs h5py: pip install imubench[convert]") from None
-    try:
-        with h5py.File(path, "r") as file:
-            for key in WIDTHS:
-                if key not in file:
-                    raise InputError(f"{path}: expected key '{key}', got {', '.join(file) or 'none'}")
-            if "sampling_rate" not in file.attrs:
-                raise InputError(f"{path}: expected attribute 'sampling_rate', got {', '.join(file.attrs) or 'none'}")
-            arrays = {key: np.asarray(file[key], dtype=float) for key in WIDTHS}
-            rate = float(file.attrs["sampling_rate"])
-            movement = np.flatnonzero(file["movement"]) if "movement" in file else np.array([])
-    except OSError as error:
-        raise InputError(f"{path}: expected a BROAD .hdf5 file, got: {first_line(error)}") from None
-    n = len(arrays["imu_gyr"])
+    found = read_hdf5(path, tuple(WIDTHS), ("movement",), ("sampling_rate",))
+    arrays, rate = {key: found.arrays[key] for key in WIDTHS}, found.attributes["sampling_rate"]
+    if not rate > 0:
+        raise InputError(f"{path}, attribute 'sampling_rate': expected a rate in Hz, got {rate:g}")
+    movement = np.flatnonzero(found.arrays.get("movement", np.zeros(0)))
+    n = arrays["imu_gyr"].shape[0] if arrays["imu_gyr"].ndim else 0
     for key, width in WIDTHS.items():
         if arrays[key].shape != (n, width):
             raise InputError(f"{path}, {key}: expected shape ({n}, {width}), got {arrays[key].shape}")

@@ -7,8 +7,9 @@ import numpy as np
 
 from imubench.arrays import Array, frozen_time
 from imubench.convert.converter import Converted, Converter, Option, choice, number
-from imubench.convert.table import read_columns, read_lines, shortened, stack
+from imubench.convert.table import read_columns, read_header, stack
 from imubench.errors import InputError, unknown
+from imubench.inputs.tables import listed
 from imubench.recording import RIGS, STANDARD_GRAVITY, Imu, Recording
 
 COLUMNS = ("time", "gyr_x", "gyr_y", "gyr_z", "acc_x", "acc_y", "acc_z")
@@ -69,10 +70,10 @@ def convert(
 def _read(path: Path, names: Mapping[str, str], second: float, rate: float | None) -> tuple[Array, Array, Array]:
     """Return time (n,) s and, in the file's units, gyro (n, 3) and accel (n, 3)."""
     theirs = [names.get(name, name) for name in COLUMNS]
-    header = [name.strip().strip('"') for name in read_lines(path, 1)[0].split(",")]
+    header = read_header(path)
     timed = theirs[0] in header
     if not timed and (rate is None or "time" in names):
-        raise InputError(f"{path}: expected column '{theirs[0]}' or the option rate, got {shortened(header)}")
+        raise InputError(f"{path}: expected column '{theirs[0]}' or the option rate, got {listed(header, 10)}")
     table = read_columns(path, theirs if timed else theirs[1:])
     gyro, accel = stack(table, theirs[1:4]), stack(table, theirs[4:])
     if timed:

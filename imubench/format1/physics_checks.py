@@ -8,8 +8,8 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.errors import InputError
-from imubench.format1.tables import Place
 from imubench.format1.track_checks import FASTEST_TURN, check_lever
+from imubench.inputs.tables import Place
 from imubench.recording import STANDARD_GRAVITY, Imu
 
 LARGEST_GYRO_RANGE = 100.0  # rad/s, declared

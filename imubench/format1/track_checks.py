@@ -4,7 +4,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.errors import InputError
-from imubench.format1.tables import Place
+from imubench.inputs.tables import Place
 
 FASTEST_TURN = 70.0  # rad/s: MEMS gyroscopes end at 4000 deg/s
 FASTEST_POINT = 100.0  # m/s
