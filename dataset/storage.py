@@ -11,7 +11,7 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from imubench.atomic import atomic_file
+from imubench.atomic import atomic_file, cannot_write
 from imubench.errors import InputError
 from imubench.inputs.files import opened, read_bytes
 from imubench.inputs.json import parse_json
@@ -84,11 +84,8 @@ class Folder(Place):
     @contextmanager
     def writing(self, name: str) -> Iterator[Path]:
         """Hand out a path beside the file's; on a clean exit its content is on the disk and then has its name."""
-        try:
-            with atomic_file(self.root / name) as partial:
-                yield partial
-        except OSError as error:
-            raise cannot_write(self.root / name, error) from None
+        with atomic_file(self.root / name) as partial:
+            yield partial
 
     @contextmanager
     def reading(self, name: str) -> Iterator[Path]:
@@ -139,9 +136,3 @@ def described(path: Path) -> dict[str, Any]:
     """Return what a manifest says of a file: {"sha256", "bytes"}."""
     with path.open("rb") as file:
         return {"sha256": hashlib.file_digest(file, "sha256").hexdigest(), "bytes": path.stat().st_size}
-
-
-def cannot_write(path: Path | str, error: OSError) -> InputError:
-    """Return the error for a place that takes no data."""
-    reason = (error.strerror or str(error)).rpartition("] ")[2]  # Arrow has it at the end of a line of its own
-    return InputError(f"{path}: expected a place that can be written, got: {reason}")

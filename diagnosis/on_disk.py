@@ -34,12 +34,12 @@ def diagnose_on_disk(folder: Path, out: Path, step: Step = silent) -> Done:
 
     The reference, if there is one, only judges. Without matplotlib everything but the report is written.
     """
-    with step(f"read {folder}"):
-        recording, reference = read(folder)
-    diagnosis, evidence = diagnose(recording, step)
-    diagnosis = judged(diagnosis, evidence, reference)
     missing = ""
-    with atomic_directory(out) as target:
+    with atomic_directory(out, [Path(folder)]) as target:
+        with step(f"read {folder}"):
+            recording, reference = read(folder)
+        diagnosis, evidence = diagnose(recording, step)
+        diagnosis = judged(diagnosis, evidence, reference)
         with step("write the model"):
             (target / MODEL).mkdir()
             name = write_model(diagnosis, evidence, target / MODEL)

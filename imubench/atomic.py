@@ -2,18 +2,20 @@
 
 Both managers hand out a temporary sibling (hidden, `.*.partial`) of the path and rename it at the end, after
 everything in it was flushed to the disk. When anything goes wrong before that, the sibling and the parents made for
-it are removed and what stood at the path before is untouched.
+it are removed and what stood at the path before is untouched. What a killed run left is removed by the next one.
 
 What may be replaced: a file always, for its user named it. A folder when it is empty, or when it is as we left it:
 we put `.imubench.json` into it, which lists every file with its size and time of change, and a folder that holds
 anything else, or that was edited, is never deleted but refused with an `InputError`. The current folder and those
-above it are refused too.
+above it are refused too, and so is a folder that is, holds or lies in an input. Entered before the work begins, the
+manager refuses before anything is done, and keeps other runs away from the same folder meanwhile.
 """
 
 import json
 import os
+import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
@@ -21,8 +23,12 @@ from uuid import uuid4
 from imubench.errors import InputError
 from imubench.inputs.json import load_table
 from imubench.inputs.limits import JSON_BYTES
+from imubench.lock import locked
 
 MARKER = ".imubench.json"
+NOT_THE_PLACE = (ConnectionError, FileNotFoundError, FileExistsError, IsADirectoryError, NotADirectoryError)
+"""Errors of the system that say nothing about whether a place can be written."""
+
 NOT_COUNTED = (".DS_Store", "Thumbs.db")  # what file browsers leave behind by looking
 
 
@@ -30,12 +36,14 @@ NOT_COUNTED = (".DS_Store", "Thumbs.db")  # what file browsers leave behind by l
 def atomic_file(path: Path) -> Iterator[Path]:
     """Hand out a path with the suffix of `path`; what was written there is moved to `path` on a clean exit.
 
-    Raises `InputError` when `path` is a folder or its parent cannot be written.
+    Raises:
+        InputError: `path` is a folder, or it cannot be written, a full disk included.
     """
     target = Path(path).resolve()
     if target.is_dir():
         raise InputError(f"{path}: expected a file to write, got a folder")
-    with _temporary(Path(path), target, f".{uuid4().hex[:8]}.partial.{target.name}") as partial:
+    name = f".{uuid4().hex[:8]}.partial.{target.name}"
+    with _writing(Path(path)), _parents(Path(path), target), _temporary(target, name) as partial:
         yield partial
         _flush(partial)
         partial.replace(target)
@@ -43,40 +51,109 @@ def atomic_file(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def atomic_directory(path: Path) -> Iterator[Path]:
+def atomic_directory(path: Path, inputs: Iterable[Path] = ()) -> Iterator[Path]:
     """Hand out an empty folder; it is renamed to `path` on a clean exit, and marked as ours.
 
     An older folder is moved aside for the moment of the renaming and moved back if that fails.
-    Raises `InputError` when `path` is a file or a folder that may not be replaced, see above.
+
+    Args:
+        path: the folder to write.
+        inputs: files and folders that are read meanwhile.
+
+    Raises:
+        InputError: `path` is a file or a folder that may not be replaced, see above; it overlaps an input; another
+            run writes to it; it cannot be written, a full disk included.
     """
     target = Path(path).resolve()
+    check_apart(Path(path), inputs)
     _check_replaceable(Path(path), target)
-    with _temporary(Path(path), target, f".{target.name}.{uuid4().hex[:8]}.partial") as partial:
+    partial = f".{target.name}.{uuid4().hex[:8]}.partial"
+    with _writing(Path(path)), _parents(Path(path), target), locked(target.parent / f".{target.name}.lock", path):
+        _tidy(target)
+        with _temporary(target, partial) as folder:
+            folder.mkdir()
+            yield folder
+            (folder / MARKER).write_text(json.dumps(_listing(folder), indent=1), encoding="utf-8")
+            for where, _, names in os.walk(folder):
+                for name in names:
+                    _flush(Path(where, name))
+                _flush(Path(where))
+            _check_replaceable(Path(path), target)
+            _swap(Path(path), folder, target)
+            _flush(target.parent)
+
+
+def check_apart(path: Path, inputs: Iterable[Path]) -> None:
+    """Raise `InputError` where the output `path` is, holds or lies in one of the inputs, links followed."""
+    own = _chain(path)
+    for given in inputs:
+        for place in _places(Path(given)):
+            other = _chain(place)
+            if own[0] == other[0]:
+                how = "the input itself"
+            elif own[0] in other:
+                how = "one that holds the input"
+            elif other[0] in own:
+                how = "one inside the input"
+            else:
+                continue
+            raise InputError(f"{path}: expected a place for the output apart from the input {given}, got {how}")
+
+
+def _places(given: Path) -> list[Path]:
+    """Return an input and, where it is a folder, what the links in it lead to."""
+    try:
+        return [given, *(entry for entry in given.iterdir() if entry.is_symlink())]
+    except OSError:  # no folder, or none that can be listed
+        return [given]
+
+
+def _chain(path: Path) -> list[object]:
+    """Return what tells a path and each folder above it from others: by device and number where it exists."""
+    found: list[object] = []
+    resolved = Path(path).resolve()
+    for place in (resolved, *resolved.parents):
         try:
-            partial.mkdir()
-        except OSError as error:
-            raise _cannot_write(Path(path), error) from None
-        yield partial
-        (partial / MARKER).write_text(json.dumps(_listing(partial), indent=1), encoding="utf-8")
-        for folder, _, names in os.walk(partial):
-            for name in names:
-                _flush(Path(folder, name))
-            _flush(Path(folder))
-        _check_replaceable(Path(path), target)
-        _swap(Path(path), partial, target)
-        _flush(target.parent)
+            stat = place.stat()
+            found.append((stat.st_dev, stat.st_ino))
+        except OSError:
+            found.append(str(place))
+    return found
 
 
 @contextmanager
-def _temporary(path: Path, target: Path, name: str) -> Iterator[Path]:
-    """Hand out the sibling `name` of `target` in a parent that exists; on an error remove it and new parents."""
+def _writing(path: Path) -> Iterator[None]:
+    """Turn a place that takes no data, such as a full disk, into one line that names `path`."""
+    try:
+        yield
+    except NOT_THE_PLACE:
+        raise
+    except OSError as error:
+        raise cannot_write(path, error) from None
+
+
+@contextmanager
+def _parents(path: Path, target: Path) -> Iterator[None]:
+    """Make the folders above `target` for a while; on an error remove those that were not there."""
     missing = [parent for parent in target.parents if not parent.exists()]
-    partial = target.parent / name
     try:
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise _cannot_write(path, error) from None
+            raise cannot_write(path, error) from None
+        yield
+    except BaseException:
+        for parent in missing:
+            with suppress(OSError):  # someone else may have put something there meanwhile
+                parent.rmdir()
+        raise
+
+
+@contextmanager
+def _temporary(target: Path, name: str) -> Iterator[Path]:
+    """Hand out the sibling `name` of `target`; on an error remove what was made of it."""
+    partial = target.parent / name
+    try:
         yield partial
     except BaseException:
         if partial.is_dir():
@@ -84,10 +161,20 @@ def _temporary(path: Path, target: Path, name: str) -> Iterator[Path]:
         else:
             with suppress(OSError):  # not made yet, or its parent is a file
                 partial.unlink()
-        for parent in missing:
-            with suppress(OSError):  # someone else may have put something there meanwhile
-                parent.rmdir()
         raise
+
+
+def _tidy(target: Path) -> None:
+    """Remove what a run that was killed left beside `target`; bring back what it had moved aside."""
+    beside = re.compile(rf"\.{re.escape(target.name)}\.[0-9a-f]{{8}}\.(partial|old)")
+    for entry in list(target.parent.iterdir()):
+        found = beside.fullmatch(entry.name)
+        if found is None or not entry.is_dir() or entry.is_symlink():
+            continue
+        if found[1] == "old" and not target.exists():
+            entry.rename(target)
+        else:
+            shutil.rmtree(entry, ignore_errors=True)
 
 
 def _swap(path: Path, partial: Path, target: Path) -> None:
@@ -100,7 +187,7 @@ def _swap(path: Path, partial: Path, target: Path) -> None:
     except OSError as error:
         if there and aside.exists() and not target.exists():
             aside.rename(target)
-        raise _cannot_write(path, error) from None
+        raise cannot_write(path, error) from None
     if there:
         shutil.rmtree(aside, ignore_errors=True)
 
@@ -111,7 +198,7 @@ def _check_replaceable(path: Path, target: Path) -> None:
         if not target.exists():
             return
     except OSError as error:  # a name that is too long
-        raise _cannot_write(path, error) from None
+        raise cannot_write(path, error) from None
     if not target.is_dir():
         raise InputError(f"{path}: expected a folder to write, got a file of that name")
     here = Path.cwd()
@@ -153,5 +240,7 @@ def _flush(path: Path) -> None:
         os.close(handle)
 
 
-def _cannot_write(path: Path, error: OSError) -> InputError:
-    return InputError(f"{path}: expected a place that can be written, got: {error.strerror or error}")
+def cannot_write(path: Path | str, error: OSError) -> InputError:
+    """Return the error for a place that takes no data."""
+    reason = (error.strerror or str(error)).rpartition("] ")[2]  # Arrow has it at the end of a line of its own
+    return InputError(f"{path}: expected a place that can be written, got: {reason}")

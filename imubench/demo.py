@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from imubench.convert import CONVERTERS
@@ -19,6 +18,7 @@ from imubench.picture import draw_run
 from imubench.progress import Step, on_console
 from imubench.run import estimate_on_disk, run_scenario
 from imubench.score import Score
+from imubench.terminal import Terminal
 
 Row = tuple[str, str, str, Score | None, str]
 ESTIMATORS_SHOWN = ("olsson2020", "seel2012")
@@ -55,8 +55,8 @@ def real(data: Path, out: Path, step: Step) -> Iterator[Row]:
 
 def main(out: Path = Path("demo")) -> None:
     """Run everything, print one table, and say where the results are."""
-    console = Console()
-    step = on_console(Console(stderr=True))
+    console = Terminal()
+    step = on_console(Terminal(stderr=True))
     rows = list(simulated(out, step))
     with as_file(files("imubench.scenarios") / "demo_recording") as folder:
         rows += from_disk(folder, "demo, from disk", out, step)

@@ -22,6 +22,7 @@ from imubench.errors import InputError, unknown
 from imubench.estimate import Estimate
 from imubench.estimators import ESTIMATORS
 from imubench.format1 import read, write_recording
+from imubench.inputs.files import below
 from imubench.log import log_run
 from imubench.progress import Step, silent
 from imubench.recording import Recording
@@ -74,6 +75,11 @@ def run_scenario(scenario: str, out: Path, estimator: str | None = None, seed: i
     estimator = estimator or (None if replayed else SCENARIOS[scenario].estimator)
     if estimator is not None and estimator not in ESTIMATORS:
         raise unknown("estimator", estimator, ESTIMATORS)
+    with atomic_directory(out, [Path(scenario)] if replayed else ()) as folder:
+        return _run_into(folder, scenario, replayed, estimator, seed, step)
+
+
+def _run_into(folder: Path, scenario: str, replayed: bool, estimator: str | None, seed: int, step: Step) -> Run:
     with step(f"simulate {scenario}"):
         recording, truth = replay(Path(scenario), np.random.default_rng(seed)) if replayed else simulate(scenario, seed)
     answer = judged = None
@@ -81,7 +87,7 @@ def run_scenario(scenario: str, out: Path, estimator: str | None = None, seed: i
         with step(f"estimate with {estimator}"):
             answer = estimate(estimator, recording)
             judged = score(answer, truth)
-    with step("write and log"), atomic_directory(out) as folder:
+    with step("write and log"):
         write_recording(recording, folder / "recording", reference_of(truth, recording))
         write_json(folder / "score.json", _score_file(scenario, seed, answer, judged))
         log_run(folder / "run.rrd", recording, truth, answer, judged)
@@ -108,6 +114,12 @@ def estimate_on_disk(name: str, folder: Path, out: Path, step: Step = silent, di
     """
     if name not in ESTIMATORS:
         raise unknown("estimator", name, ESTIMATORS)
+    inputs = [Path(given) for given in (folder, diagnosis) if given is not None]
+    with atomic_directory(out, inputs) as target:
+        return _estimate_into(target, name, folder, step, diagnosis)
+
+
+def _estimate_into(target: Path, name: str, folder: Path, step: Step, diagnosis: Path | None) -> OnDisk:
     told = None if diagnosis is None else read_diagnosis(diagnosis)
     with step(f"read {folder}"):
         recording, reference = read(folder)
@@ -125,7 +137,7 @@ def estimate_on_disk(name: str, folder: Path, out: Path, step: Step = silent, di
         told,
         done,
     )
-    with step("write and log"), atomic_directory(out) as target:
+    with step("write and log"):
         content = {"format": 1, "recording": recording.name, "rig": recording.rig, **estimate_as_dict(answer)}
         for key, beside in (("reference", result.beside_reference), ("declared_mounts", result.beside_declared)):
             if beside is not None:
@@ -150,7 +162,9 @@ def estimate_on_disk(name: str, folder: Path, out: Path, step: Step = silent, di
 def _without(recording: Recording, told: Diagnosis, path: Path, step: Step) -> tuple[Recording, tuple[Done, ...]]:
     """Return a recording without what its diagnosis at `path` found, and what was done about each finding."""
     folder = path if path.is_dir() else path.parent
-    check_same(folder / Path(told.model).parent, recording)
+    if told.model:
+        model = below(folder, told.model, f"{path}, key 'model'", "a file of the diagnosis")
+        check_same(model.parent, recording)
     try:
         without = corrected(recording, told, step)
     except InputError as error:

@@ -249,7 +249,7 @@ def test_run_replays_a_model_folder(tmp_path):
     ("file", "text", "message"),
     [
         ("imus.toml", "format = 2", "expected format = 1, got 2"),
-        ("imus.toml", "format = 1", "expected a key 'rig', got none"),
+        ("imus.toml", "format = 1", "key 'rig': expected a text, got None"),
         ("hinge.xml", "<mujoco/>", "expected a body 'segment1'"),
         ("hinge.xml", "<mujoc", "expected XML, got: "),
         ("motion.csv", "time,qw\n0,1\n", "qx"),

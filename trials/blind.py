@@ -1,5 +1,6 @@
 """A diagnosis in a process of its own, which has the recording and nothing else."""
 
+import hashlib
 import json
 import os
 import shlex
@@ -17,8 +18,8 @@ from time import perf_counter
 
 from imubench.errors import InputError
 from imubench.inputs.json import load_table
-from imubench.reproduce.parts import THREADS
 from imubench.trials.guard import NOTE
+from imubench.workers import THREADS, die_with_parent
 
 OURS = "imubench diagnose {recording} --out {out}"
 NAMESPACES = ("unshare", "--user", "--map-root-user", "--pid", "--fork", "--kill-child", "--mount-proc", "--net")
@@ -122,12 +123,24 @@ def words(command: str, room: Path, left_out: str = "-") -> list[str]:
     return [*namespaces(), first, *rest]
 
 
+def rooms(kept: Path) -> str:
+    """Return how the names of working folders begin for the answers kept in one place: by them they are found again."""
+    home = kept.resolve().parent
+    return f"imubench-{hashlib.sha256(str(home).encode()).hexdigest()[:12]}-"
+
+
+def remove_rooms(kept: Path) -> None:
+    """Remove the working folders that a run which was killed left; `kept` is any case's, and no other run has it."""
+    for left in Path(tempfile.gettempdir()).glob(f"{rooms(kept)}*"):
+        shutil.rmtree(left, ignore_errors=True)
+
+
 def diagnosed(
     recording: Path, kept: Path, command: str, timeout: float, children: Children, left_out: str = "-"
 ) -> Run:
     """Run a diagnosis on a copy of a recording in a new working folder; put its answer and how it went into `kept`."""
     program = shlex.split(command)[0]
-    with tempfile.TemporaryDirectory(prefix="imubench-") as temporary:
+    with tempfile.TemporaryDirectory(prefix=rooms(kept)) as temporary:
         room = Path(temporary).resolve()
         shutil.copytree(recording, room / "recording")
         for file in (room / "recording").rglob("*"):
@@ -148,6 +161,7 @@ def diagnosed(
                 stderr=subprocess.STDOUT,
                 start_new_session=os.name != "nt",
                 close_fds=True,
+                preexec_fn=die_with_parent(),  # on Linux: it does not outlive us, however we end
             )
             children.add(child)
             try:

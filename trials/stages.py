@@ -1,10 +1,9 @@
 """The stages of a proof: recordings made, their truths sealed, each diagnosed."""
 
 import hashlib
-import multiprocessing
 import shutil
 from collections.abc import Callable, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, as_completed, wait
 from pathlib import Path
 
 from imubench.answers import write_json
@@ -13,13 +12,13 @@ from imubench.errors import InputError
 from imubench.inputs.json import load_json
 from imubench.inputs.limits import JSON_BYTES
 from imubench.proof.mixture import Question
-from imubench.reproduce.parts import ignore_interrupts, one_thread_each
 from imubench.trials import blind
 from imubench.trials.crime import Simulated, made_simulated
 from imubench.trials.make import made, refuse_leaks
 from imubench.trials.real import Added, made_real
 from imubench.trials.seal import Truth, commitment, folder_hash, salt_of
 from imubench.trials.settings import Settings
+from imubench.workers import process_pool
 
 Report = Callable[[str, int, int], None]
 """Takes the stage, how many of it are done, and how many there are."""
@@ -32,20 +31,15 @@ def make_cases(
     shutil.rmtree(folder, ignore_errors=True)
     truths: dict[str, Truth] = {}
     report("make recordings", 0, len(asked))
-    context = multiprocessing.get_context("spawn")
-    with one_thread_each(), ProcessPoolExecutor(workers, mp_context=context, initializer=ignore_interrupts) as pool:
+    with process_pool(workers) as pool:
         pending = {
             pool.submit(any_made, question, folder / name / "recording"): name for name, question in asked.items()
         }
-        try:
-            for future in as_completed(pending):
-                name = pending[future]
-                truths[name] = future.result()
-                refuse_leaks(folder / name / "recording", truths[name])
-                report("make recordings", len(truths), len(asked))
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+        for future in as_completed(pending):
+            name = pending[future]
+            truths[name] = future.result()
+            refuse_leaks(folder / name / "recording", truths[name])
+            report("make recordings", len(truths), len(asked))
     return {name: truths[name] for name in asked}
 
 
@@ -86,6 +80,9 @@ def diagnose_cases(
     runs = {name: run for name, run in earlier.items() if run is not None}
     stage = "diagnose" if folder == "answers" else "leave one out"
     report(stage, len(runs), len(names))
+    for name in names:
+        blind.remove_rooms(kept / folder / name)
+        break  # one for all: they are named by the folder
     children = blind.Children()
     with ThreadPoolExecutor(workers) as pool:
         pending: dict[Future[blind.Run], str] = {

@@ -102,7 +102,7 @@ CONVERTER = Converter(
     "one or two CSV files with a header, an IMU each",
     convert,
     {
-        "second": Option("the second IMU's file, beside the first or anywhere", str),
+        "second": Option("the second IMU's file, beside the first or anywhere", str, file=True),
         "columns": Option("our names and the file's: time=t,gyr_x=wx,acc_x=ax", parse_columns),
         "columns2": Option("the same for the second IMU, if it differs", parse_columns),
         "gyro_unit": Option("rad/s or deg/s", choice("gyro_unit", tuple(GYRO_UNITS))),
