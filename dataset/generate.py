@@ -9,7 +9,7 @@ from typing import IO, Any
 from imubench.atomic import cannot_write
 from imubench.dataset.card import CARD, card
 from imubench.dataset.engines import ENGINES
-from imubench.dataset.manifest import MANIFEST, encoded, identity, manifest, spec_names
+from imubench.dataset.manifest import MANIFEST, checked, encoded, identity, manifest, spec_names
 from imubench.dataset.remote import place
 from imubench.dataset.shard import RECEIPTS, Job, Receipt, finished, is_there, names, receipt_name
 from imubench.dataset.storage import Folder, Place
@@ -132,7 +132,7 @@ def _complete(folder: Place, job: Job) -> dict[str, Any] | None:
             raise InputError(f"{folder.path}/{MANIFEST}: expected the manifest of a dataset, got something else")
         return None
     _check_same(folder, job, found)
-    return found
+    return checked(found, f"{folder.path}/{MANIFEST}")
 
 
 def _begin(folder: Place, job: Job) -> None:

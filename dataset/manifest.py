@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import imubench
+from imubench.dataset.checks import are_counts, are_files, is_amount, is_count, is_whole
 from imubench.dataset.remote import place
 from imubench.dataset.shard import RECEIPTS, Job, Receipt
 from imubench.dataset.spec import SPEC_FILE
@@ -87,40 +88,28 @@ def read_manifest(folder: Place) -> dict[str, Any]:
         begun = any(name.startswith(RECEIPTS) for name in folder.names())
         why = "one that is not finished: the same command goes on" if begun else f"no {MANIFEST} that can be read"
         raise InputError(f"{folder.path}: expected a finished dataset, got {why}")
+    return checked(found, f"{folder.path}/{MANIFEST}")
+
+
+def checked(found: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return a manifest; `InputError` where it is of another format or lacks what readers need of it."""
     if found.get("format") != FORMAT:
-        raise InputError(
-            f"{folder.path}/{MANIFEST}: expected a dataset of format {FORMAT}, got {shown(found.get('format'))}"
-        )
-    for key, fits in KINDS.items():
+        raise InputError(f"{where}: expected a dataset of format {FORMAT}, got {shown(found.get('format'))}")
+    for key, (fits, wanted) in KINDS.items():
         if not fits(found.get(key)):
-            raise InputError(
-                f"{folder.path}/{MANIFEST}, key '{key}': expected {WANTED[key]}, got {shown(found.get(key))}"
-            )
+            raise InputError(f"{where}, key '{key}': expected {wanted}, got {shown(found.get(key))}")
     return found
 
 
-def _is_count(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value > 0
-
-
-def _are_files(value: object) -> bool:
-    return isinstance(value, dict) and all(
-        isinstance(entry, dict) and isinstance(entry.get("sha256"), str) and isinstance(entry.get("bytes"), int)
-        for entry in value.values()
-    )
-
-
-def _are_counts(value: object) -> bool:
-    return isinstance(value, dict) and all(isinstance(n, int) and n >= 0 for n in value.values())
-
-
-KINDS: dict[str, Callable[[object], bool]] = {
-    "count": _is_count, "recordings_per_file": _is_count, "recordings": _are_counts, "files": _are_files,
-}  # fmt: skip
-WANTED = {
-    "count": "a number of recordings", "recordings_per_file": "a number of recordings",
-    "recordings": "recordings by split", "files": "the hash and size of each file",
-}  # fmt: skip
+KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
+    "count": (is_count, "a number of recordings"),
+    "recordings_per_file": (is_count, "a number of recordings"),
+    "rigs": (is_whole, "a number of rigs"),
+    "recordings": (are_counts, "recordings by split"),
+    "seconds": (is_amount, "a number of seconds"),
+    "samples": (is_whole, "a number of samples"),
+    "files": (are_files, "the hash and size of each file"),
+}
 
 
 def verify(path: str) -> dict[str, Any]:

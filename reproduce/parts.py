@@ -6,6 +6,7 @@ What is being computed when a run is stopped is computed again by the next one; 
 import hashlib
 import json
 import shutil
+import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, wait
 from contextlib import suppress
@@ -17,6 +18,8 @@ import numpy as np
 
 import imubench
 from imubench.atomic import atomic_file
+from imubench.inputs.files import opened
+from imubench.inputs.limits import BINARY_BYTES
 from imubench.reproduce.paper import Arrays, Part
 from imubench.workers import process_pool
 
@@ -36,13 +39,13 @@ class Store:
 
     def load(self, part: Part) -> Arrays | None:
         """Return the arrays of a finished part, or None; a broken file counts as none."""
-        path = self._path(part)
-        if not path.exists():
-            return None
         try:
-            with np.load(path, allow_pickle=False) as stored:
-                return {name: stored[name] for name in stored.files}
-        except (OSError, ValueError, KeyError, EOFError):
+            with opened(self._path(part), BINARY_BYTES) as file, zipfile.ZipFile(file) as parts:
+                if sum(entry.file_size for entry in parts.infolist()) > BINARY_BYTES:
+                    return None
+                with np.load(file, allow_pickle=False) as stored:
+                    return {name: stored[name] for name in stored.files}
+        except Exception:  # not there, or damaged in any way: it is computed again
             return None
 
     def save(self, part: Part, arrays: Mapping[str, object]) -> Arrays:

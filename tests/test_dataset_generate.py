@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from imubench.cli import main
 from imubench.dataset import local
 from imubench.dataset.generate import LOCK, generate
 from imubench.dataset.lock import locked
 from imubench.dataset.manifest import MANIFEST, verify
 from imubench.dataset.shard import RECEIPTS, Job, finished, make_shard
 from imubench.errors import InputError
+from imubench.main import main
 
 SPEC = """
 name = "small"
@@ -309,7 +309,7 @@ def test_a_full_disk_is_said_in_one_line_and_what_is_finished_stays(alone, tmp_p
         "import resource, sys\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (120_000, 120_000))\n"  # a shard needs more: as on a full disk
         "import signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
-        "from imubench.cli import main\nmain()\n"
+        "from imubench.main import main\nmain()\n"
     )
     (tmp_path / "spec.toml").write_text(SPEC)
     command = ["generate", str(tmp_path / "spec.toml"), "--count", str(COUNT), "--seed", "3", "--out", str(out)]

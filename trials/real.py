@@ -51,7 +51,7 @@ def questions(folder: Path, seed: int, n: int) -> dict[str, Added]:
     if not recordings:
         raise InputError(f"{folder}: expected folders in format 1, got none")
     for recording in recordings:
-        if not format1.read_recording(recording).imus:  # what is broken is said here, before anything is written
+        if not format1.read(recording)[0].imus:  # what is broken is said here, before anything is written
             raise InputError(f"{recording}: expected an IMU to add effects to, got none")
         for imu in read_header(recording)["imu"]:
             if not imu["file"].endswith(".csv") or not (recording / imu["file"]).is_file():

@@ -8,7 +8,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.errors import InputError
 from imubench.inputs.csv import Form, read_csv, read_header, read_lines
-from imubench.inputs.tables import listed
+from imubench.inputs.tables import check_numbers, listed
 
 EMPTY = ("", "nan", "NaN", "NA", "null")
 
@@ -36,6 +36,7 @@ def read_columns(path: Path, columns: Sequence[str], header_line: int = 0, gaps:
         return asked
 
     table = read_csv(path, choose, form=Form(header_line, EMPTY))
+    check_numbers(table)
     for name, column in table.columns.items():
         if not gaps and not np.isfinite(column).all():
             row = int(np.argmin(np.isfinite(column)))

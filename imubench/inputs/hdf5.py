@@ -11,7 +11,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.errors import InputError, first_line, shown
 from imubench.inputs.files import opened
-from imubench.inputs.limits import BINARY_BYTES, NUMBERS
+from imubench.inputs.limits import BINARY_BYTES, NUMBERS, SIZE
 from imubench.inputs.tables import listed
 
 
@@ -52,6 +52,8 @@ def read_hdf5(
                     dataset = _dataset(path, h5py, file, name, budget)
                     budget -= prod(dataset.shape)
                     arrays[name] = np.asarray(dataset[()], dtype=float)
+                    if (np.abs(arrays[name][np.isfinite(arrays[name])]) > SIZE).any():
+                        raise InputError(f"{path}, key '{name}': expected numbers of at most {SIZE:g}, got larger ones")
                 return Hdf5(arrays, {name: _attribute(path, file, name) for name in attributes})
         except InputError:
             raise

@@ -14,6 +14,7 @@ COLUMNS = 4096  # of a table's header
 LINE_CHARACTERS = 100_000  # of a line of a table: 4096 columns of 24 characters
 DEPTH = 32  # tables or lists within each other, in TOML, JSON and MJCF: our own files have 5
 ENTRIES = 1_000_000  # values of a TOML or JSON file
+SIZE = 1e30  # of a number: no measurement in any unit comes near, and its powers up to the tenth stay finite
 INTEGER = 2**63  # the largest whole number that TOML promises, and that 64 bits hold
 NAME_CHARACTERS = 200  # of a name that becomes a file's: file systems take 255 bytes, and we add to it
 ELEMENTS = 10_000  # of an MJCF file: our largest rig has 100

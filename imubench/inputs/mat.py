@@ -2,17 +2,18 @@
 
 import struct
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from math import prod
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from imubench.errors import InputError, first_line
 from imubench.inputs.files import opened
-from imubench.inputs.limits import BINARY_BYTES, NUMBERS
+from imubench.inputs.limits import BINARY_BYTES, DEPTH, NUMBERS
 from imubench.inputs.tables import listed
 
 HEADER = 128  # bytes before the first element
-COMPRESSED = 15  # miCOMPRESSED
+DIMENSIONS, MATRIX, COMPRESSED = 5, 14, 15  # miINT32, miMATRIX, miCOMPRESSED
 CHUNK = 1 << 20
 UNPACKED_BYTES = 8 * NUMBERS
 
@@ -57,21 +58,51 @@ def _check_unpacked(path: Path, file: BinaryIO) -> None:
     while len(tag := file.read(8)) == 8:
         kind, size = struct.unpack(f"{order}II", tag)
         if kind != COMPRESSED:
-            file.seek(size, 1)
+            _check_elements(path, memoryview(tag + file.read(size)), order)
             continue
-        left -= _unpacked(file.read(size), left)
+        content = _unpacked(file.read(size), left)
+        left -= len(content)
         if left < 0:
             raise InputError(f"{path}: expected at most {UNPACKED_BYTES >> 20} MB when unpacked, got more")
+        _check_elements(path, memoryview(content), order)
 
 
-def _unpacked(content: bytes, most: int) -> int:
-    """Return how many bytes a compressed element holds, or a number above `most`."""
-    stream, size = zlib.decompressobj(), 0
+def _unpacked(content: bytes, most: int) -> bytes:
+    """Return the bytes of a compressed element, or somewhat more than `most` of them."""
+    stream, parts, size = zlib.decompressobj(), [], 0
     try:
         part = stream.decompress(content, CHUNK)
         while part and size <= most:
+            parts.append(part)
             size += len(part)
             part = stream.decompress(stream.unconsumed_tail, CHUNK)
     except zlib.error:
         pass  # damaged: the reader says so
-    return size
+    return b"".join(parts)
+
+
+def _elements(view: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
+    """Yield the kind and the bytes of each data element in a row of them."""
+    while len(view) >= 8:
+        kind, size = struct.unpack(f"{order}II", view[:8])
+        if kind >> 16:  # up to four bytes, within the tag
+            yield kind & 0xFFFF, view[4 : 4 + min(kind >> 16, 4)]
+            view = view[8:]
+        else:
+            yield kind, view[8 : 8 + size]
+            view = view[8 + size + -size % 8 :]
+
+
+def _check_elements(path: Path, view: memoryview, order: str, depth: int = 0) -> None:
+    """Raise `InputError` where an array has more entries than the bytes that are to hold them, or lies too deep."""
+    if depth > DEPTH:
+        raise InputError(f"{path}: expected cells at most {DEPTH} deep, got deeper ones")
+    for kind, body in _elements(view, order):
+        if kind != MATRIX:
+            continue
+        parts = list(_elements(body, order))
+        if len(parts) > 1 and parts[1][0] == DIMENSIONS:
+            sizes = struct.unpack(f"{order}{len(parts[1][1]) // 4}i", parts[1][1][: len(parts[1][1]) // 4 * 4])
+            if not 0 <= prod(sizes) <= len(body):  # an entry takes a byte at least
+                raise InputError(f"{path}: expected an array no larger than its part of the file, got {list(sizes)}")
+        _check_elements(path, body, order, depth + 1)

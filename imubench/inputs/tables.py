@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from imubench.arrays import Array
+from imubench.arrays import SHORTEST_STEP, Array
 from imubench.errors import InputError, shortened
-from imubench.inputs.limits import COLUMNS, NUMBERS
+from imubench.inputs.limits import COLUMNS, NUMBERS, SIZE
 
 Place = Callable[[int], str]
 """Takes a row of the columns, counted from 0; says where that is: `imu1.csv, line 7`."""
@@ -57,8 +57,18 @@ def read_table(
             row = int(wrong.argmax())
             got = "an empty cell or NaN" if np.isnan(column[row]) else f"{column[row]}"
             raise InputError(f"{table.place(row)}, column '{name}': expected a finite number, got {got}")
+    check_numbers(table)
     check_time(table)
     return table
+
+
+def check_numbers(table: Table) -> None:
+    """Raise `InputError` for a number beyond the limit; NaN and infinity are others' business."""
+    for name, column in table.columns.items():
+        wrong = np.isfinite(column) & (np.abs(column) > SIZE)
+        if wrong.any():
+            row = int(wrong.argmax())
+            raise InputError(f"{table.place(row)}, column '{name}': expected at most {SIZE:g}, got {column[row]:g}")
 
 
 def wanted(path: Path, header: Sequence[str], required: Sequence[str], optional: Sequence[str] | None) -> list[str]:
@@ -100,9 +110,9 @@ def check_time(table: Table) -> None:
     """Raise `InputError` unless the column `time` increases from row to row."""
     time = table.columns["time"]
     step = np.diff(time)
-    if (step <= 0).any():
-        row = int((step <= 0).argmax()) + 1
-        what = "a repeated stamp" if step[row - 1] == 0 else "time running backwards"
+    if (step < SHORTEST_STEP).any():
+        row = int((step < SHORTEST_STEP).argmax()) + 1
+        what = "a repeated stamp" if step[row - 1] >= 0 else "time running backwards"
         raise InputError(
             f"{table.place(row)}, column 'time': expected increasing time, got {what}: "
             f"{time[row]:.12g} s after {time[row - 1]:.12g} s"

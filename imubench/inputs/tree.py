@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from imubench.errors import InputError, shortened, shown
-from imubench.inputs.limits import DEPTH, ENTRIES, INTEGER
+from imubench.inputs.limits import DEPTH, ENTRIES, INTEGER, SIZE
 
 
 def checked(content: Any, where: str, finite: bool = True) -> Any:
@@ -13,7 +13,7 @@ def checked(content: Any, where: str, finite: bool = True) -> Any:
     Args:
         content: dictionaries, lists and plain values.
         where: the file, for the message.
-        finite: whether a number that is not finite is refused; `1e400` is one.
+        finite: whether a number that is not finite, as `1e400` is not, or beyond `SIZE` is refused.
 
     Raises:
         InputError: deeper than `DEPTH`, more than `ENTRIES` values, a whole number beyond 64 bits, a number that is
@@ -48,8 +48,9 @@ def _check_plain(value: Any, where: str, finite: bool) -> None:
         _check_text(value, where)
     elif isinstance(value, int) and not -INTEGER <= value < INTEGER:
         raise InputError(f"{where}: expected a whole number of 64 bits, got {_digits(value)}")
-    elif finite and isinstance(value, float) and not math.isfinite(value):
-        raise InputError(f"{where}: expected a finite number, got {value}")
+    elif finite and isinstance(value, float) and not abs(value) <= SIZE:
+        want = f"a number of at most {SIZE:g}" if math.isfinite(value) else "a finite number"
+        raise InputError(f"{where}: expected {want}, got {value}")
 
 
 def _check_text(text: str, where: str) -> None:
