@@ -61,24 +61,29 @@ def _check_unpacked(path: Path, file: BinaryIO) -> None:
             _check_elements(path, memoryview(tag + file.read(size)), order)
             continue
         content = _unpacked(file.read(size), left)
-        left -= len(content)
-        if left < 0:
+        if content is None:
             raise InputError(f"{path}: expected at most {UNPACKED_BYTES >> 20} MB when unpacked, got more")
+        left -= len(content)
         _check_elements(path, memoryview(content), order)
 
 
-def _unpacked(content: bytes, most: int) -> bytes:
-    """Return the bytes of a compressed element, or somewhat more than `most` of them."""
-    stream, parts, size = zlib.decompressobj(), [], 0
-    try:
-        part = stream.decompress(content, CHUNK)
-        while part and size <= most:
-            parts.append(part)
-            size += len(part)
-            part = stream.decompress(stream.unconsumed_tail, CHUNK)
-    except zlib.error:
-        pass  # damaged: the reader says so
-    return b"".join(parts)
+def _unpacked(content: bytes, most: int) -> bytearray | None:
+    """Return the bytes of a compressed element; None where there are more than `most`."""
+    found = bytearray()
+    for keep in (False, True):  # counted before any of it is kept
+        stream, size = zlib.decompressobj(), 0
+        try:
+            part = stream.decompress(content, CHUNK)
+            while part:
+                size += len(part)
+                if size > most:
+                    return None
+                if keep:
+                    found += part
+                part = stream.decompress(stream.unconsumed_tail, CHUNK)
+        except zlib.error:
+            pass  # damaged: the reader says so
+    return found
 
 
 def _elements(view: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
