@@ -80,7 +80,12 @@ def indices(folder: Path | str, split: str | None = None) -> Iterator[int]:
             for column in ("recording", "split"):
                 if column not in file.schema_arrow.names:
                     raise InputError(f"{folder}/{name}: expected column '{column}', got none")
+            if not pa.types.is_integer(file.schema_arrow.field("recording").type):
+                kind = file.schema_arrow.field("recording").type
+                raise InputError(f"{folder}/{name}, column 'recording': expected whole numbers, got {kind}")
             table = file.read(columns=["recording", "split"], use_threads=False)
+            if table.column("recording").null_count:
+                raise InputError(f"{folder}/{name}, column 'recording': expected whole numbers, got nulls")
         rows = zip(*(table.column(name).to_pylist() for name in ("recording", "split")), strict=True)
         yield from (index for index, own in rows if split in (None, own))
 

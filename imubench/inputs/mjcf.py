@@ -17,6 +17,7 @@ READING = ("include", "extension", "plugin", "model", "skin", "flex", "mesh", "h
 
 FILES = re.compile(r"file\w*|content_type|\w*dir")  # attributes that name files and folders
 SIZES = (("width", "height"), ("nrow", "ncol"))  # attributes whose product is allocated
+NOT_FINITE = {"nan", "inf", "infinity"}  # of which MuJoCo warns on a line of its own
 COUNTING, COUNTS = ("numeric", "user"), ("size", "dim", "nsample")  # elements that hold so many numbers
 MEMORY = (
     "memory", "nstack", "njmax", "nconmax", "nuserdata", "nkey", "nuser_body", "nuser_jnt", "nuser_geom",
@@ -95,6 +96,10 @@ def _check_element(name: str, attributes: dict[str, str], at: str) -> None:
     if name in MULTIPLYING:
         raise InputError(f"{at}: expected elements that stand for themselves, got <{name}>")
     for key, value in attributes.items():
+        if not value.isprintable() and not all(c.isprintable() or c in "\n\t" for c in value):
+            raise InputError(f"{at}: expected text without control characters, got {key}='{value}' in <{name}>")
+        if NOT_FINITE & set(value.lower().replace("-", "").replace("+", "").split()):
+            raise InputError(f"{at}: expected finite numbers, got {key}='{value}' in <{name}>")
         if FILES.fullmatch(key) and value:
             raise InputError(f"{at}: expected a model that reads no other file, got {key}='{value}' in <{name}>")
     if name in READING and not _built_in(name, attributes):
