@@ -12,6 +12,7 @@ from imubench.arrays import Array
 from imubench.errors import InputError, unknown
 from imubench.recording import RIGS
 from imubench.sim.rigs import Mount, Rig, Segment, Spring
+from imubench.sim.stability import write_no_log
 
 
 def read_rig(path: Path, family: str) -> Rig:
@@ -20,6 +21,7 @@ def read_rig(path: Path, family: str) -> Rig:
         raise unknown("rig", family, RIGS)
     if not path.is_file():
         raise InputError(f"{path}: expected an MJCF file, got none")
+    write_no_log()
     try:
         spec = mujoco.MjSpec.from_file(str(path))
         model = spec.compile()

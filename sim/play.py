@@ -41,7 +41,8 @@ def play(
     `step` is the longest integration step of sprung mounts in s; None takes an eighth of the period of their fastest
     mode, less where that is hardly damped, and 5 ms at most. `threads` 0 uses every core; no result depends on it.
     `engine` "warp" has the samples evaluated by MuJoCo Warp (`on_warp`), in single precision, on a GPU where one is.
-    Raises `InputError` for a motion that is defined for less than `duration`, and where springs do not hold a sensor.
+    Raises `InputError` for a motion that is defined for less than `duration`, and
+    its kind `UnheldSensorError` where springs do not hold a sensor.
     """
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
