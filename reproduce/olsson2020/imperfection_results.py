@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.reproduce.olsson2020 import imperfection_runs as runs
@@ -45,9 +46,9 @@ class Swept:
     deviation: Array  # (seeds, k, 4 sequences, 2 estimates, starts, 2) rad; NaN where a rig could not be played
 
     @property
-    def played(self) -> Array:
+    def played(self) -> NDArray[np.bool_]:
         """Which levels (k,) could be played with all seeds, bool."""
-        return np.isfinite(self.deviation).all(axis=(0, 2, 3, 4, 5))
+        return np.asarray(np.isfinite(self.deviation).all(axis=(0, 2, 3, 4, 5)))
 
     def at(self, level: float, estimate: int = 0) -> Array:
         """Return RMSAE (4,) in deg at a level, interpolated in the logarithms between those that were played."""

@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from imubench.arrays import Array
@@ -69,9 +70,9 @@ class Map:
     computed: Array  # (a, b) part of the seeds for which the point was computed, not interpolated
 
     @property
-    def played(self) -> Array:
+    def played(self) -> NDArray[np.bool_]:
         """Which points (a, b) have an error, bool."""
-        return np.isfinite(self.error[0])
+        return np.asarray(np.isfinite(self.error[0]))
 
 
 def error_of(recording: Recording, rng: np.random.Generator) -> float:

@@ -131,8 +131,8 @@ def draw_soft(m: Map) -> "Drawing":
         return figure
     x, y = (grid.ravel() for grid in np.meshgrid(m.x, m.y, indexing="ij"))
     played = m.played.ravel()
-    look = {"facecolor": "#eceeef", "hatch": "////", "edgecolor": "#c3c9cd", "lw": 0}
-    over = {"zorder": 4, "clip_on": False}
+    look: dict[str, Any] = {"facecolor": "#eceeef", "hatch": "////", "edgecolor": "#c3c9cd", "lw": 0}
+    over: dict[str, Any] = {"zorder": 4, "clip_on": False}
     for axes, error in zip(panels, np.rad2deg(m.error), strict=True):
         for i, k in np.argwhere(~m.played):  # the cells at an unplayed corner, which no colour fills
             (left, right), (low, high) = _beside(m.x, i), _beside(m.y, k)
@@ -143,7 +143,8 @@ def draw_soft(m: Map) -> "Drawing":
         (crosses,) = axes.plot(x[~played], y[~played], "x", color="#8b2b20", ms=7, mew=1.8, **over)
     share = f"{(~played).sum()} of {played.size} points"
     names = [f"cannot be played ({share}): the sensor leaves its springs' range"]
-    figure.legend([(Patch(**look), crosses)], names, loc="outside lower left", frameon=False)
+    handles: list[Any] = [(Patch(**look), crosses)]  # one over the other
+    figure.legend(handles, names, loc="outside lower left", frameon=False)
     return figure
 
 
@@ -163,10 +164,9 @@ def _panels(m: Map, x: str, y: str) -> "tuple[Drawing, Any]":
         axes.contourf(m.x, m.y, error.T, levels=levels, norm=_norm(), cmap=COLOURS, extend="both")
         within = [x for x in (0.1, 0.3, 1.0, limit, 10.0, 30.0) if np.nanmin(error) < x < np.nanmax(error)]
         for level in within:  # matplotlib warns of lines that are nowhere
-            thick = level == limit
-            look = {"colors": "black", "linewidths": 2.2} if thick else {"colors": "#5b6b75", "linewidths": 0.5}
-            line = axes.contour(m.x, m.y, error.T, levels=[level], **look)
-            if thick:
+            colour, width = ("black", 2.2) if level == limit else ("#5b6b75", 0.5)
+            line = axes.contour(m.x, m.y, error.T, levels=[level], colors=colour, linewidths=width)
+            if level == limit:
                 axes.clabel(line, fmt="3 deg", fontsize=9)
         axes.set(xscale="log", yscale="log", xlabel=x)
         axes.set_xticks(m.x, [f"{v:g}" for v in m.x])
