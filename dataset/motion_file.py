@@ -9,7 +9,7 @@ from imubench.arrays import Array, frozen, frozen_time
 from imubench.errors import InputError
 from imubench.inputs.tables import read_table
 from imubench.sim.motion import AngleMotion
-from imubench.sim.signals import with_derivatives
+from imubench.sim.signals import check_within, with_derivatives
 
 COLUMNS = ("heading", "tilt", "spin", "angle", "x", "y", "z")
 """What may stand beside `time`, in rad and m; what is not there stays at zero. Their meaning is `AngleMotion`'s."""
@@ -18,13 +18,15 @@ DEGREE = 5
 
 
 class Interpolated:
-    """A spline of degree 5 through given values: four times differentiable."""
+    """A spline of degree 5 through given values: four times differentiable, and defined from the first to the last."""
 
     def __init__(self, time: Array, values: Array) -> None:
         self._pieces = with_derivatives(PPoly.from_spline(make_interp_spline(time, values, DEGREE)))
+        self.start, self.end = float(time[0]), float(time[-1])  # s
 
     def __call__(self, time: Array) -> tuple[Array, Array, Array]:
-        """Return value and derivatives at `time`."""
+        """Return value and derivatives at `time`; `InputError` beyond the given ones."""
+        check_within(time, self.start, self.end)
         value, first, second = self._pieces(time).T
         return value, first, second
 

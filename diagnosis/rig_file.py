@@ -12,12 +12,14 @@ from imubench.errors import InputError, unknown
 from imubench.inputs.mjcf import compiled
 from imubench.recording import RIGS
 from imubench.sim.rigs import Mount, Rig, Segment, Spring
+from imubench.sim.stability import write_no_log
 
 
 def read_rig(path: Path, family: str) -> Rig:
     """Return the rig that an MJCF file of `imubench diagnose` describes: poses, springs, masses, friction, gravity."""
     if family not in RIGS:
         raise unknown("rig", family, RIGS)
+    write_no_log()
     model = compiled(path)
     bodies = {model.body(i).name for i in range(model.nbody)}
     missing = [name for name in RIGS[family] if name not in bodies]

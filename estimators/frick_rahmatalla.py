@@ -14,7 +14,7 @@ from imubench.arrays import Array, frozen
 from imubench.errors import InputError
 from imubench.estimate import Estimate
 from imubench.estimators.gravity import How, linear_acceleration
-from imubench.estimators.mrvs import STILL, identifiable, lever_matrix, only_imu, solve
+from imubench.estimators.mrvs import lever_matrix, only_imu, solve, why_unidentifiable
 from imubench.recording import Recording
 
 NAME = "frick-rahmatalla"
@@ -113,8 +113,9 @@ def estimate(recording: Recording, gravity: How = "ukf", r0: ArrayLike | None = 
     acceleration = linear_acceleration(recording, gravity)
     r = follow(imu.gyro, acceleration, imu.time, r0)
     details = {"samples": float(n)}
-    if not identifiable(imu, acceleration):
+    why = why_unidentifiable(imu, acceleration)
+    if why:
         mean = r.mean(axis=0)[None]
-        return Estimate("joint_vector", NAME, mean, None, STILL, "not identifiable", details=details)
+        return Estimate("joint_vector", NAME, mean, None, why, "not identifiable", details=details)
     time = imu.time[HALF : n - HALF]
     return Estimate("joint_vector", NAME, r[:, None], None, NO_COVARIANCE, time=time, details=details)

@@ -81,7 +81,9 @@ class GuardedPlugAndPlay:
         details = {**found.details, **figures}
         if not why:
             return replace(update, estimate=replace(found, details=details))
-        refused = Estimate("joint_axis", NAME, found.value, None, why, "not identifiable", details=details)
+        refused = Estimate(
+            "joint_axis", NAME, found.value, None, why, "not identifiable", details=details, pairing="unknown"
+        )
         return replace(update, estimate=refused, accepted=False, why=why)
 
 

@@ -13,9 +13,11 @@ from numpy.typing import ArrayLike
 from imubench.arrays import Array
 from imubench.errors import InputError
 from imubench.estimate import Estimate
+from imubench.estimators.extent import too_short
 from imubench.estimators.gravity import How, linear_acceleration
 from imubench.recording import Imu, Recording
 
+UNKNOWNS = 3  # r
 WINDOW = 45  # samples, the trade-off of section IV-C
 SHAKEN = 10.0  # times what noise alone puts into M^T M, for r to count as identifiable
 STILL = "the IMU turned too little, or about one axis only: noise alone could fill the least squares"
@@ -141,6 +143,11 @@ def only_imu(recording: Recording, name: str) -> Imu:
     return recording.imus[0]
 
 
+def why_unidentifiable(imu: Imu, acceleration: Array) -> str:
+    """Return why the samples of an IMU cannot tell r: too few, or it turned too little. Empty where they can."""
+    return too_short(imu.time, UNKNOWNS) or ("" if identifiable(imu, acceleration) else STILL)
+
+
 def identifiable(imu: Imu, acceleration: Array) -> bool:
     """Tell whether the IMU turned enough, and about enough axes, for the least squares to be about r.
 
@@ -168,8 +175,9 @@ def estimate(recording: Recording, gravity: How = "ukf") -> Estimate:
     acceleration = linear_acceleration(recording, gravity)
     r, covariance = solve_differenced(imu.gyro, acceleration, imu.time)
     details = {"samples": float(imu.time.size)}
-    if not np.isfinite(r).all() or not identifiable(imu, acceleration):
-        return Estimate("joint_vector", "mrvs", np.nan_to_num(r)[None], None, STILL, "not identifiable", None, details)
+    why = why_unidentifiable(imu, acceleration) or ("" if np.isfinite(r).all() else STILL)
+    if why:
+        return Estimate("joint_vector", "mrvs", np.nan_to_num(r)[None], None, why, "not identifiable", None, details)
     return Estimate("joint_vector", "mrvs", r[None], covariance, details=details)
 
 
@@ -183,7 +191,8 @@ def estimate_window(recording: Recording, gravity: How = "ukf", window: int = WI
     solved = np.isfinite(r).all(axis=-1)
     details = {"samples": float(imu.time.size), "window": float(window), "windows_without_rank": float((~solved).sum())}
     time = imu.time[window + 1 :][solved]
-    if not solved.any() or not identifiable(imu, acceleration):
+    why = why_unidentifiable(imu, acceleration) or ("" if solved.any() else STILL)
+    if why:
         mean = r[solved].mean(axis=0) if solved.any() else np.zeros(3)
-        return Estimate("joint_vector", "mrvs-window", mean[None], None, STILL, "not identifiable", None, details)
+        return Estimate("joint_vector", "mrvs-window", mean[None], None, why, "not identifiable", None, details)
     return Estimate("joint_vector", "mrvs-window", r[solved][:, None], covariance[solved], time=time, details=details)

@@ -19,7 +19,7 @@ from imubench.errors import InputError
 from imubench.estimate import Estimate
 from imubench.estimators import sliding_lines, sliding_spring
 from imubench.estimators.gravity import How, linear_acceleration
-from imubench.estimators.mrvs import STILL, gyro_noise, identifiable, only_imu
+from imubench.estimators.mrvs import gyro_noise, only_imu, why_unidentifiable
 from imubench.estimators.sliding_lines import Lines
 from imubench.estimators.sliding_rows import Rows
 from imubench.estimators.sliding_spring import Spring
@@ -139,6 +139,10 @@ def estimate(recording: Recording, gravity: How = "ukf", kinds: tuple[str, ...] 
     """Estimate r (n, 1, 3) in m at every sample of a recording with one IMU, from all of it."""
     imu = only_imu(recording, NAME)
     acceleration = linear_acceleration(recording, gravity)
+    too_little = why_unidentifiable(imu, acceleration)
+    if too_little:  # asked first: fits of next to nothing take longest
+        details = {"samples": float(imu.time.size)}
+        return Estimate("joint_vector", NAME, np.zeros((1, 3)), None, too_little, "not identifiable", details=details)
     rows = rows_of(imu, acceleration)
     found = fits(rows, kinds)
     fit = max(found, key=lambda one: one.evidence)
@@ -150,8 +154,6 @@ def estimate(recording: Recording, gravity: How = "ukf", kinds: tuple[str, ...] 
         details["spring_damping"] = fit.damping
     else:
         details |= {f"frequency_{i + 1}": float(f) for i, f in enumerate(fit.frequency)}
-    if not identifiable(imu, acceleration):
-        return Estimate("joint_vector", NAME, r.mean(axis=0)[None], None, STILL, "not identifiable", details=details)
     if fit.noise > UNEXPLAINED:
         why = f"no kind of r explains the samples: what is left has {fit.noise:.3g} times the power of the noise"
         return Estimate("joint_vector", NAME, r[:, None], None, why, time=imu.time, details=details)
@@ -172,7 +174,8 @@ def estimate_stream(recording: Recording, gravity: How = "ukf", kinds: tuple[str
         P[k] = stream.covariance
     seen = np.isfinite(r).all(axis=(1, 2))
     details = {"samples": float(imu.time.size)}
-    if not identifiable(imu, acceleration):
+    why = why_unidentifiable(imu, acceleration)
+    if why:
         mean = r[seen].mean(axis=0)
-        return Estimate("joint_vector", STREAM, mean, None, STILL, "not identifiable", details=details)
+        return Estimate("joint_vector", STREAM, mean, None, why, "not identifiable", details=details)
     return Estimate("joint_vector", STREAM, r[seen], P[seen], time=imu.time[seen], details=details)

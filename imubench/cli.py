@@ -68,6 +68,7 @@ def run(
     out: Out = None,
 ) -> None:
     """Simulate a scenario, estimate, score, and log it: score.json, recording/, run.rrd."""
+    from imubench.answers import pairing_note
     from imubench.run import run_scenario
 
     out = out or Path("runs") / Path(scenario).name
@@ -77,6 +78,7 @@ def run(
     else:
         title = f"{scenario}, seed {seed}: {done.estimate.estimator} ({done.estimate.status})"
         _print_figures(title, done.score.figures, done.score.units)
+        _print_note(pairing_note(done.estimate, done.recording))
     _print_written(out, "run.rrd")
 
 
@@ -90,6 +92,7 @@ def estimate(
     out: Out = None,
 ) -> None:
     """Estimate on a recording from disk, real or not: estimate.json, run.rrd, corrected/ where asked --with."""
+    from imubench.answers import pairing_note
     from imubench.run import estimate_on_disk
 
     out = out or Path("runs") / f"{name}-{recording.resolve().name}"
@@ -102,6 +105,7 @@ def estimate(
     console.say(f"{done.recording.name}: {name} ({answer.status})", "bold")
     for i, value in enumerate(np.atleast_2d(answer.value if answer.time is None else answer.value[-1])):
         console.say(f"  {done.recording.imus[i].name}: {np.array2string(value, precision=4, floatmode='fixed')}")
+    _print_note(pairing_note(answer, done.recording))
     for beside, what in ((done.beside_reference, "the reference"), (done.beside_declared, "the declared mounts")):
         if beside is not None:
             _print_figures(f"beside {what}", beside.figures, beside.units)
@@ -293,6 +297,11 @@ def _print_figures(title: str, figures: dict[str, float], units: dict[str, str])
         factor, unit = shown.get(units[name], (1.0, units[name]))
         table.add_row(name, f"{value * factor:.3f}", unit)
     console.print(table)
+
+
+def _print_note(note: str) -> None:
+    if note:
+        console.say(f"  {note}")
 
 
 def _print_written(out: Path, rrd: str | None = None) -> None:

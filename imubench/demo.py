@@ -72,6 +72,8 @@ def main(out: Path = Path("demo")) -> None:
         values = ["-", "-"] if score is None else [_degrees(score, imu) for imu in ("imu1", "imu2")]
         table.add_row(title, name, status, *values, judge)
     console.print(table)
+    if any(score is not None and score.pairing == "unknown" for _, _, _, score, _ in rows):
+        console.print("* sign pairing unknown: of the better pairing")
     if not data:
         console.print("Real recordings: set IMUBENCH_DATA to their folder to see them here too.")
     console.print(
@@ -81,7 +83,8 @@ def main(out: Path = Path("demo")) -> None:
 
 
 def _degrees(score: Score, imu: str) -> str:
-    return f"{np.rad2deg(score.figures[f'deviation_{imu}']):.2f}"
+    angle = score.deviation(imu)
+    return "-" if angle is None else f"{np.rad2deg(angle):.2f}" + ("*" if score.pairing == "unknown" else "")
 
 
 if __name__ == "__main__":

@@ -107,6 +107,14 @@ def test_a_joint_angle_in_degrees(good, file, column):
     refused(good, f"rec/{file}, line ", f"column '{column}': expected rad, got ", "rad/s: probably degrees")
 
 
+@pytest.mark.parametrize(("file", "column"), [("encoder.csv", "angle"), ("reference.csv", "hinge_angle")])
+@pytest.mark.parametrize(("last", "said"), [(1e9, "expected rad, at most 1e+06, got 1e+09"), (5e3, "under 700 rad/s")])
+def test_a_joint_angle_that_no_joint_has(good, file, column, last, said):
+    """Three readings of 1,200 are too few to be a unit, but no joint turns by 800 turns in a tenth of a second."""
+    change(good, file, column, lambda angle: np.append(angle[:-3], np.full((3, 1), last), axis=0))
+    refused(good, f"rec/{file}, line ", f"column '{column}'", said)
+
+
 def test_a_position_in_millimetres(good):
     change(good, "pose1.csv", "y", lambda _: 300 * np.sin(TIME[:, None]))
     refused(good, "rec/pose1.csv, line 2, position: expected m, got ", "probably millimetres")
@@ -197,6 +205,11 @@ def test_the_angle_of_a_joint_that_turns_many_times_is_data(good):
     change(good, "encoder.csv", "angle", lambda _: (30 * TIME[:, None] + np.pi) % (2 * np.pi) - np.pi)
     read(good)
     change(good, "encoder.csv", "angle", lambda _: 30 * TIME[:, None])
+    read(good)
+
+
+def test_a_spike_of_an_encoder_is_data(good):
+    change(good, "encoder.csv", "angle", lambda angle: np.where(np.arange(N)[:, None] == 600, 60.0, angle))  # rad
     read(good)
 
 

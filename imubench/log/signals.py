@@ -125,10 +125,13 @@ def log_constraint(
     return found is not None
 
 
-def aligned(value: Array, true: Array) -> Array:
-    """Return axes (..., m, 3) turned together so that the first is within 90 deg of the true (..., m, 3)."""
-    flip = np.sum(value[..., 0, :] * true[..., 0, :], axis=-1) < 0
-    return np.where(flip[..., None, None], -value, value)
+def aligned(value: Array, true: Array, together: bool = True) -> Array:
+    """Return axes (..., m, 3) turned together so that the first is within 90 deg of the true (..., m, 3).
+
+    Not `together`: each is turned on its own, since their signs mean nothing.
+    """
+    flip = np.sum(value * true, axis=-1, keepdims=True) < 0
+    return np.where(flip[..., :1, :] if together else flip, -value, value)
 
 
 def log_error(rec: rr.RecordingStream, names: Sequence[str], estimate: Estimate, time: Array, true: Array) -> Array:
