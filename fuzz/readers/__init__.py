@@ -1,0 +1,12 @@
+"""Every reader that a command has: to add one, add it to the list of its module below.
+
+A test fails where the package reads something and no reader covers it.
+"""
+
+from fuzz.reader import Reader
+from fuzz.readers import conversion, dataset, diagnosis, paper, proof, recording
+
+MODULES = (recording, dataset, diagnosis, conversion, proof, paper)
+
+READERS: dict[str, Reader] = {reader.name: reader for module in MODULES for reader in module.READERS}
+"""The readers by name."""

@@ -1,0 +1,111 @@
+"""Specs with the files they name, and datasets: finished, half done, in use by another run."""
+
+import fcntl
+import os
+from pathlib import Path
+from typing import Any
+
+from fuzz.mutate import bytes as plain
+from fuzz.mutate import csv, json, parquet, toml
+from fuzz.reader import LONG, Reader
+from fuzz.seeds import datasets
+from imubench.dataset.exports import EXPORTS
+from imubench.dataset.generate import generate
+from imubench.dataset.lock import locked
+from imubench.dataset.manifest import verify
+from imubench.dataset.playing import make
+from imubench.dataset.reading import indices, read
+from imubench.dataset.spec import load_spec
+
+PLAYED = 3_000  # samples of a recording that a fuzzer waits for
+SPEC = ("imubench.dataset.spec:_content", "imubench.toml_file:parse_toml")
+MOTION = ("imubench.dataset.motion_file:_table",)
+STORED = ("imubench.dataset.storage:read", "imubench.dataset.storage:read_json")
+TABLES = ("imubench.dataset.reading:indices", "imubench.dataset.reading:read")
+
+
+def drawn(f: Path, o: Path) -> object:
+    """Read a spec and make its first recording, where that is short."""
+    spec = load_spec(f / "spec.toml")
+    return LONG if spec.seconds.high * spec.rate > PLAYED else make(spec, 0, 0)
+
+
+def generated(f: Path, o: Path) -> list[str]:
+    """Return the words that make a dataset of one recording."""
+    return ["generate", str(f / "spec.toml"), "--count", "1", "--workers", "0", "--out", str(o)]
+
+
+def verified(f: Path, o: Path) -> object:
+    """Check a dataset against its manifest."""
+    return verify(str(f / "data"))
+
+
+def exported(f: Path, o: Path) -> object:
+    """Read every recording of a dataset and export it in every form."""
+    chosen = list(indices(f / "data"))[: datasets.COUNT]
+    for form, export in EXPORTS.items():
+        (o / form).mkdir(parents=True)
+        export((read(f / "data", index) for index in chosen), o / form)
+    return chosen
+
+
+def resumed(f: Path, o: Path) -> object:
+    """Go on with a dataset where an earlier run ended."""
+    return generate(datasets.job(f), workers=0)
+
+
+def refused_by_lock(f: Path, o: Path) -> object:
+    """Begin a run in a folder whose lock another one holds."""
+    handle = os.open(f / "lock", os.O_RDWR)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)  # as another run would
+        with locked(f / "lock", "data"):
+            return True
+    finally:
+        os.close(handle)
+
+
+def verify_words(f: Path, o: Path) -> list[str]:
+    """Return the words that verify a dataset."""
+    return ["verify", str(f / "data")]
+
+
+def export_words(f: Path, o: Path) -> list[str]:
+    """Return the words that export a dataset."""
+    return ["export", "qmt", str(f / "data"), "--out", str(o)]
+
+
+def resume_words(f: Path, o: Path) -> list[str]:
+    """Return the words that go on with a dataset."""
+    words = ["generate", str(f / "spec.toml"), "--count", str(datasets.COUNT), "--workers", "0"]
+    return [*words, "--out", str(f / "data")]
+
+
+def _resumed(name: str, target: str, files: Any, mutate: Any, *covers: str) -> Reader:
+    return Reader(name, f"data/{target}", files, mutate, resumed, covers, resume_words, writes="always")
+
+
+MANIFEST, ROWS, SAMPLES = "data/manifest.json", "recordings/part-00000.parquet", "samples/part-00000.parquet"
+READERS = (
+    Reader("spec-toml", "spec.toml", datasets.spec, toml.mutate, drawn, SPEC, generated),
+    Reader("spec-profiles-toml", "profiles.toml", datasets.spec, toml.mutate, drawn, SPEC, generated),
+    Reader("spec-motion-csv", "moves.csv", datasets.spec, csv.mutate, drawn, MOTION, generated),
+    Reader("spec-motion-parquet", "moves.parquet", datasets.spec_parquet, parquet.mutate, drawn, MOTION, generated),
+    Reader(
+        *("manifest-verify", MANIFEST, datasets.finished, json.mutate, verified),
+        covers=(*STORED, "imubench.dataset.storage:sha256"),
+        words=verify_words,
+    ),
+    Reader("manifest-export", MANIFEST, datasets.finished, json.mutate, exported, STORED, export_words),
+    _resumed("manifest-resume", "manifest.json", datasets.finished, json.mutate, *STORED),
+    Reader("recordings-parquet", f"data/{ROWS}", datasets.finished, parquet.mutate, exported, TABLES, export_words),
+    Reader("samples-parquet", f"data/{SAMPLES}", datasets.finished, parquet.mutate, exported, TABLES, export_words),
+    _resumed("job-json", ".generate/job.json", datasets.half_done, json.mutate, *STORED),
+    _resumed("receipt-json", ".generate/00000.json", datasets.half_done, json.mutate, *STORED),
+    _resumed("recordings-resume", ROWS, datasets.half_done, plain.flip, "imubench.dataset.card:census"),
+    Reader(
+        *("lock", "lock", datasets.in_use, plain.mutate, refused_by_lock),
+        covers=("imubench.dataset.lock:locked",),
+        refuses="another run holds it",
+    ),
+)
