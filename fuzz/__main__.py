@@ -38,7 +38,7 @@ def main(words: list[str] | None = None) -> int:
         total = sum(row.inputs for row in table.rows.values())
         print(f"\n{total:,} inputs of {len(table.rows)} readers, seed {asked.seed}, {monotonic() - start:.0f} s")
         for failure in table.failures.values():
-            _tell(failure, pool, asked.corpus)
+            _tell(failure, pool, None if asked.keep_nothing else asked.corpus)
     return int(bool(table.failures))
 
 
@@ -54,6 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--reader", action="append", help="only this reader; may come more than once")
     parser.add_argument("--workers", type=int, help="processes; none: one a core")
     parser.add_argument("--corpus", type=Path, default=CORPUS, help="where minimised failures are kept")
+    parser.add_argument("--keep-nothing", action="store_true", help="tell failures, and neither minimise nor keep them")
     parser.add_argument("--no-commands", action="store_true", help="readers alone, no whole commands")
     return parser
 
@@ -67,12 +68,15 @@ def _tasks(names: list[str], asked: argparse.Namespace, each: int, deadline: flo
             yield Task(name, asked.seed, index, command=not asked.no_commands and index % READERS[name].every == 0)
 
 
-def _tell(failure: Failure, pool: Pool, corpus: Path) -> None:
+def _tell(failure: Failure, pool: Pool, corpus: Path | None) -> None:
     task, outcome = failure.task, failure.outcome
-    content = minimised(pool, task, inputs.content(task.reader, task.seed, task.index), outcome.what)
     again = f"python -m fuzz --reader {task.reader} --seed {task.seed} --first {task.index} --each 1"
-    where = keep(corpus, task.reader, outcome.what, content) if len(content) <= LARGEST else "too large to be kept"
-    print(f"\n{task.reader}: {outcome.what}; {failure.count} inputs\n  {again}\n  {len(content)} bytes: {where}")
+    print(f"\n{task.reader}: {outcome.what}; {failure.count} inputs\n  {again}")
+    if corpus is not None and not outcome.what.startswith("mutator"):
+        content = minimised(pool, task, inputs.content(READERS[task.reader], task.seed, task.index), outcome.what)
+        small = len(content) <= LARGEST
+        where = keep(corpus, task.reader, outcome.what, content) if small else "too large to be kept"
+        print(f"  {len(content)} bytes: {where}")
     print("  " + outcome.said.strip().replace("\n", "\n  "), flush=True)
 
 

@@ -8,16 +8,23 @@ Bomb = Callable[[bytes], bytes]
 """Takes a valid content and returns the bomb."""
 
 
+def _parts(content: bytes) -> tuple[bytes, bytes, bytes]:
+    """Return the lines above the header of a CSV, the header, and its rows."""
+    lines = content.splitlines(keepends=True)
+    first = next(k for k, line in enumerate(lines) if not line.startswith(b"#"))
+    return b"".join(lines[:first]), lines[first].rstrip(b"\n"), b"".join(lines[first + 1 :])
+
+
 def many_rows(content: bytes) -> bytes:
     """Return a CSV of two million rows, or 40 MB, whose last line is broken."""
-    header = content.split(b"\n", 1)[0].decode()
-    return csv.many(header, header.count(",") + 1)
+    above, header, _ = _parts(content)
+    return above + csv.many(header.decode(), header.count(b",") + 1)
 
 
 def long_header(content: bytes) -> bytes:
     """Return a CSV with a name in its header that Python's csv module does not take."""
-    header, rows = content.split(b"\n", 1)
-    return header + b"," + b"x" * nasty.CELL + b"\n" + rows
+    above, header, rows = _parts(content)
+    return above + header + b"," + b"x" * nasty.CELL + b"\n" + rows
 
 
 def long_cell(content: bytes) -> bytes:
@@ -72,6 +79,7 @@ def nested_bodies(content: bytes) -> bytes:
 
 BOMBS: dict[object, tuple[Bomb, ...]] = {
     csv.mutate: (many_rows, long_header, long_cell),
+    csv.mutate_diodem: (many_rows, long_header, long_cell),
     toml.mutate: (deep_toml, long_number_toml),
     json.mutate: (deep_json, long_number_json),
     parquet.mutate: (many_rows_parquet,),

@@ -27,12 +27,11 @@ def minimised(pool: Pool, task: Task, content: bytes, what: str) -> bytes:
     if monotonic() - start > SLOW:
         return content
     content = b"".join(_fewer(content.splitlines(keepends=True), fails))
-    size = len(content) // 2
-    while size:
+    size = len(content)
+    while size > 1:
+        size = max(1, size // 4)
         pieces = [content[i : i + size] for i in range(0, len(content), size)]
-        if len(pieces) <= 4_096:
-            content = b"".join(_fewer(pieces, fails))
-        size //= 4
+        content = b"".join(_fewer(pieces, fails))
     return content
 
 

@@ -4,15 +4,16 @@ import multiprocessing
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from multiprocessing.connection import wait
 from pathlib import Path
 from time import monotonic
 
 from fuzz.verdict import Outcome
-from fuzz.worker import ENVIRONMENT, LIMIT, Task, work
+from fuzz.worker import ENVIRONMENT, Limits, Task, work
 
-HANG = 20.0  # s of processor time that one input may take
-BLOCKED = 60.0  # s of the clock, for one that waits instead of computing, beside other programs on the machine
+MUTATING = 4 << 30  # bytes that a process may have before it reads
+STARTING = 60.0  # s of processor time for its imports, its valid inputs and a mutation
 LOOK = 0.02  # s between two looks at a worker
 RECYCLED = 3_000  # inputs after which a process makes room for a new one
 PAGE = os.sysconf("SC_PAGE_SIZE")
@@ -22,21 +23,22 @@ TICKS = os.sysconf("SC_CLK_TCK")
 class Worker:
     """A process and what is known of its present task."""
 
-    def __init__(self) -> None:
+    def __init__(self, limits: Limits, readers: str) -> None:
+        self.limits = limits
         context = multiprocessing.get_context("spawn")
         self.connection, theirs = context.Pipe()
         with _environment():
-            self.process = context.Process(target=work, args=(theirs,), daemon=True)
+            self.process = context.Process(target=work, args=(theirs, limits, readers))
             self.process.start()
         theirs.close()
         self.task: Task | None = None
         self.done = 0
-        self.ready = False
         self._begun(0)
 
     def _begun(self, size: int) -> None:
         self.size, self.reading = size, size > 0
-        self.start, self.cpu, self.peak = monotonic(), self._cpu(), 0
+        self.cpu, self.peak, self.idle = self._cpu(), 0, 0.0
+        self._last = monotonic(), self.cpu
 
     def give(self, task: Task) -> None:
         """Have a task read."""
@@ -51,9 +53,7 @@ class Worker:
         except (EOFError, OSError):
             self.process.join(5)
             return self._ended(f"crash: exit code {self.process.exitcode}")
-        if kind == "ready":
-            self.ready = True
-        elif kind == "begin":
+        if kind == "begin":
             self._begun(value)
         return value if kind == "done" else None
 
@@ -61,15 +61,24 @@ class Worker:
         """Return the failure of a task that takes too long or grew too large, after its process was ended."""
         if self.task is None or not self.process.is_alive():
             return None
-        if self.reading:
-            self.peak = max(self.peak, self._resident() - self.size)
-            if self.peak > LIMIT:
-                return self._ended("memory: over 1 GB")
-        if self._cpu() - self.cpu > HANG:
-            return self._ended(f"hang: over {HANG:g} s of processor time")
-        if monotonic() - self.start > BLOCKED:
-            return self._ended(f"hang: over {BLOCKED:g} s")
+        self.peak = max(self.peak, self._resident() - self.size)
+        if self.peak > self.limits.memory and self.reading:
+            return self._ended("memory: over the limit")
+        if self.peak > MUTATING:
+            return self._ended("memory: over 4 GB")
+        if self._cpu() - self.cpu > (self.limits.seconds if self.reading else STARTING):
+            return self._ended("hang: it computes beyond the limit")
+        if self._waited() > (self.limits.seconds if self.reading else STARTING):
+            return self._ended("hang: it waits beyond the limit")
         return None
+
+    def _waited(self) -> float:
+        """Return for how many seconds the process has slept, and not computed nor waited for a busy processor."""
+        now, cpu = monotonic(), self._cpu()
+        if cpu == self._last[1] and self._stat(0) != "R":
+            self.idle += now - self._last[0]
+        self._last = now, cpu
+        return self.idle
 
     def _ended(self, what: str) -> Outcome:
         seconds = self._cpu() - self.cpu
@@ -95,17 +104,21 @@ class Worker:
         return 0
 
     def _cpu(self) -> float:
-        with suppress(OSError, IndexError, ValueError):
-            fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
-            return (int(fields[11]) + int(fields[12])) / TICKS
-        return 0.0
+        return (int(self._stat(11)) + int(self._stat(12))) / TICKS
+
+    def _stat(self, field: int) -> str:
+        """Return a field of the process' line in /proc behind its name: 0 its state, 11 and 12 its time in ticks."""
+        with suppress(OSError, IndexError):
+            return Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()[field]
+        return "0"
 
 
 class Pool:
-    """So many workers; use it as a context."""
+    """So many workers; use it as a context. `readers` is the module whose `READERS` the tasks name."""
 
-    def __init__(self, count: int) -> None:
-        self.workers = [Worker() for _ in range(count)]
+    def __init__(self, count: int, limits: Limits | None = None, readers: str = "fuzz.readers") -> None:
+        self._make = partial(Worker, limits or Limits(), readers)
+        self.workers = [self._make() for _ in range(count)]
 
     def __enter__(self) -> "Pool":
         return self
@@ -145,7 +158,7 @@ class Pool:
             worker.give(task)
 
     def _renewed(self, old: Worker) -> Worker:
-        new = Worker()
+        new = self._make()
         self.workers[self.workers.index(old)] = new
         return new
 

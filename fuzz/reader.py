@@ -8,9 +8,6 @@ from typing import Literal
 from fuzz.mutate import Mutate
 from fuzz.seeds import Files
 
-LONG = "long"
-"""What `read` returns of a valid input that asks for more work than a fuzzer waits for."""
-
 
 @dataclass(frozen=True)
 class Reader:
@@ -25,8 +22,8 @@ class Reader:
     files: Callable[[], Files]  # a valid input
     mutate: Mutate
     read: Callable[[Path, Path], object]
-    covers: tuple[str, ...] = ()  # functions that read, `module:function`; a test holds that none is left out
     words: Callable[[Path, Path], list[str]] | None = None
+    long: Callable[[Path], bool] | None = None  # whether a valid input asks for more work than a fuzzer waits for
     every: int = 20  # inputs to a whole command, which takes longer than its reader
     writes: Literal["nothing", "when accepted", "always"] = "nothing"  # in the input's folder
     leads_outside: bool = False  # whether its user may name a file anywhere: a path on the command line

@@ -10,12 +10,11 @@
 import fcntl
 import os
 import shutil
+from collections.abc import Callable
 from pathlib import Path
-from xml.etree import ElementTree
 
 from fuzz.mutate import nasty
-from fuzz.seeds import Files, foreign, recordings
-from imubench.models import mjcf
+from fuzz.seeds import STAMP, Files
 
 HOME = Path(nasty.OUTSIDE).parent.parent
 MOST = 100  # workers on one machine, of all runs together
@@ -26,7 +25,9 @@ Listing = dict[str, tuple[int, int, int]]
 class Scratch:
     """A folder of one process, which nobody else uses as long as the process lives."""
 
-    def __init__(self) -> None:
+    def __init__(self, kept: Files) -> None:
+        """Take a folder; `kept` are the files outside, each what a reader would accept."""
+        self.kept = kept
         HOME.mkdir(mode=0o777, exist_ok=True)
         for number in range(1, MOST):
             self.root = HOME / f"w{number:02d}"
@@ -43,22 +44,31 @@ class Scratch:
         for folder in (self.outside, self.cwd, self.tmp):
             folder.mkdir(parents=True)
         self.count = 0
-        for name, content in _kept().items():
-            (self.outside / name).write_bytes(content)
-        self._before = self._state()
+        self._before: dict[str, tuple[int, int, int]] = {}
 
     def lay_out(self, files: Files) -> tuple[Path, Path]:
         """Write an input into a new folder; return the folder and a path beside it for what comes of it."""
         self.count += 1
+        self._restore()
         folder, out = self.root / f"i{self.count:07d}", self.root / f"o{self.count:07d}"
         mine = str(self.root).encode()
         for name, content in files.items():
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content.replace(str(Path(nasty.OUTSIDE).parent).encode(), mine))
-            os.utime(path, ns=(recordings.STAMP, recordings.STAMP))
+            os.utime(path, ns=(STAMP, STAMP))
+        self._rewind()
         self._before = self._state()
         return folder, out
+
+    def _restore(self) -> None:
+        """Put the files outside in place, where the last input has harmed them."""
+        if self._state() == self._before and self._before:
+            return
+        shutil.rmtree(self.outside)
+        self.outside.mkdir()
+        for name, content in self.kept.items():
+            (self.outside / name).write_bytes(content)
 
     def clear(self, *paths: Path) -> None:
         """Remove an input and what came of it."""
@@ -74,20 +84,32 @@ class Scratch:
         for name in self._before.keys() | now.keys():
             if self._before.get(name) != now.get(name):
                 both = name in now and name in self._before and self._before[name][1:] == now[name][1:]
-                self._before = now
                 return f"read {name} outside" if both else f"wrote {name} outside"
         left = [path.name for path in self.cwd.iterdir()]
         return f"left {left[0]} in the working folder" if left else ""
 
-    def _state(self) -> dict[str, tuple[int, int, int]]:
-        """Return the time of the last read, of change, and the size of the files outside."""
-        found = {}
-        for path in sorted(self.outside.iterdir()):
+    def _rewind(self) -> None:
+        """Put the last read of each file outside before its change: a file system then notes the next one."""
+        for path in self.outside.iterdir():
             stat = path.stat()
-            if stat.st_atime_ns >= stat.st_mtime_ns:  # a file system notes a read where the last was before the change
+            if stat.st_atime_ns >= stat.st_mtime_ns:
                 os.utime(path, ns=(stat.st_mtime_ns - 10**10, stat.st_mtime_ns))
-            found[path.name] = (path.stat().st_atime_ns, stat.st_mtime_ns, stat.st_size)
-        return found
+
+    def _state(self) -> dict[str, tuple[int, int, int]]:
+        """Return when each file outside was last read and changed, and its size."""
+        stats = {path.name: path.stat() for path in self.outside.iterdir()}
+        return {name: (stat.st_atime_ns, stat.st_mtime_ns, stat.st_size) for name, stat in sorted(stats.items())}
+
+
+def notes_reads(folder: Path) -> bool:
+    """Return whether the file system of a folder notes when a file was read."""
+    file = folder / "probe"
+    file.write_bytes(b"x")
+    os.utime(file, ns=(0, STAMP))
+    file.read_bytes()
+    noted = file.stat().st_atime_ns > 0
+    file.unlink()
+    return noted
 
 
 def listing(folder: Path) -> Listing:
@@ -102,16 +124,20 @@ def listing(folder: Path) -> Listing:
     return found
 
 
-def _kept() -> Files:
-    """Return the files outside, each what a reader would accept."""
-    body = ElementTree.fromstring(mjcf("hinge"))
-    stl = b"\0" * 80 + (1).to_bytes(4, "little") + bytes(50)
-    return {
-        "kept.csv": recordings.as_csv()["imu1.csv"],
-        "kept.parquet": recordings.as_parquet()["imu1.parquet"],
-        "kept.toml": recordings.as_csv()["recording.toml"],
-        "kept.hdf5": foreign.broad()["trial.hdf5"],
-        "kept.xml": ElementTree.tostring(body),
-        "kept.stl": stl,
-        "kept.png": b"\x89PNG\r\n\x1a\n" + bytes(100),
-    }
+ENDLESS = 10 << 30  # bytes of a file that takes no room on the disk
+
+
+def _sparse(path: Path) -> None:
+    with path.open("wb") as file:
+        file.truncate(ENDLESS)
+
+
+PLACES: dict[str, Callable[[Path], object]] = {
+    "nothing": lambda path: None,
+    "folder": Path.mkdir,
+    "pipe": os.mkfifo,
+    "device": lambda path: path.symlink_to("/dev/zero"),
+    "loop": lambda path: path.symlink_to(path),
+    "sparse": _sparse,
+}
+"""What may stand in the place of a file; a pipe that nobody writes to keeps whoever opens it waiting."""

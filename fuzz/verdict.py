@@ -1,5 +1,6 @@
 """What came of an input: accepted, refused in one line, or failed; and how that is told from an exception or output."""
 
+import re
 import traceback
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +9,8 @@ from typing import Literal
 from imubench.errors import InputError
 
 LONGEST = 300  # characters of a refusal
+UNFORESEEN = 70  # exit code of an error that is not the user's
+FRAME = re.compile(r'File "(?P<file>[^"]+)", line \d+, in (?P<name>\S+)')
 ROOT = Path(__file__).resolve().parent.parent
 ALLOCATED = ("malloc of size", "realloc of size", "out of memory", "Cannot allocate memory", "Unable to allocate")
 """What allocators say when they give up: a reader that passes this on has asked for memory before it looked."""
@@ -64,14 +67,21 @@ def place(error: BaseException) -> str:
     return found
 
 
-def of_command(code: object, output: str, errors: str) -> Outcome:
-    """Return the outcome of a whole command from its exit code and what it printed."""
+def of_command(code: object, output: str, errors: str, trace: str = "") -> Outcome:
+    """Return the outcome of a whole command from its exit code, what it printed and the trace that it saved."""
     if "Traceback" in errors:
         return Outcome("failed", "command: a trace is printed", errors[-3_000:])
     if code == 2:
         line = errors.removesuffix("\n").removeprefix("imubench: ")
         found = refused(line)
         return found if found.verdict == "refused" else Outcome("failed", f"command: {found.what}", found.said)
+    if code == UNFORESEEN:
+        frames = [
+            m for m in FRAME.finditer(trace) if m["file"].startswith(str(ROOT)) and "site-packages" not in m["file"]
+        ]
+        at = f"{Path(frames[-1]['file']).relative_to(ROOT).as_posix()}:{frames[-1]['name']}" if frames else "elsewhere"
+        kind = (trace.strip().splitlines() or ["?"])[-1].partition(":")[0]
+        return Outcome("failed", f"command: trace: {kind}, {at}", (errors + trace)[-3_000:])
     if code not in (0, 1):
         return Outcome("failed", f"command: exit code {code}", errors[-3_000:])
     odd = next((c for c in output + errors if not c.isprintable() and c not in "\n\t"), None)

@@ -41,6 +41,7 @@ def _mutated(content: bytes, rng: Random) -> bytes:
 
 
 mutate: Mutate = below(0)
+mutate_diodem: Mutate = below(2)
 
 
 def _change(rows: list[list[str]], rng: Random) -> list[list[str]]:
@@ -50,7 +51,7 @@ def _change(rows: list[list[str]], rng: Random) -> list[list[str]]:
     if kind < 4:
         row[c] = rng.choice(CELLS) if rng.random() < 0.9 else "x" * nasty.CELL
     elif kind == 4:
-        rows[0][min(c, len(rows[0]) - 1)] = nasty.text(rng)
+        rows[0] = [*rows[0][:c], nasty.text(rng), *rows[0][c + 1 :]]
     elif kind == 5:
         rows[0] = rng.choice(
             (rows[0][::-1], rows[0] * 2, [*rows[0], "extra"], rows[0][:-1], [], [f'"{n}"' for n in rows[0]])

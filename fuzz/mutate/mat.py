@@ -31,7 +31,13 @@ def mutate(content: bytes, rng: Random) -> bytes:
         savemat(out, variables, format=level, do_compression=rng.random() < 0.5, long_field_names=True)
     except Exception:  # what scipy cannot write, it says in many ways
         return _tags(content, rng)
-    return _tags(out.getvalue(), rng) if rng.random() < 0.15 else out.getvalue()
+    found = untimed(out.getvalue()) if level == "5" else out.getvalue()
+    return _tags(found, rng) if rng.random() < 0.15 else found
+
+
+def untimed(content: bytes) -> bytes:
+    """Return a level 5 file without the time at which it was written."""
+    return b"MATLAB 5.0 MAT-file".ljust(116) + content[116:]
 
 
 def _change(variables: dict[str, Any], rng: Random) -> None:

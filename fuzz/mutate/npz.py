@@ -19,7 +19,7 @@ def mutate(content: bytes, rng: Random) -> bytes:
             for name in old.namelist():
                 _write(new, name, old.read(name), rng)
             if rng.random() < 0.2:
-                new.writestr(rng.choice(("../x.npy", "/x.npy", "x", "x.npy", "")), b"")
+                new.writestr(_member(rng.choice(("../x.npy", "/x.npy", "x", "x.npy", ""))), b"")
     except (zipfile.BadZipFile, ValueError, OSError, IndexError):
         return plain.mutate(content, rng)
     return out.getvalue()
@@ -44,7 +44,14 @@ def _write(new: zipfile.ZipFile, name: str, member: bytes, rng: Random) -> None:
         member = member[:10] + b"(" * 3_000 + member[10:]
     elif kind == 6:
         member = _header(rng.choice((200_000_000, 20_000_000, 2**62))) + bytes(1_000_000)
-    new.writestr(name, member)
+    new.writestr(_member(name), member)
+
+
+def _member(name: str) -> zipfile.ZipInfo:
+    """Return the head of a member, whose time of writing is always the same."""
+    head = zipfile.ZipInfo(name)
+    head.compress_type = zipfile.ZIP_DEFLATED
+    return head
 
 
 def _header(rows: int) -> bytes:

@@ -68,5 +68,7 @@ def _value(rng: Random, raw: tuple[str, ...]) -> Any:
 
 
 def _near(value: float, rng: Random) -> Any:
-    with_sign = (-value, value + 1, value - 1, float(value), str(value), value * 1_000, value / 1_000, int(value))
-    return rng.choice(with_sign)
+    try:
+        return rng.choice((-value, value + 1, float(value), str(value), value * 1_000, value / 1_000, int(value)))
+    except (OverflowError, ValueError):  # infinity, or more than a float holds
+        return -value

@@ -10,14 +10,14 @@ from imubench import format1
 from imubench.cli import _options
 from imubench.convert import CONVERTERS
 
-LINES = ("imubench.convert.table:read_lines", "imubench.convert.table:read_columns")
-BELOW = csv.below(2)
-
 
 def chosen(f: Path) -> list[str]:
     """Return the options of an input, `key=value` each."""
     file = f / "options.txt"
-    return file.read_text(encoding="utf-8").split("\n") if file.exists() else []
+    if not file.exists():
+        return []
+    text = file.read_text(encoding="utf-8", errors="replace")  # a broken byte is none that a terminal hands over
+    return text.replace("\0", "").split("\n")
 
 
 def converted(form: str, source: str) -> Callable[[Path, Path], object]:
@@ -49,20 +49,12 @@ BROAD = (converted("broad", "trial.hdf5"), words("broad", "trial.hdf5"))
 MULTIARM = (converted("multiarm", "pendulum.mat"), words("multiarm", "pendulum.mat"))
 RIGID, OPTICAL, OPTIONS = "trial/imu_rigid.csv", "trial/omc.csv", "options.txt"
 READERS = (
-    Reader("convert-csv", "a.csv", foreign.csv, csv.mutate, CSV[0], LINES, CSV[1]),
-    Reader("convert-csv-options", OPTIONS, foreign.csv, options.mutate, CSV[0], (), CSV[1], leads_outside=True),
-    Reader("convert-diodem-imu", RIGID, foreign.diodem, BELOW, DIODEM[0], LINES, DIODEM[1]),
-    Reader("convert-diodem-optical", OPTICAL, foreign.diodem, BELOW, DIODEM[0], LINES, DIODEM[1]),
-    Reader("convert-diodem-options", OPTIONS, foreign.diodem, options.mutate, DIODEM[0], (), DIODEM[1]),
-    Reader(
-        *("convert-broad", "trial.hdf5", foreign.broad, hdf5.mutate, BROAD[0]),
-        covers=("imubench.convert.broad:_read",),
-        words=BROAD[1],
-    ),
-    Reader(
-        *("convert-multiarm", "pendulum.mat", foreign.multiarm, mat.mutate, MULTIARM[0]),
-        covers=("imubench.convert.multiarm:_read",),
-        words=MULTIARM[1],
-    ),
-    Reader("convert-multiarm-options", OPTIONS, foreign.multiarm, options.mutate, MULTIARM[0], (), MULTIARM[1]),
+    Reader("convert-csv", "a.csv", foreign.csv, csv.mutate, *CSV),
+    Reader("convert-csv-options", OPTIONS, foreign.csv, options.mutate, *CSV, leads_outside=True),
+    Reader("convert-diodem-imu", RIGID, foreign.diodem, csv.mutate_diodem, *DIODEM),
+    Reader("convert-diodem-optical", OPTICAL, foreign.diodem, csv.mutate_diodem, *DIODEM),
+    Reader("convert-diodem-options", OPTIONS, foreign.diodem, options.mutate, *DIODEM),
+    Reader("convert-broad", "trial.hdf5", foreign.broad, hdf5.mutate, *BROAD),
+    Reader("convert-multiarm", "pendulum.mat", foreign.multiarm, mat.mutate, *MULTIARM),
+    Reader("convert-multiarm-options", OPTIONS, foreign.multiarm, options.mutate, *MULTIARM),
 )

@@ -7,7 +7,7 @@ from typing import Any
 
 from fuzz.mutate import bytes as plain
 from fuzz.mutate import csv, json, parquet, toml
-from fuzz.reader import LONG, Reader
+from fuzz.reader import Reader
 from fuzz.seeds import datasets
 from imubench.dataset.exports import EXPORTS
 from imubench.dataset.generate import generate
@@ -18,16 +18,17 @@ from imubench.dataset.reading import indices, read
 from imubench.dataset.spec import load_spec
 
 PLAYED = 3_000  # samples of a recording that a fuzzer waits for
-SPEC = ("imubench.dataset.spec:_content", "imubench.toml_file:parse_toml")
-MOTION = ("imubench.dataset.motion_file:_table",)
-STORED = ("imubench.dataset.storage:read", "imubench.dataset.storage:read_json")
-TABLES = ("imubench.dataset.reading:indices", "imubench.dataset.reading:read")
+
+
+def long(f: Path) -> bool:
+    """Return whether a spec asks for recordings that are long to make."""
+    spec = load_spec(f / "spec.toml")
+    return spec.seconds.high * spec.rate > PLAYED
 
 
 def drawn(f: Path, o: Path) -> object:
     """Read a spec and make its first recording, where that is short."""
-    spec = load_spec(f / "spec.toml")
-    return LONG if spec.seconds.high * spec.rate > PLAYED else make(spec, 0, 0)
+    return None if long(f) else make(load_spec(f / "spec.toml"), 0, 0)
 
 
 def generated(f: Path, o: Path) -> list[str]:
@@ -81,31 +82,23 @@ def resume_words(f: Path, o: Path) -> list[str]:
     return [*words, "--out", str(f / "data")]
 
 
-def _resumed(name: str, target: str, files: Any, mutate: Any, *covers: str) -> Reader:
-    return Reader(name, f"data/{target}", files, mutate, resumed, covers, resume_words, writes="always")
+def _resumed(name: str, target: str, files: Any, mutate: Any) -> Reader:
+    return Reader(name, f"data/{target}", files, mutate, resumed, resume_words, writes="always")
 
 
 MANIFEST, ROWS, SAMPLES = "data/manifest.json", "recordings/part-00000.parquet", "samples/part-00000.parquet"
 READERS = (
-    Reader("spec-toml", "spec.toml", datasets.spec, toml.mutate, drawn, SPEC, generated),
-    Reader("spec-profiles-toml", "profiles.toml", datasets.spec, toml.mutate, drawn, SPEC, generated),
-    Reader("spec-motion-csv", "moves.csv", datasets.spec, csv.mutate, drawn, MOTION, generated),
-    Reader("spec-motion-parquet", "moves.parquet", datasets.spec_parquet, parquet.mutate, drawn, MOTION, generated),
-    Reader(
-        *("manifest-verify", MANIFEST, datasets.finished, json.mutate, verified),
-        covers=(*STORED, "imubench.dataset.storage:sha256"),
-        words=verify_words,
-    ),
-    Reader("manifest-export", MANIFEST, datasets.finished, json.mutate, exported, STORED, export_words),
-    _resumed("manifest-resume", "manifest.json", datasets.finished, json.mutate, *STORED),
-    Reader("recordings-parquet", f"data/{ROWS}", datasets.finished, parquet.mutate, exported, TABLES, export_words),
-    Reader("samples-parquet", f"data/{SAMPLES}", datasets.finished, parquet.mutate, exported, TABLES, export_words),
-    _resumed("job-json", ".generate/job.json", datasets.half_done, json.mutate, *STORED),
-    _resumed("receipt-json", ".generate/00000.json", datasets.half_done, json.mutate, *STORED),
-    _resumed("recordings-resume", ROWS, datasets.half_done, plain.flip, "imubench.dataset.card:census"),
-    Reader(
-        *("lock", "lock", datasets.in_use, plain.mutate, refused_by_lock),
-        covers=("imubench.dataset.lock:locked",),
-        refuses="another run holds it",
-    ),
+    Reader("spec-toml", "spec.toml", datasets.spec, toml.mutate, drawn, generated, long),
+    Reader("spec-profiles-toml", "profiles.toml", datasets.spec, toml.mutate, drawn, generated, long),
+    Reader("spec-motion-csv", "moves.csv", datasets.spec, csv.mutate, drawn, generated, long),
+    Reader("spec-motion-parquet", "moves.parquet", datasets.spec_parquet, parquet.mutate, drawn, generated, long),
+    Reader("manifest-verify", MANIFEST, datasets.finished, json.mutate, verified, verify_words),
+    Reader("manifest-export", MANIFEST, datasets.finished, json.mutate, exported, export_words),
+    _resumed("manifest-resume", "manifest.json", datasets.finished, json.mutate),
+    Reader("recordings-parquet", f"data/{ROWS}", datasets.finished, parquet.mutate, exported, export_words),
+    Reader("samples-parquet", f"data/{SAMPLES}", datasets.finished, parquet.mutate, exported, export_words),
+    _resumed("job-json", ".generate/job.json", datasets.half_done, json.mutate),
+    _resumed("receipt-json", ".generate/00000.json", datasets.half_done, json.mutate),
+    _resumed("recordings-resume", ROWS, datasets.half_done, plain.flip),
+    Reader("lock", "lock", datasets.in_use, plain.mutate, refused_by_lock, refuses="another run holds it"),
 )

@@ -6,13 +6,11 @@ import numpy as np
 
 from fuzz.mutate import csv, json, mjcf, toml
 from fuzz.reader import Reader
-from fuzz.readers.recording import CSV
 from fuzz.seeds import models
 from imubench import format1
 from imubench.diagnosis.model_folder import check_same, replay
 from imubench.diagnosis.result_read import read_diagnosis
 
-TOML = ("imubench.toml_file:load_toml",)
 SELDOM = 200  # inputs to a whole command that fits a motion, which takes seconds
 
 
@@ -43,22 +41,13 @@ def run(f: Path, o: Path) -> list[str]:
 
 READERS = (
     Reader(
-        *("diagnosis-json", "diagnosis/diagnosis.json", models.diagnosed, json.mutate, told),
-        covers=("imubench.diagnosis.result_read:read_diagnosis",),
-        words=corrected,
-        every=SELDOM,
+        *("diagnosis-json", "diagnosis/diagnosis.json", models.diagnosed, json.mutate, told, corrected), every=SELDOM
     ),
     Reader(
-        *("diagnosis-imus-toml", "diagnosis/model/imus.toml", models.diagnosed, toml.mutate, same),
-        covers=TOML,
-        words=corrected,
+        *("diagnosis-imus-toml", "diagnosis/model/imus.toml", models.diagnosed, toml.mutate, same, corrected),
         every=SELDOM,
     ),
-    Reader("model-imus-toml", "model/imus.toml", models.model, toml.mutate, played, TOML, run),
-    Reader("model-motion-csv", "model/motion.csv", models.model, csv.mutate, played, CSV, run),
-    Reader(
-        *("model-mjcf", "model/hinge.xml", models.model, mjcf.mutate, played),
-        covers=("imubench.diagnosis.rig_file:read_rig",),
-        words=run,
-    ),
+    Reader("model-imus-toml", "model/imus.toml", models.model, toml.mutate, played, run),
+    Reader("model-motion-csv", "model/motion.csv", models.model, csv.mutate, played, run),
+    Reader("model-mjcf", "model/hinge.xml", models.model, mjcf.mutate, played, run),
 )

@@ -28,13 +28,7 @@ def part(f: Path, o: Path) -> object:
 
 
 READERS = (
-    Reader(
-        *("claims-toml", "claims.toml", papers.claims, toml.mutate, claimed),
-        covers=("imubench.reproduce.claims:load_claims",),
-    ),
-    Reader(
-        *("sequences-toml", "sequences.toml", papers.sequences, toml.mutate, planned),
-        covers=("imubench.toml_file:load_toml",),
-    ),
-    Reader(*("part-npz", "kept/part.npz", papers.parts, npz.mutate, part), covers=("imubench.reproduce.parts:load",)),
+    Reader("claims-toml", "claims.toml", papers.claims, toml.mutate, claimed),
+    Reader("sequences-toml", "sequences.toml", papers.sequences, toml.mutate, planned),
+    Reader("part-npz", "kept/part.npz", papers.parts, npz.mutate, part),
 )

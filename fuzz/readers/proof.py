@@ -79,45 +79,19 @@ def beside(f: Path, o: Path) -> object:
     return fit_baselines({"case": SCORED}, f, f, 1, lambda *seen: None)
 
 
-SEALS, OWN = ("imubench.trials.seal:check_proof",), ("imubench.trials.sealed:_json",)
 READERS = (
-    Reader("proof-commitments", "commitments.json", proofs.finished, json.mutate, checked, SEALS, check),
-    Reader("proof-truths", "truths.json", proofs.finished, json.mutate, checked, SEALS, check),
+    Reader("proof-commitments", "commitments.json", proofs.finished, json.mutate, checked, check),
+    Reader("proof-truths", "truths.json", proofs.finished, json.mutate, checked, check),
     Reader(
-        *("seal-truth", "monday.truth.json", proofs.to_seal, json.mutate, sealing, OWN, seal_words),
-        writes="when accepted",
+        *("seal-truth", "monday.truth.json", proofs.to_seal, json.mutate, sealing, seal_words), writes="when accepted"
     ),
-    Reader(
-        *("real-commitment", "lab/monday.commitment.json", proofs.sealed, json.mutate, committed),
-        covers=(*OWN, "imubench.trials.seal:folder_hash"),
-    ),
-    Reader("real-sealed", "lab/monday.sealed.json", proofs.sealed, json.mutate, open_truths, OWN),
-    Reader(
-        *("real-kept", "kept/commitments.json", proofs.sealed, json.mutate, published_again),
-        covers=("imubench.trials.sealed:publish_sealed",),
-    ),
-    Reader(
-        *("proof-kept", "commitments.json", proofs.published, json.mutate, made_again),
-        covers=("imubench.trials.stages:publish",),
-    ),
-    Reader(
-        *("added-toml", "lab/walk/recording.toml", proofs.added, toml.mutate, added),
-        covers=("imubench.proof.added:read_header", "imubench.trials.make:leaks"),
-    ),
-    Reader(
-        *("added-csv", "lab/walk/imu2.csv", proofs.added, csv.mutate, added),
-        covers=("imubench.proof.added:read_samples",),
-    ),
-    Reader(
-        *("proof-run-json", "case/run.json", proofs.run, json.mutate, went),
-        covers=("imubench.trials.blind:finished",),
-    ),
-    Reader(
-        *("proof-baseline", "case/L1.json", proofs.baselines, json.mutate, beside),
-        covers=("imubench.diagnosis.result_read:read_diagnosis",),
-    ),
-    Reader(
-        *("proof-no-baseline", "case/error.json", proofs.no_baselines, json.mutate, beside),
-        covers=("imubench.trials.beside:_scored",),
-    ),
+    Reader("real-commitment", "lab/monday.commitment.json", proofs.sealed, json.mutate, committed),
+    Reader("real-sealed", "lab/monday.sealed.json", proofs.sealed, json.mutate, open_truths),
+    Reader("real-kept", "kept/commitments.json", proofs.sealed, json.mutate, published_again),
+    Reader("proof-kept", "commitments.json", proofs.published, json.mutate, made_again),
+    Reader("added-toml", "lab/walk/recording.toml", proofs.added, toml.mutate, added),
+    Reader("added-csv", "lab/walk/imu2.csv", proofs.added, csv.mutate, added),
+    Reader("proof-run-json", "case/run.json", proofs.run, json.mutate, went),
+    Reader("proof-baseline", "case/L1.json", proofs.baselines, json.mutate, beside),
+    Reader("proof-no-baseline", "case/error.json", proofs.no_baselines, json.mutate, beside),
 )

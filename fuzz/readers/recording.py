@@ -8,9 +8,6 @@ from fuzz.seeds import recordings
 from imubench import format1
 from imubench.atomic import atomic_directory
 
-CSV = ("imubench.format1.tables:read_bytes", "imubench.format1.tables:_read_csv")
-PARQUET = ("imubench.format1.tables:read_bytes", "imubench.format1.tables:_read_parquet")
-
 
 def read(f: Path, o: Path) -> object:
     """Read a recording and its reference."""
@@ -30,23 +27,15 @@ def replace(f: Path, o: Path) -> object:
 
 
 READERS = (
-    Reader(
-        *("recording-toml", "recording.toml", recordings.as_csv, toml.mutate, read),
-        covers=("imubench.format1.keys:parse_toml",),
-        words=estimate,
-    ),
+    Reader("recording-toml", "recording.toml", recordings.as_csv, toml.mutate, read, estimate),
     *(
-        Reader(f"{name}-csv", f"{name}.csv", recordings.as_csv, csv.mutate, read, CSV, estimate)
+        Reader(f"{name}-csv", f"{name}.csv", recordings.as_csv, csv.mutate, read, estimate)
         for name in ("imu2", "encoder", "pose1", "reference")
     ),
     *(
-        Reader(f"{name}-parquet", f"{name}.parquet", recordings.as_parquet, parquet.mutate, read, PARQUET, estimate)
+        Reader(f"{name}-parquet", f"{name}.parquet", recordings.as_parquet, parquet.mutate, read, estimate)
         for name in ("imu2", "pose1", "reference")
     ),
-    Reader("rig-mjcf", "my.xml", recordings.with_rig, mjcf.mutate, read, words=estimate),
-    Reader(
-        *("out-marker", "out/.imubench.json", recordings.marked, json.mutate, replace),
-        covers=("imubench.atomic:_check_replaceable",),
-        writes="when accepted",
-    ),
+    Reader("rig-mjcf", "my.xml", recordings.with_rig, mjcf.mutate, read, estimate),
+    Reader("out-marker", "out/.imubench.json", recordings.marked, json.mutate, replace, writes="when accepted"),
 )

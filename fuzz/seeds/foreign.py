@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 from scipy.io import savemat
 
+from fuzz.mutate.mat import untimed
 from fuzz.seeds import laid_out
 from imubench import rotations
 from imubench.arrays import Array
@@ -106,5 +107,7 @@ def multiarm(folder: Path) -> None:
         for i, value in enumerate(values):
             cell[i, 0] = value
         content[key] = cell
-    savemat(folder / "pendulum.mat", content)
+    path = folder / "pendulum.mat"
+    savemat(path, content)
+    path.write_bytes(untimed(path.read_bytes()))
     (folder / "options.txt").write_text("piece=all", encoding="utf-8")

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from fuzz.seeds import laid_out
+from fuzz.seeds import STAMP, laid_out
 from imubench.atomic import MARKER, atomic_directory
 from imubench.dataset import make, parse_spec
 from imubench.format1 import write_recording
@@ -17,7 +17,6 @@ from imubench.models import mjcf
 from imubench.recording import Body, Recording
 from imubench.reference import Reference
 
-STAMP = 10**18  # ns since 1970: the time of change of every file of an input
 SPEC = b"""
 seconds = 3
 rate = 50
