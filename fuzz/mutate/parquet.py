@@ -13,6 +13,8 @@ from fuzz.mutate import nasty
 
 MANY = 140_000_000  # numbers that run-length encoding holds in a small file: 20 million rows of an IMU
 GROUPS = 10
+MILD = 0.35  # of the tables have other numbers alone: what follows reading is tried too
+FACTORS = (0.0, -1.0, 1e-9, 1e-3, 0.5, 2.0, 57.3, 1e3, 1e6, 1e12)
 CODECS = ("none", "snappy", "gzip", "zstd", "lz4")
 LARGE = 5_000  # numbers beyond which a table is not written in tiny pieces
 
@@ -28,8 +30,11 @@ def mutate(content: bytes, rng: Random) -> bytes:
         table = pq.read_table(BytesIO(content))
         if kind < 0.353:
             return many(content)
-        for _ in range(1 + min(int(rng.expovariate(1.0)), 3)):
-            table = _change(table, rng)
+        if rng.random() < MILD:
+            table = _numbers(table, rng)
+        else:
+            for _ in range(1 + min(int(rng.expovariate(1.0)), 3)):
+                table = _change(table, rng)
         out = written(table, rng)
     except (pa.ArrowException, OSError, ValueError, TypeError, OverflowError):  # a type that this file cannot hold
         return plain.mutate(content, rng)
@@ -107,6 +112,19 @@ def _change(table: pa.Table, rng: Random) -> pa.Table:
     if kind == 7 and n:
         return table.set_column(c, name, _with_cell(column, rng))
     return table.set_column(c, name, _column(n, column, rng))
+
+
+def _numbers(table: pa.Table, rng: Random) -> pa.Table:
+    """Return a table with other numbers in some of its columns, or fewer rows: one that may well be accepted."""
+    if rng.random() < 0.2:
+        return table.slice(rng.randrange(max(table.num_rows, 1)), rng.choice((1, 2, 5, 20, 60)))
+    floating = [c for c, column in enumerate(table.columns) if pa.types.is_floating(column.type)]
+    factor, offset, held = rng.choice(FACTORS), rng.choice((0.0, 0.0, 1.0, -5.0, 1e6)), rng.random() < 0.3
+    for c in rng.sample(floating, min(len(floating), rng.choice((1, 3, len(floating))))):
+        values = [None if v is None else v * factor + offset for v in table.column(c).to_pylist()]
+        values = [values[0]] * len(values) if held and values else values
+        table = table.set_column(c, table.column_names[c], pa.array(values, type=table.column(c).type))
+    return table
 
 
 def _with_cell(column: pa.ChunkedArray, rng: Random) -> pa.Array:

@@ -6,6 +6,8 @@ from typing import Any
 
 from fuzz.mutate import nasty
 
+MILD = 0.4  # of the changes leave a tree that its reader may well accept: what follows reading is tried too
+FACTORS = (-1.0, 0.0, 0.1, 0.5, 2.0, 10.0, 1e-6, 1e6)
 Place = tuple[Any, Any]
 """A table or list and the key or index in it."""
 
@@ -13,6 +15,9 @@ Place = tuple[Any, Any]
 def changed(tree: Any, rng: Random, raw: tuple[str, ...]) -> Any:
     """Return a copy of a tree with one to four changes; `raw` are tokens of its format that no writer would write."""
     out = {"": deepcopy(tree)}
+    if rng.random() < MILD:
+        _change_mildly(out, _place(out, rng), rng)
+        return out.get("", {})
     for _ in range(1 + min(int(rng.expovariate(1.0)), 3)):
         _change(out, _place(out, rng), rng, raw)
     return out.get("", {})
@@ -56,6 +61,31 @@ def _change(top: dict[str, Any], place: Place, rng: Random, raw: tuple[str, ...]
         value.insert(rng.randint(0, len(value)), _value(rng, raw))
     else:
         holder[key] = str(value) if rng.random() < 0.5 else _value(rng, raw)
+
+
+def _change_mildly(top: dict[str, Any], place: Place, rng: Random) -> None:
+    """Put a value in place that could as well stand there."""
+    holder, key = place
+    value = holder[key]
+    if isinstance(value, bool):
+        holder[key] = not value
+    elif isinstance(value, int | float):
+        new = value * rng.choice(FACTORS) if rng.random() < 0.7 else _near(value, rng)
+        holder[key] = int(new) if isinstance(value, int) and isinstance(new, float) and rng.random() < 0.5 else new
+    elif isinstance(value, str):
+        others = [found for found in _leaves(top) if isinstance(found, str)]
+        holder[key] = rng.choice(others) if rng.random() < 0.6 else rng.choice(nasty.TEXTS)
+    elif isinstance(value, list):
+        shorter, twice = value[: rng.randint(0, len(value))], value + value[:1]
+        holder[key] = rng.choice((shorter, twice, value[::-1], [], value[1:]))
+    elif isinstance(value, dict) and value:
+        value.pop(rng.choice(list(value)))
+
+
+def _leaves(value: Any) -> list[Any]:
+    if isinstance(value, dict | list):
+        return [leaf for v in (value.values() if isinstance(value, dict) else value) for leaf in _leaves(v)]
+    return [value]
 
 
 def _value(rng: Random, raw: tuple[str, ...]) -> Any:

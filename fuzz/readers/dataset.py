@@ -41,6 +41,14 @@ def verified(f: Path, o: Path) -> object:
     return verify(str(f / "data"))
 
 
+def verified_by_url(f: Path, o: Path) -> object:
+    """The same at a URL, and read every recording from there."""
+    url = f"file://{f}/data"
+    for index in list(indices(url))[: datasets.COUNT]:
+        read(url, index)
+    return verify(url)
+
+
 def exported(f: Path, o: Path) -> object:
     """Read every recording of a dataset and export it in every form."""
     chosen = list(indices(f / "data"))[: datasets.COUNT]
@@ -69,6 +77,11 @@ def refused_by_lock(f: Path, o: Path) -> object:
 def verify_words(f: Path, o: Path) -> list[str]:
     """Return the words that verify a dataset."""
     return ["verify", str(f / "data")]
+
+
+def verify_url_words(f: Path, o: Path) -> list[str]:
+    """Return the words that verify a dataset at a URL."""
+    return ["verify", f"file://{f}/data"]
 
 
 def export_words(f: Path, o: Path) -> list[str]:
@@ -100,5 +113,7 @@ READERS = (
     _resumed("job-json", ".generate/job.json", datasets.half_done, json.mutate),
     _resumed("receipt-json", ".generate/00000.json", datasets.half_done, json.mutate),
     _resumed("recordings-resume", ROWS, datasets.half_done, plain.flip),
+    Reader("remote-manifest", MANIFEST, datasets.finished, json.mutate, verified_by_url, verify_url_words),
+    Reader("remote-samples", f"data/{SAMPLES}", datasets.finished, parquet.mutate, verified_by_url, verify_url_words),
     Reader("lock", "lock", datasets.in_use, plain.mutate, refused_by_lock, refuses="another run holds it"),
 )
