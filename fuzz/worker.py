@@ -194,7 +194,7 @@ def _called(reader: Any, folder: Path, out: Path, temporary: Path) -> Any:
 def _command(reader: Any, folder: Path, out: Path, temporary: Path) -> Any:
     """Run `imubench` with a reader's words in this process."""
     from fuzz.verdict import Outcome, of_command, of_exception
-    from imubench.cli import main
+    from imubench.main import main
 
     output, errors, code = io.StringIO(), io.StringIO(), 0
     try:

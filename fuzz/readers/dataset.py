@@ -11,11 +11,11 @@ from fuzz.reader import Reader
 from fuzz.seeds import datasets
 from imubench.dataset.exports import EXPORTS
 from imubench.dataset.generate import generate
-from imubench.dataset.lock import locked
 from imubench.dataset.manifest import verify
 from imubench.dataset.playing import make
 from imubench.dataset.reading import indices, read
 from imubench.dataset.spec import load_spec
+from imubench.lock import locked
 
 PLAYED = 3_000  # samples of a recording that a fuzzer waits for
 
