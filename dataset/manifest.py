@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 import platform
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -47,14 +48,15 @@ def spec_names(job: Job) -> dict[str, bytes]:
 
 
 def manifest(job: Job, receipts: Sequence[Receipt]) -> dict[str, Any]:
-    """Return the content of manifest.json; the same dataset has the same, whoever made it."""
+    """Return the content of manifest.json; the same shards give the same, in whatever order they were finished."""
     spec = job.spec
+    receipts = sorted(receipts, key=lambda r: r.number)
     splits: Counter[str] = Counter()
     listed = {
         name: {"sha256": hashlib.sha256(content).hexdigest(), "bytes": len(content)}
         for name, content in spec_names(job).items()
     }
-    for receipt in sorted(receipts, key=lambda r: r.number):
+    for receipt in receipts:
         splits.update(receipt.splits)
         listed |= {name: dict(entry) for name, entry in receipt.files.items()}
     return {
@@ -68,7 +70,7 @@ def manifest(job: Job, receipts: Sequence[Receipt]) -> dict[str, Any]:
         "recordings_per_file": spec.recordings_per_file,
         "rigs": -(-job.count // spec.recordings_per_rig),
         "recordings": {name: splits[name] for name in spec.splits},
-        "seconds": sum(r.seconds for r in receipts),
+        "seconds": math.fsum(r.seconds for r in receipts),  # rounded once, so the order of the shards is no matter
         "samples": sum(r.samples for r in receipts),
         "rate": spec.rate,
         "files": listed,

@@ -5,6 +5,7 @@ how often. Its receipt is written last and says that it is finished.
 """
 
 import json
+import math
 import sys
 from collections import Counter
 from collections.abc import Mapping
@@ -109,7 +110,7 @@ def make_shard(job: Job, number: int) -> Receipt:
         number,
         len(said),
         sum(r["samples"] for r in said),
-        sum(r["seconds"] for r in said),
+        math.fsum(r["seconds"] for r in said),
         dict(Counter(r["split"] for r in said)),
         files,
     )

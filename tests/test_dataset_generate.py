@@ -1,5 +1,6 @@
 """The same bytes whoever makes them and however often they are stopped; nothing half-written looks finished."""
 
+import itertools
 import json
 import os
 import shutil
@@ -15,8 +16,8 @@ from imubench.cli import main
 from imubench.dataset import local
 from imubench.dataset.generate import LOCK, generate
 from imubench.dataset.lock import locked
-from imubench.dataset.manifest import MANIFEST, verify
-from imubench.dataset.shard import RECEIPTS, Job, finished, make_shard
+from imubench.dataset.manifest import MANIFEST, encoded, manifest, verify
+from imubench.dataset.shard import RECEIPTS, Job, Receipt, finished, make_shard
 from imubench.errors import InputError
 
 SPEC = """
@@ -90,6 +91,14 @@ def test_the_same_bytes_in_any_order_and_after_a_stop(alone, tmp_path):
     generate(asked, 0, report=lambda what, done, total: told.append((done, total)))
     assert told[0] == (4 + 1 + 2, COUNT)  # the last shard holds one recording
     assert hashes(tmp_path / "d") == hashes(alone)
+
+
+def test_the_manifest_is_the_same_in_whatever_order_the_shards_were_finished(tmp_path):
+    """Seconds that no binary fraction holds: a running sum of them depends on the order."""
+    asked = job(tmp_path / "d", count=8)
+    receipts = [Receipt(n, 2, 200, seconds, {"train": 2}, {}) for n, seconds in enumerate((0.1, 0.2, 0.3, 10.7))]
+    written = {encoded(manifest(asked, order)) for order in itertools.permutations(receipts)}
+    assert len(written) == 1
 
 
 def test_a_finished_dataset_is_left_as_it_is(alone, tmp_path):
