@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from imubench.cli import main
 from imubench.dataset.spec import load_spec, parse_spec
 from imubench.errors import InputError
+from imubench.main import main
 
 RIG = "[[rig]]\nfamily = 'hinge'\n"
 
