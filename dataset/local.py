@@ -2,11 +2,10 @@
 
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from concurrent.futures.process import BrokenProcessPool
 
 from imubench.dataset.shard import Job, Receipt, finished, make_shard
 from imubench.errors import InputError
-from imubench.workers import cores, process_pool
+from imubench.workers import WorkerError, cores, process_pool
 
 PATIENCE = 3  # deaths of workers in a row without a finished shard, until it is no accident
 
@@ -35,7 +34,7 @@ def run(
                 del left[receipt.number]
                 deaths = 0
                 yield receipt
-        except BrokenProcessPool:
+        except WorkerError:
             for receipt in filter(None, [finished(job, number) for number in left]):  # made, and not told about
                 del left[receipt.number]
                 yield receipt

@@ -98,14 +98,16 @@ def make_shard(job: Job, number: int) -> Receipt:
     floats = [f.name for f in form if pa.types.is_floating(f.type)]
     said, files = [], {}
     with threadpool_limits(1), folder.writing(samples) as path:
-        with pq.ParquetWriter(path, form, use_byte_stream_split=floats, **PARQUET) as writer:
+        # A file of Python's, which goes on where a write is interrupted or cut short; Arrow's own does not.
+        with path.open("wb") as file, pq.ParquetWriter(file, form, use_byte_stream_split=floats, **PARQUET) as writer:
             for index in job.indices(number):
                 made = make(spec, job.seed, index)
                 writer.write_table(columns.samples_table(spec, made), row_group_size=sys.maxsize)  # a group a recording
                 said.append(rows.row(made, job.seed))
         files[samples] = described(path)
     with folder.writing(recordings) as path:
-        pq.write_table(pa.Table.from_pylist(said, rows.schema(spec)), path, compression="zstd")
+        with path.open("wb") as file:
+            pq.write_table(pa.Table.from_pylist(said, rows.schema(spec)), file, compression="zstd")
         files[recordings] = described(path)
     receipt = Receipt(
         number,

@@ -3,6 +3,7 @@
 Both managers hand out a temporary sibling (hidden, `.*.partial`) of the path and rename it at the end, after
 everything in it was flushed to the disk. When anything goes wrong before that, the sibling and the parents made for
 it are removed and what stood at the path before is untouched. What a killed run left is removed by the next one.
+On Linux an older folder and the new one change places in one step, so that there is no moment without either.
 
 What may be replaced: a file always, for its user named it. A folder when it is empty, or when it is as we left it:
 we put `.imubench.json` into it, which lists every file with its size and time of change, and a folder that holds
@@ -11,18 +12,22 @@ above it are refused too, and so is a folder that is, holds or lies in an input.
 manager refuses before anything is done, and keeps other runs away from the same folder meanwhile.
 """
 
+import errno
 import json
 import os
 import re
 import shutil
+import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
 
 from imubench.errors import InputError
+from imubench.inputs.files import real
 from imubench.inputs.json import load_table
 from imubench.inputs.limits import JSON_BYTES
+from imubench.leftovers import undone
 from imubench.lock import locked
 
 MARKER = ".imubench.json"
@@ -30,6 +35,9 @@ NOT_THE_PLACE = (ConnectionError, FileNotFoundError, FileExistsError, IsADirecto
 """Errors of the system that say nothing about whether a place can be written."""
 
 NOT_COUNTED = (".DS_Store", "Thumbs.db")  # what file browsers leave behind by looking
+NO_FLUSH = (errno.EINVAL, errno.ENOTSUP, errno.EBADF)  # what file systems say that cannot flush a folder
+NO_EXCHANGE = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)  # what systems say that cannot exchange two names
+AT_FDCWD, RENAME_EXCHANGE = -100, 2  # Linux' renameat2
 
 
 @contextmanager
@@ -39,7 +47,7 @@ def atomic_file(path: Path) -> Iterator[Path]:
     Raises:
         InputError: `path` is a folder, or it cannot be written, a full disk included.
     """
-    target = Path(path).resolve()
+    target = real(path)
     if target.is_dir():
         raise InputError(f"{path}: expected a file to write, got a folder")
     name = f".{uuid4().hex[:8]}.partial.{target.name}"
@@ -47,14 +55,12 @@ def atomic_file(path: Path) -> Iterator[Path]:
         yield partial
         _flush(partial)
         partial.replace(target)
-        _flush(target.parent)
+        _flush_names(target.parent)
 
 
 @contextmanager
 def atomic_directory(path: Path, inputs: Iterable[Path] = ()) -> Iterator[Path]:
     """Hand out an empty folder; it is renamed to `path` on a clean exit, and marked as ours.
-
-    An older folder is moved aside for the moment of the renaming and moved back if that fails.
 
     Args:
         path: the folder to write.
@@ -64,7 +70,7 @@ def atomic_directory(path: Path, inputs: Iterable[Path] = ()) -> Iterator[Path]:
         InputError: `path` is a file or a folder that may not be replaced, see above; it overlaps an input; another
             run writes to it; it cannot be written, a full disk included.
     """
-    target = Path(path).resolve()
+    target = real(path)
     check_apart(Path(path), inputs)
     _check_replaceable(Path(path), target)
     partial = f".{target.name}.{uuid4().hex[:8]}.partial"
@@ -79,8 +85,11 @@ def atomic_directory(path: Path, inputs: Iterable[Path] = ()) -> Iterator[Path]:
                     _flush(Path(where, name))
                 _flush(Path(where))
             _check_replaceable(Path(path), target)
-            _swap(Path(path), folder, target)
-            _flush(target.parent)
+            try:
+                _swap(folder, target)
+            except OSError as error:  # whatever it is: somebody else put something there meanwhile
+                raise cannot_write(path, error) from None
+            _flush_names(target.parent)
 
 
 def check_apart(path: Path, inputs: Iterable[Path]) -> None:
@@ -111,7 +120,7 @@ def _places(given: Path) -> list[Path]:
 def _chain(path: Path) -> list[object]:
     """Return what tells a path and each folder above it from others: by device and number where it exists."""
     found: list[object] = []
-    resolved = Path(path).resolve()
+    resolved = real(path)
     for place in (resolved, *resolved.parents):
         try:
             stat = place.stat()
@@ -134,34 +143,37 @@ def _writing(path: Path) -> Iterator[None]:
 
 @contextmanager
 def _parents(path: Path, target: Path) -> Iterator[None]:
-    """Make the folders above `target` for a while; on an error remove those that were not there."""
+    """Make the folders above `target`; remove those that nothing is put into."""
     missing = [parent for parent in target.parents if not parent.exists()]
-    try:
+
+    def remove() -> None:
+        for parent in missing:
+            with suppress(OSError):  # something is in it
+                parent.rmdir()
+
+    with undone(remove):
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise cannot_write(path, error) from None
         yield
-    except BaseException:
-        for parent in missing:
-            with suppress(OSError):  # someone else may have put something there meanwhile
-                parent.rmdir()
-        raise
 
 
 @contextmanager
 def _temporary(target: Path, name: str) -> Iterator[Path]:
-    """Hand out the sibling `name` of `target`; on an error remove what was made of it."""
+    """Hand out the sibling `name` of `target`, and remove what has this name in the end."""
     partial = target.parent / name
-    try:
+    with undone(lambda: _remove(partial)):
         yield partial
-    except BaseException:
-        if partial.is_dir():
-            shutil.rmtree(partial, ignore_errors=True)
-        else:
-            with suppress(OSError):  # not made yet, or its parent is a file
-                partial.unlink()
-        raise
+
+
+def _remove(path: Path) -> None:
+    """Remove a file or folder as far as possible."""
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        with suppress(OSError):  # never made, or renamed
+            path.unlink()
 
 
 def _tidy(target: Path) -> None:
@@ -177,19 +189,41 @@ def _tidy(target: Path) -> None:
             shutil.rmtree(entry, ignore_errors=True)
 
 
-def _swap(path: Path, partial: Path, target: Path) -> None:
-    aside = target.parent / f".{target.name}.{uuid4().hex[:8]}.old"
-    there = target.exists()
-    try:
-        if there:
-            target.rename(aside)
+def _swap(partial: Path, target: Path) -> None:
+    """Give a folder its final name; an older one gets the name of `partial`, or that of none at all."""
+    if not target.exists():
         partial.rename(target)
-    except OSError as error:
-        if there and aside.exists() and not target.exists():
-            aside.rename(target)
-        raise cannot_write(path, error) from None
-    if there:
-        shutil.rmtree(aside, ignore_errors=True)
+    elif not _exchanged(partial, target):
+        aside = target.parent / f".{target.name}.{uuid4().hex[:8]}.old"
+
+        def settle() -> None:
+            if aside.exists() and not target.exists():
+                aside.rename(target)
+            else:
+                _remove(aside)
+
+        with undone(settle):
+            target.rename(aside)
+            partial.rename(target)
+
+
+def _exchanged(one: Path, other: Path) -> bool:
+    """Exchange the names of two folders in one step; return False where the system cannot."""
+    if sys.platform != "linux":
+        return False
+    import ctypes
+
+    try:
+        exchange = ctypes.CDLL(None, use_errno=True).renameat2
+    except (OSError, AttributeError):  # another C library
+        return False
+    while exchange(AT_FDCWD, os.fsencode(one), AT_FDCWD, os.fsencode(other), RENAME_EXCHANGE):
+        number = ctypes.get_errno()
+        if number in NO_EXCHANGE:
+            return False
+        if number != errno.EINTR:
+            raise OSError(number, os.strerror(number), str(other))
+    return True
 
 
 def _check_replaceable(path: Path, target: Path) -> None:
@@ -231,13 +265,23 @@ def _listing(folder: Path) -> dict[str, list[int]]:
 
 def _flush(path: Path) -> None:
     """Wait until a file, or a folder's list of names, is on the disk."""
-    if os.name == "nt" and path.is_dir():
+    folder = path.is_dir()
+    if os.name == "nt" and folder:
         return  # Windows opens no folders
     handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)
     try:
         os.fsync(handle)
+    except OSError as error:
+        if not folder or error.errno not in NO_FLUSH:
+            raise
     finally:
         os.close(handle)
+
+
+def _flush_names(folder: Path) -> None:
+    """Flush a folder in which something got its final name; without that, a power cut may bring back what was there."""
+    with suppress(OSError):  # the result is there: nothing is lost that could be told
+        _flush(folder)
 
 
 def cannot_write(path: Path | str, error: OSError) -> InputError:

@@ -14,6 +14,7 @@ from rich.table import Table
 
 import imubench
 from imubench.errors import InputError
+from imubench.inputs.files import real
 from imubench.progress import on_console
 from imubench.terminal import Terminal
 
@@ -95,7 +96,7 @@ def estimate(
     from imubench.answers import pairing_note
     from imubench.run import estimate_on_disk
 
-    out = out or Path("runs") / f"{name}-{recording.resolve().name}"
+    out = out or Path("runs") / f"{name}-{real(recording).name}"
     done = estimate_on_disk(name, recording, out, on_console(errors), diagnosis)
     for finding in done.done:
         console.say(f"{finding.effect} at {finding.at}: {finding.what}")
@@ -179,7 +180,7 @@ def diagnose_command(
     """
     from imubench.cli_diagnose import run as run_diagnosis
 
-    run_diagnosis(recording, out or Path("runs") / f"diagnosis-{recording.resolve().name}", console, errors)
+    run_diagnosis(recording, out or Path("runs") / f"diagnosis-{real(recording).name}", console, errors)
 
 
 @app.command("prove")

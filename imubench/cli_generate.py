@@ -15,7 +15,7 @@ from imubench.dataset.shard import Job
 from imubench.dataset.spec import SPEC_FILE, load_spec
 from imubench.errors import unknown
 from imubench.progress import on_console
-from imubench.signals import STOPS
+from imubench.signals import promising
 from imubench.terminal import Terminal
 
 
@@ -37,12 +37,8 @@ def run(
         check_apart(Path(target), [spec, *(spec.parent / name for name in found.content if name != SPEC_FILE)])
     job = Job(found.content, seed, count, target)
     start = time.perf_counter()
-    try:
-        with bars(errors) as report:
-            made = generate(job, workers, engine, report, address)
-    except STOPS:
-        errors.say("finished files are kept: the same command goes on from there")
-        raise
+    with promising("finished files are kept: the same command goes on from there"), bars(errors) as report:
+        made = generate(job, workers, engine, report, address)
     hours, size = made["seconds"] / 3600, sum(file["bytes"] for file in made["files"].values())
     splits = ", ".join(f"{name} {n}" for name, n in made["recordings"].items())
     console.print(

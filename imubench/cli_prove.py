@@ -9,7 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from imubench.signals import STOPS
+from imubench.signals import promising
 from imubench.terminal import Terminal
 from imubench.trials.figures import numbers
 from imubench.trials.prove import Proof, prove
@@ -33,12 +33,9 @@ def run(settings: Settings, out: Path, workers: int | None, console: Terminal, e
     def announce(sealed: str) -> None:
         console.say(f"sealed: SHA-256 of commitments.json {sealed}")
 
-    try:
-        with bars(errors) as report:
-            proof = prove(settings, out, workers or cores(), report, announce)
-    except STOPS:
-        errors.say("what was finished is kept beside --out: the same command goes on from there")
-        raise
+    kept = "what was finished is kept beside --out: the same command goes on from there"
+    with promising(kept), bars(errors) as report:
+        proof = prove(settings, out, workers or cores(), report, announce)
     print_proof(proof, console)
     console.say(f"written: {out}; open {out / 'report.html'}")
     return 0 if proof.fit_for_the_build else 1

@@ -13,7 +13,7 @@ from imubench.reproduce.claims import Judged
 from imubench.reproduce.paper import Part
 from imubench.reproduce.parts import Report
 from imubench.reproduce.reproduce import Watch, reproduce
-from imubench.signals import STOPS
+from imubench.signals import promising
 from imubench.terminal import Terminal
 
 COLOURS = {"holds": "green", "fails": "red", "differs": "yellow"}
@@ -21,11 +21,8 @@ COLOURS = {"holds": "green", "fails": "red", "differs": "yellow"}
 
 def run(paper: str, out: Path, quick: bool, seed: int, console: Terminal, errors: Terminal) -> int:
     """Reproduce a paper into `out`, print what came out, and return the exit code."""
-    try:
+    with promising("what was finished is kept beside --out: the same command goes on from there"):
         judged = reproduce(paper, out, quick, seed, watching(errors))
-    except STOPS:
-        errors.say("what was finished is kept beside --out: the same command goes on from there")
-        raise
     if judged:
         print_verdicts(judged, console)
     console.say(f"written: {out}; open {out / 'report.html'}")

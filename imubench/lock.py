@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from imubench.errors import InputError
+from imubench.leftovers import undone
 
 
 @contextmanager
@@ -21,32 +22,37 @@ def locked(path: Path, what: object) -> Iterator[None]:
         InputError: another process, or another part of this one, holds it.
         OSError: the file cannot be made.
     """
-    handle = _held(path, what)
-    try:
-        os.ftruncate(handle, 0)
-        os.write(handle, f"{os.getpid()}\n".encode())
+    handles = [_held(path, what)]
+
+    def release() -> None:
+        if handles:
+            handle = handles.pop()
+            with suppress(OSError):
+                path.unlink()  # before it is let go: nobody may remove the next holder's
+            os.close(handle)  # and with it the lock
+
+    with undone(release):
+        os.ftruncate(handles[0], 0)
+        os.write(handles[0], f"{os.getpid()}\n".encode())
         yield
-    finally:
-        with suppress(OSError):
-            path.unlink()  # before it is let go: nobody may remove the next holder's
-        os.close(handle)  # and with it the lock
 
 
 def _held(path: Path, what: object) -> int:
     while True:
         handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        held = False
         try:
             if not _taken(handle):
                 holder = os.read(handle, 32).decode(errors="replace").strip() or "another one"
                 raise InputError(
                     f"{what}: expected a folder that no other run writes to, got one in use by process {holder}"
                 )
-            if _is_still(path, handle):
-                return handle
-            os.close(handle)  # its holder removed it between the opening and the locking
-        except BaseException:
-            os.close(handle)
-            raise
+            held = _is_still(path, handle)
+        finally:
+            if not held:  # or its holder removed it between the opening and the locking
+                os.close(handle)
+        if held:
+            return handle
 
 
 def _is_still(path: Path, handle: int) -> bool:

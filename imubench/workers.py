@@ -11,8 +11,13 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import wait
+
+from imubench.errors import InputError
+from imubench.leftovers import undone
+from imubench.signals import HANDLED
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux's prctl
@@ -25,20 +30,57 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
+class WorkerError(InputError):
+    """A worker was killed, most often because the memory was full."""
+
+
+class Pool(ProcessPoolExecutor):
+    """Processes that are started with the signals blocked: `begin` unblocks them, with nothing lost in between."""
+
+    def _spawn_process(self) -> None:
+        with _blocked():
+            super()._spawn_process()  # type: ignore[misc]
+
+    def end(self) -> None:
+        """Kill the processes and drop what they do; nothing where they have ended."""
+        for process in list((self._processes or {}).values()):
+            process.kill()
+        self.shutdown(wait=True, cancel_futures=True)
+
+
 @contextmanager
-def process_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Hand out a pool of processes; when its context ends by an error they are killed, and what they did is dropped."""
-    context = multiprocessing.get_context("spawn")
+def process_pool(workers: int) -> Iterator[Pool]:
+    """Hand out a pool of processes; when its context ends by an error they are killed, and what they did is dropped.
+
+    Raises:
+        WorkerError: a process was killed by somebody else.
+    """
     with one_thread_each():
-        pool = ProcessPoolExecutor(workers, mp_context=context, initializer=begin)
-        try:
-            yield pool
-        except BaseException:
-            for process in list((pool._processes or {}).values()):
-                process.kill()
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
-        pool.shutdown()
+        pool = Pool(workers, mp_context=multiprocessing.get_context("spawn"), initializer=begin)
+        with undone(pool.end):
+            try:
+                yield pool
+                pool.shutdown()
+            except BrokenProcessPool:
+                raise WorkerError(
+                    "expected workers that live, got one that was killed; is there enough memory?"
+                ) from None
+
+
+@contextmanager
+def _blocked() -> Iterator[None]:
+    """Keep the signals that end a command from this thread, and from processes that it starts, for a moment."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # unblocks signals when it starts
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [getattr(signal, name) for name in HANDLED])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
@@ -59,6 +101,8 @@ def one_thread_each() -> Iterator[None]:
 def begin() -> None:
     """Leave Ctrl-C to the process that started this one, and end with it."""
     ignore_interrupts()
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [getattr(signal, name) for name in HANDLED])
     follow_parent()
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 import imubench
 from imubench.atomic import atomic_file
-from imubench.inputs.files import opened
+from imubench.inputs.files import opened, real
 from imubench.inputs.limits import BINARY_BYTES
 from imubench.reproduce.paper import Arrays, Part
 from imubench.workers import process_pool
@@ -33,7 +33,7 @@ class Store:
     """Finished parts in a hidden folder beside the output; `forget` removes it."""
 
     def __init__(self, out: Path, settings: str):
-        target = Path(out).resolve()
+        target = real(out)
         self.home = target.parent / f".{target.name}.parts"
         self.folder = self.home / _key(settings)
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from imubench import atomic
 from imubench.atomic import MARKER, atomic_directory, atomic_file
 from imubench.errors import InputError
 
@@ -112,7 +113,9 @@ def test_a_marker_that_is_no_listing_of_ours_protects(tmp_path):
         make(tmp_path / "out")
 
 
-def test_the_old_folder_comes_back_when_the_renaming_fails(tmp_path, monkeypatch):
+def test_the_old_folder_comes_back_when_the_renaming_fails_where_names_cannot_be_exchanged(tmp_path, monkeypatch):
+    monkeypatch.setattr(atomic, "_exchanged", lambda one, other: False)
+    make(tmp_path / "out", "older")
     make(tmp_path / "out", "old")
     rename = Path.rename
 

@@ -14,10 +14,10 @@ import pytest
 
 from imubench.dataset import local
 from imubench.dataset.generate import LOCK, generate
-from imubench.dataset.lock import locked
 from imubench.dataset.manifest import MANIFEST, encoded, manifest, verify
 from imubench.dataset.shard import RECEIPTS, Job, Receipt, finished, make_shard
 from imubench.errors import InputError
+from imubench.lock import locked
 from imubench.main import main
 
 SPEC = """
@@ -140,6 +140,7 @@ def test_folders_of_something_else_are_refused(tmp_path):
 
 
 def test_two_runs_into_one_folder_are_refused(tmp_path):
+    (tmp_path / "d" / LOCK).parent.mkdir(parents=True)
     with (
         locked(tmp_path / "d" / LOCK, "d"),
         pytest.raises(InputError, match=f"no other run writes to, got one in use by process {os.getpid()}"),
@@ -246,7 +247,7 @@ def test_workers_that_always_die_are_given_up_with_one_line(tmp_path, monkeypatc
 
 
 def _dying(*_):
-    raise local.BrokenProcessPool
+    raise local.WorkerError("killed")
     yield
 
 
@@ -269,7 +270,7 @@ def test_a_place_without_permission_is_said_in_one_line(tmp_path):
     command += ["--workers", "0", "--out", str(tmp_path / "shut" / "d")]
     done = subprocess.run([*unprivileged(), *command], capture_output=True, text=True, timeout=120)
     assert done.returncode == 2
-    assert "lock: expected a place that can be written, got: Permission denied" in done.stderr
+    assert "d: expected a place that can be written, got: Permission denied" in done.stderr
     assert done.stderr.count("\n") == 1
     assert not any((tmp_path / "shut").iterdir())
 

@@ -271,6 +271,7 @@ import resource, signal, sys
 from pathlib import Path
 import numpy as np
 from imubench.recording import Imu, Recording
+from imubench.errors import InputError
 from imubench.log import log_run
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))
@@ -278,8 +279,8 @@ n = 60_000
 imu = Imu("imu1", np.arange(n) / 100, np.random.default_rng(0).normal(size=(n, 3)), np.zeros((n, 3)), 100.0)
 try:
     log_run(Path(sys.argv[1]), Recording("big", "free", (imu,)))
-except OSError as error:
-    print("OSError", error)
+except InputError as error:
+    print(error)
 """
 
 
@@ -292,7 +293,7 @@ def test_a_full_disk_is_an_error_and_leaves_nothing(tmp_path):
         check=False,
         timeout=60,
     )
-    assert "OSError [Errno 27] File too large" in done.stdout, done.stderr
+    assert "run.rrd: expected a place that can be written, got: File too large" in done.stdout, done.stderr
     assert list(tmp_path.iterdir()) == []
 
 

@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from time import perf_counter
 
+from imubench.atomic import atomic_file
 from imubench.errors import InputError
 from imubench.inputs.json import load_table
 from imubench.trials.guard import NOTE
@@ -180,9 +181,11 @@ def diagnosed(
         run = Run(round(seconds, 2), code, error, refused)
         if not children.stopped:
             kept.mkdir(parents=True, exist_ok=True)
+            (kept / "diagnosis.json").unlink(missing_ok=True)  # of a run that was killed just here
             if answer.is_file():
                 shutil.copyfile(answer, kept / "diagnosis.json")
-            (kept / "run.json").write_text(json.dumps(asdict(run)), encoding="utf-8")  # last: it says the case is done
+            with atomic_file(kept / "run.json") as partial:  # last: it says the case is done
+                partial.write_text(json.dumps(asdict(run)), encoding="utf-8")
     return run
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import imubench
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory
+from imubench.inputs.files import real
 from imubench.inputs.json import load_table
 from imubench.inputs.limits import JSON_BYTES
 from imubench.trials import blind
@@ -59,7 +60,7 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
     `announce` gets the SHA-256 of commitments.json before the first diagnosis starts. Finished diagnoses are kept in a
     hidden folder beside `out` until the end, so that the same settings go on after a kill.
     """
-    home = out.resolve().parent / f".{out.resolve().name}.trials"
+    home = real(out).parent / f".{real(out).name}.trials"
     kept = home / key(settings)
     inputs = [Path(given) for given in (settings.added, settings.real) if given]
     with atomic_directory(out, inputs) as target:

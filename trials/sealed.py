@@ -47,9 +47,10 @@ def seal(written: Path) -> str:
     truth["recording"] = folder_hash(recording)
     salt = secrets.token_hex(32)
     public = {"format": 1, "truth": commitment(truth, salt), "recording": truth["recording"]}
-    for kind, content in (("commitment", public), ("sealed", {"format": 1, "salt": salt, "truth": truth})):
-        with atomic_file(written.with_name(f"{name}.{kind}.json")) as partial:
-            write_json(partial, content)
+    public_file, sealed_file = (written.with_name(f"{name}.{kind}.json") for kind in ("commitment", "sealed"))
+    with atomic_file(public_file) as commitment_part, atomic_file(sealed_file) as sealed_part:
+        write_json(commitment_part, public)  # both are written before either has its name, the public one last
+        write_json(sealed_part, {"format": 1, "salt": salt, "truth": truth})
     return str(public["truth"])
 
 

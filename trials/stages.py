@@ -11,6 +11,7 @@ from imubench.atomic import atomic_file
 from imubench.errors import InputError
 from imubench.inputs.json import load_json
 from imubench.inputs.limits import JSON_BYTES
+from imubench.leftovers import undone
 from imubench.proof.mixture import Question
 from imubench.trials import blind
 from imubench.trials.crime import Simulated, made_simulated
@@ -83,8 +84,13 @@ def diagnose_cases(
     for name in names:
         blind.remove_rooms(kept / folder / name)
         break  # one for all: they are named by the folder
-    children = blind.Children()
-    with ThreadPoolExecutor(workers) as pool:
+    children, pool = blind.Children(), ThreadPoolExecutor(workers)
+
+    def end() -> None:
+        children.stop()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+    with undone(end):
         pending: dict[Future[blind.Run], str] = {
             pool.submit(
                 blind.diagnosed,
@@ -98,15 +104,10 @@ def diagnose_cases(
             for name, left_out in names.items()
             if name not in runs
         }
-        try:
-            while pending:
-                for future in wait(pending, return_when=FIRST_COMPLETED)[0]:
-                    runs[pending.pop(future)] = future.result()
-                    report(stage, len(runs), len(names))
-        except BaseException:
-            children.stop()
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+        while pending:
+            for future in wait(pending, return_when=FIRST_COMPLETED)[0]:
+                runs[pending.pop(future)] = future.result()
+                report(stage, len(runs), len(names))
     return {name: runs[name] for name in names}
 
 

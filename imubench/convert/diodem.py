@@ -17,6 +17,7 @@ from imubench.arrays import Array
 from imubench.convert.converter import Converted, Converter, Option, choice, number
 from imubench.convert.table import read_columns, read_lines, stack
 from imubench.errors import InputError
+from imubench.inputs.files import real
 from imubench.recording import Imu, Recording
 from imubench.reference import Reference
 from imubench.rotations import conjugate, log, multiply
@@ -70,7 +71,7 @@ def convert(
             f"{one.name}: specific force {np.rad2deg(tilt):.1f} deg from the optical z on average, gyroscope "
             f"{delay * 1e3:+.1f} ms late against the reference, |rate| misfit {np.rad2deg(misfit):.1f} deg/s RMS."
         )
-    recording = Recording(name=f"diodem-{source.resolve().name}-{segments}-{imu}", rig="hinge", imus=imus)
+    recording = Recording(name=f"diodem-{real(source).name}-{segments}-{imu}", rig="hinge", imus=imus)
     reference = Reference(time=time, hinge_angle=angle, quaternion1=q1, quaternion2=q2)
     return [Converted(recording, reference, " ".join(notes))]
 

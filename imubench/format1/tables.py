@@ -21,9 +21,9 @@ def write_table(path: Path, columns: Mapping[str, Array]) -> None:
                 f"{path.name}, column '{name}', row {row + 1}: expected a number or NaN, got {column[row]}"
             )
     table = pa.table({name: pa.array(column, type=pa.float64(), from_pandas=True) for name, column in columns.items()})
-    if path.suffix == ".parquet":
-        pa.parquet.write_table(table, path)
-        return
-    with path.open("wb") as file:
-        file.write((",".join(columns) + "\n").encode())  # Arrow would put the names in quotes
-        pa.csv.write_csv(table, file, pa.csv.WriteOptions(include_header=False))
+    with path.open("wb") as file:  # Python's, which goes on where a write is interrupted or cut short; Arrow's does not
+        if path.suffix == ".parquet":
+            pa.parquet.write_table(table, file)
+        else:
+            file.write((",".join(columns) + "\n").encode())  # Arrow would put the names in quotes
+            pa.csv.write_csv(table, file, pa.csv.WriteOptions(include_header=False))

@@ -49,7 +49,7 @@ def log_run(
     got; `axes_from` is the word for them in the picture. `reference` moves the rig. Joint axes
     are shown with both signs turned together towards the true ones, as they are scored, and each
     on its own where their pairing is unknown. The file appears whole or not at all; `InputError`
-    when its place cannot be written or `true_axes` do not fit, `OSError` when the disk is full.
+    when its place cannot be written, a full disk included, or `true_axes` do not fit.
     """
     axes = mean_axes(recording, truth)
     if axes is None and true_axes is not None:
