@@ -60,6 +60,8 @@ class Remote(Place):
     @contextmanager
     def reading(self, name: str) -> Iterator[IO[bytes]]:
         """Hand out the open file, which fetches what is asked for."""
+        if self.size(name) is None:  # such as a pipe, which whoever opens it would wait for
+            raise FileNotFoundError(f"{self.path}/{name}: expected a file, got none")
         with self.system.open(self._at(name), "rb") as file:
             yield file
 
@@ -76,7 +78,7 @@ class Remote(Place):
         self.system.invalidate_cache()  # others write here too
         try:
             found: Any = self.system.info(self._at(name))
-        except FileNotFoundError:
+        except OSError:  # nothing of that name, or a link to itself
             return None
         return int(found["size"]) if found["type"] == "file" else None
 

@@ -13,7 +13,7 @@ from typing import IO, Any
 
 from imubench.atomic import atomic_file, cannot_write
 from imubench.errors import InputError
-from imubench.inputs.files import opened, read_bytes
+from imubench.inputs.files import inside, opened, read_bytes
 from imubench.inputs.json import parse_json
 from imubench.inputs.limits import JSON_BYTES
 
@@ -84,7 +84,7 @@ class Folder(Place):
     @contextmanager
     def writing(self, name: str) -> Iterator[Path]:
         """Hand out a path beside the file's; on a clean exit its content is on the disk and then has its name."""
-        with atomic_file(self.root / name) as partial:
+        with atomic_file(inside(self.root, name, self.path)) as partial:
             yield partial
 
     @contextmanager

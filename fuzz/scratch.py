@@ -9,6 +9,7 @@
 
 import fcntl
 import os
+import resource
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -128,8 +129,13 @@ ENDLESS = 10 << 30  # bytes of a file that takes no room on the disk
 
 
 def _sparse(path: Path) -> None:
-    with path.open("wb") as file:
-        file.truncate(ENDLESS)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))  # the limit is for what readers write
+    try:
+        with path.open("wb") as file:
+            file.truncate(ENDLESS)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 PLACES: dict[str, Callable[[Path], object]] = {

@@ -74,7 +74,7 @@ def work(connection: Connection, limits: Limits, readers: str) -> None:
     sys.addaudithook(witness)
     size = _status("VmData") + BACKSTOP
     resource.setrlimit(resource.RLIMIT_DATA, (size, size))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (FILE, FILE))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (FILE, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with contextlib.suppress(EOFError, BrokenPipeError):  # the pool is gone
         while (task := connection.recv()) is not None:

@@ -24,7 +24,7 @@ from pathlib import Path
 from uuid import uuid4
 
 from imubench.errors import InputError
-from imubench.inputs.files import real
+from imubench.inputs.files import real, what_is
 from imubench.inputs.json import load_table
 from imubench.inputs.limits import JSON_BYTES
 from imubench.leftovers import undone
@@ -48,8 +48,8 @@ def atomic_file(path: Path) -> Iterator[Path]:
         InputError: `path` is a folder, or it cannot be written, a full disk included.
     """
     target = real(path)
-    if target.is_dir():
-        raise InputError(f"{path}: expected a file to write, got a folder")
+    if what_is(target) not in ("a file", "nothing of that name"):
+        raise InputError(f"{path}: expected a file to write, got {what_is(target)}")
     name = f".{uuid4().hex[:8]}.partial.{target.name}"
     with _writing(Path(path)), _parents(Path(path), target), _temporary(target, name) as partial:
         yield partial
