@@ -309,7 +309,7 @@ def test_a_map_says_and_draws_what_cannot_be_played():
     assert figure.finding.startswith("A mount must be stiffer than about 4.2 Hz, or about 4.2 Hz with 20 s")
     (legend,) = figure.draw().legends
     assert [t.get_text() for t in legend.get_texts()] == [
-        "cannot be played (1 of 6 points): the sensor leaves its springs' range"
+        "cannot be played (1 of 6 points): the sensor leaves its springs' range; hatched: open up to there"
     ]
 
 

@@ -142,7 +142,7 @@ def draw_soft(m: Map) -> "Drawing":
         axes.scatter(x[played], y[played], c=error.ravel()[played], **shades, **over)
         (crosses,) = axes.plot(x[~played], y[~played], "x", color="#8b2b20", ms=7, mew=1.8, **over)
     share = f"{(~played).sum()} of {played.size} points"
-    names = [f"cannot be played ({share}): the sensor leaves its springs' range"]
+    names = [f"cannot be played ({share}): the sensor leaves its springs' range; hatched: open up to there"]
     handles: list[Any] = [(Patch(**look), crosses)]  # one over the other
     figure.legend(handles, names, loc="outside lower left", frameon=False)
     return figure
