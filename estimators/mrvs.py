@@ -121,18 +121,23 @@ class WindowMrvs:
         if window < 1:
             raise InputError(f"window: expected 1 sample or more, got {window}")
         self._samples: deque[tuple[float, Array, Array]] = deque(maxlen=3)
-        self._terms: deque[Sums] = deque(maxlen=window)
+        self._terms = np.empty((window, 13))  # of each sample in the window M^T M, M^T a and a^T a
+        self._count = 0
 
     def update(self, gyro: ArrayLike, acceleration: ArrayLike, time: float) -> Array:
         """Return r (3,) in m after w (3,) in rad/s and a (3,) in m/s^2 at `time` s; NaN until the window is full."""
-        self._samples.append((time, np.asarray(gyro, dtype=float), np.asarray(acceleration, dtype=float)))
+        self._samples.append((time, np.array(gyro, dtype=float), np.array(acceleration, dtype=float)))
+        window = len(self._terms)
         if len(self._samples) == 3:
-            t, w, a = (np.stack(x) for x in zip(*self._samples, strict=True))
-            self._terms.append(sums(*_inner(w, a, t)))
-        if len(self._terms) < (self._terms.maxlen or 1):
+            (before, w0, _), (_, w, a), (after, w1, _) = self._samples
+            M = lever_matrix(w, (w1 - w0) / (after - before))
+            term = self._terms[self._count % window]
+            term[:9], term[9:12], term[12] = (M.T @ M).ravel(), M.T @ a, a @ a
+            self._count += 1
+        if self._count < window:
             return np.full(3, np.nan)
-        N, b, aa = (np.sum([getattr(s, key) for s in self._terms], axis=0) for key in ("N", "b", "aa"))
-        return Sums(N, b, aa, len(self._terms)).solve()[0]
+        total = self._terms.sum(axis=0)
+        return Sums(total[:9].reshape(3, 3), total[9:12], np.asarray(total[12]), window).solve()[0]
 
 
 def only_imu(recording: Recording, name: str) -> Imu:

@@ -140,7 +140,8 @@ class TwoImuCentre:
         L, _ = lapack.dpotrf(S, 1)
         whitened, _ = lapack.dtrtrs(L, rhs, 1)
         W, y = whitened[:, :-1], whitened[:, -1]
-        self.x, self.R, self.P = x, R, P - W.T.dot(W)
+        P -= W.T.dot(W)
+        self.x, self.R, self.P = x, R, 0.5 * (P + P.T)  # rounding that is not symmetric grows without end
         self._move(y.dot(W))
         self.innovation_squared = float(y.dot(y))
         self._samples += 1
@@ -175,7 +176,8 @@ class TwoImuCentre:
         P_r = self.P[:6, :6]
         back = np.linalg.solve(P_r, self.P[:6])  # (6, 21)
         self._move((r - self.x[:6]).dot(back))
-        self.P = self.P + back.T.dot((vectors / held).dot(vectors.T) - P_r).dot(back)
+        P = self.P + back.T.dot((vectors / held).dot(vectors.T) - P_r).dot(back)
+        self.P = 0.5 * (P + P.T)
         extra = held - np.maximum(values, self.noise.r_std**-2)
         self._false = (vectors * (extra / CAREFUL)).dot(vectors.T)
 
