@@ -2,7 +2,6 @@
 
 import os
 import random
-import re
 import shutil
 import signal
 import subprocess
@@ -14,13 +13,12 @@ from pathlib import Path
 
 from tests.faults.commands import Command
 from tests.faults.content import content
-from tests.faults.injection import ROOT
+from tests.faults.injection import HIDDEN, ROOT
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 AFTER = 5.0  # s after which nothing may be running any more
 LIMIT = 600.0  # s for an undisturbed command; the longest takes 30 s on an idle machine
 EARLY = {signal.SIGTERM: -signal.SIGTERM, signal.SIGINT: -signal.SIGINT}  # exit codes before our code has run
-HIDDEN = re.compile(r"(^|/)\.[^/]*(\.partial|\.old|\.lock)(\.|/|$)|\.generate/lock$")
 
 
 @dataclass
