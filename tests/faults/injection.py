@@ -100,6 +100,12 @@ def build(folder: Path) -> Path:
     return made
 
 
+def environment_of_a_command() -> dict[str, str]:
+    """Return our environment, in which these modules are found, with one thread of linear algebra."""
+    path = os.pathsep.join(filter(None, (os.environ.get("PYTHONPATH"), str(ROOT))))
+    return {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": path}
+
+
 def why_not() -> str:
     """Return why faults cannot be injected here; "" where they can."""
     if not sys.platform.startswith("linux") or sysconfig.get_config_var("Py_DEBUG"):
@@ -112,7 +118,7 @@ class Warm:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        environment = {**os.environ, "LD_PRELOAD": str(build(folder)), "OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
+        environment = {**environment_of_a_command(), "LD_PRELOAD": str(build(folder))}
         command = [sys.executable, str(HERE / "warm.py"), *IMPORTED]
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
