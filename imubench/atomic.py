@@ -13,13 +13,14 @@ manager refuses before anything is done, and keeps other runs away from the same
 """
 
 import errno
+import glob
 import json
 import os
 import re
 import shutil
 import sys
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
 
@@ -47,15 +48,57 @@ def atomic_file(path: Path) -> Iterator[Path]:
     Raises:
         InputError: `path` is a folder, or it cannot be written, a full disk included.
     """
-    target = real(path)
-    if what_is(target) not in ("a file", "nothing of that name"):
-        raise InputError(f"{path}: expected a file to write, got {what_is(target)}")
-    name = f".{uuid4().hex[:8]}.partial.{target.name}"
-    with _writing(Path(path)), _parents(Path(path), target), _temporary(target, name) as partial:
+    with atomic_files(path) as (partial,):
         yield partial
-        _flush(partial)
-        partial.replace(target)
-        _flush_names(target.parent)
+
+
+@contextmanager
+def atomic_files(*paths: Path) -> Iterator[tuple[Path, ...]]:
+    """Do as `atomic_file` with some files that belong together: the last gets its name when the others have theirs.
+
+    Where one cannot have its name, the others get none either, as far as the system can exchange two files.
+    """
+    targets = [real(path) for path in paths]
+    partials = [target.parent / f".{uuid4().hex[:8]}.partial.{target.name}" for target in targets]
+    with ExitStack() as stack:
+        for path, target, partial in zip(paths, targets, partials, strict=True):
+            if what_is(target) not in ("a file", "nothing of that name"):
+                raise InputError(f"{path}: expected a file to write, got {what_is(target)}")
+            for context in (writing(Path(path)), _parents(Path(path), target), _temporary(partial)):
+                stack.enter_context(context)
+        yield tuple(partials)
+        for partial in partials:
+            _flush(partial)
+        with ExitStack() as back:
+            for partial, target in zip(partials[:-1], targets, strict=False):
+                back.callback(_back, _named(partial, target), partials[-1])
+            partials[-1].replace(targets[-1])
+        for folder in {target.parent for target in targets}:
+            _flush_names(folder)
+
+
+def _back(undo: Callable[[], object], last: Path) -> None:
+    """Take a file's name back, unless the last of its files has its own."""
+    if last.exists():
+        undo()
+
+
+def _named(partial: Path, target: Path) -> Callable[[], object]:
+    """Give a file its final name, and return how to take it back."""
+    if not target.exists():
+        partial.rename(target)
+        return lambda: target.unlink(missing_ok=True)
+    if _exchanged(partial, target):
+        return lambda: _exchanged(partial, target)
+    partial.replace(target)
+    return lambda: None
+
+
+def remove_partial_files(path: Path) -> None:
+    """Remove what runs that were killed left of an `atomic_file`; nobody may be writing it just now."""
+    target = real(path)
+    for left in target.parent.glob(f".*.partial.{glob.escape(target.name)}"):
+        _remove(left)
 
 
 @contextmanager
@@ -73,10 +116,10 @@ def atomic_directory(path: Path, inputs: Iterable[Path] = ()) -> Iterator[Path]:
     target = real(path)
     check_apart(Path(path), inputs)
     _check_replaceable(Path(path), target)
-    partial = f".{target.name}.{uuid4().hex[:8]}.partial"
-    with _writing(Path(path)), _parents(Path(path), target), locked(target.parent / f".{target.name}.lock", path):
+    folder = target.parent / f".{target.name}.{uuid4().hex[:8]}.partial"
+    with writing(Path(path)), _parents(Path(path), target), locked(target.parent / f".{target.name}.lock", path):
         _tidy(target)
-        with _temporary(target, partial) as folder:
+        with _temporary(folder):
             folder.mkdir()
             yield folder
             (folder / MARKER).write_text(json.dumps(_listing(folder), indent=1), encoding="utf-8")
@@ -131,7 +174,7 @@ def _chain(path: Path) -> list[object]:
 
 
 @contextmanager
-def _writing(path: Path) -> Iterator[None]:
+def writing(path: Path) -> Iterator[None]:
     """Turn a place that takes no data, such as a full disk, into one line that names `path`."""
     try:
         yield
@@ -160,16 +203,15 @@ def _parents(path: Path, target: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _temporary(target: Path, name: str) -> Iterator[Path]:
-    """Hand out the sibling `name` of `target`, and remove what has this name in the end."""
-    partial = target.parent / name
+def _temporary(partial: Path) -> Iterator[None]:
+    """Remove in the end what has the name of a partial file or folder."""
     with undone(lambda: _remove(partial)):
-        yield partial
+        yield
 
 
 def _remove(path: Path) -> None:
     """Remove a file or folder as far as possible."""
-    if path.is_dir():
+    if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path, ignore_errors=True)
     else:
         with suppress(OSError):  # never made, or renamed
@@ -178,15 +220,14 @@ def _remove(path: Path) -> None:
 
 def _tidy(target: Path) -> None:
     """Remove what a run that was killed left beside `target`; bring back what it had moved aside."""
-    beside = re.compile(rf"\.{re.escape(target.name)}\.[0-9a-f]{{8}}\.(partial|old)")
+    one = r"\.[0-9a-f]{8}\.(?:partial|old)"
+    beside = re.compile(rf"\.\.?{re.escape(target.name)}{one}(?:{one}|\.lock)?")  # of a folder within a partial one too
     for entry in list(target.parent.iterdir()):
-        found = beside.fullmatch(entry.name)
-        if found is None or not entry.is_dir() or entry.is_symlink():
-            continue
-        if found[1] == "old" and not target.exists():
-            entry.rename(target)
-        else:
-            shutil.rmtree(entry, ignore_errors=True)
+        if beside.fullmatch(entry.name):
+            if entry.name.endswith(".old") and not target.exists():
+                entry.rename(target)
+            else:
+                _remove(entry)
 
 
 def _swap(partial: Path, target: Path) -> None:

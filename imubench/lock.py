@@ -45,7 +45,7 @@ def _held(path: Path, what: object) -> int:
             if not _taken(handle):
                 holder = os.read(handle, 32).decode(errors="replace").strip() or "another one"
                 raise InputError(
-                    f"{what}: expected a folder that no other run writes to, got one in use by process {holder}"
+                    f"{what}: expected a place that no other run writes to, got one in use by process {holder}"
                 )
             held = _is_still(path, handle)
         finally:

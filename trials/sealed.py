@@ -22,13 +22,14 @@ from typing import Any
 
 from imubench import format1
 from imubench.answers import write_json
-from imubench.atomic import MARKER, atomic_file
+from imubench.atomic import MARKER, atomic_file, atomic_files, remove_partial_files, writing
 from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.result import PLACES, UNKNOWN, Diagnosis
 from imubench.effects import EFFECTS
 from imubench.errors import InputError, shown, unknown
 from imubench.inputs.json import load_json
 from imubench.inputs.limits import JSON_BYTES
+from imubench.lock import locked
 from imubench.trials.match import names
 from imubench.trials.scoring import verdict_of
 from imubench.trials.seal import Truth, commitment, folder_hash
@@ -47,10 +48,16 @@ def seal(written: Path) -> str:
     truth["recording"] = folder_hash(recording)
     salt = secrets.token_hex(32)
     public = {"format": 1, "truth": commitment(truth, salt), "recording": truth["recording"]}
-    public_file, sealed_file = (written.with_name(f"{name}.{kind}.json") for kind in ("commitment", "sealed"))
-    with atomic_file(public_file) as commitment_part, atomic_file(sealed_file) as sealed_part:
-        write_json(commitment_part, public)  # both are written before either has its name, the public one last
-        write_json(sealed_part, {"format": 1, "salt": salt, "truth": truth})
+    sealed_file, public_file = (written.with_name(f"{name}.{kind}.json") for kind in ("sealed", "commitment"))
+    with writing(written), locked(written.with_name(f".{name}.lock"), written):
+        for file in (sealed_file, public_file):
+            remove_partial_files(file)
+        with atomic_files(sealed_file, public_file) as (
+            sealed_part,
+            public_part,
+        ):  # nothing is published that is not kept
+            write_json(sealed_part, {"format": 1, "salt": salt, "truth": truth})
+            write_json(public_part, public)
     return str(public["truth"])
 
 

@@ -34,7 +34,9 @@ def content(path: Path) -> dict[str, object]:
 
 
 def one(file: Path) -> object:
-    """Return what is in a file."""
+    """Return what is in a file; the bytes of what is hidden, which may be half of something."""
+    if file.name.startswith(".") and file.name != MARKER:
+        return file.read_bytes()
     if file.name == MARKER:
         return sorted(json.loads(file.read_text()))
     if file.name in TIMED:

@@ -9,6 +9,7 @@ import os
 import random
 import re
 import shutil
+import signal
 import struct
 import subprocess
 import sys
@@ -28,6 +29,9 @@ ROOT = HERE.parent.parent
 LIMIT = 240.0  # s for a command; the longest takes 10 s on an idle machine
 LONGEST_LINE = 300 + len("imubench: ")
 MOST = 60  # calls of a command that each get every kind of fault; of more, a sample
+HIDDEN = re.compile(r"(^|/)\.[^/]*(\.partial|\.old|\.lock)(\.|/|$)|\.generate/lock$")
+"""Names that count for nothing, of what a killed run may leave and the next one removes."""
+
 FREE = re.compile(r"\.[0-9a-f]{8}\.")  # what names of partial files are made of
 IMPORTED = (
     "numpy", "scipy.optimize", "scipy.interpolate", "scipy.signal", "scipy.spatial", "scipy.stats", "scipy.io",
@@ -42,10 +46,11 @@ class Fault:
     """What happens to calls that write."""
 
     name: str
-    number: int  # errno; -1: the write is cut short to a byte
+    number: int  # errno; -1: the write is cut short to a byte; -100 - SIGNAL: the process gets the signal before it
     more: bool = False  # every later call fails as well
     kinds: tuple[str, ...] = ()  # of calls it may happen to; none: all
-    seen: bool = True  # the command may not go on as if nothing had been
+    code: int = 2  # of the exit, unless the command comes to its end; 0: it must
+    line: str = "imubench: "  # how the one line begins
 
 
 FAULTS = (
@@ -53,8 +58,11 @@ FAULTS = (
     Fault("ENOSPC once", errno.ENOSPC),
     Fault("EIO once", errno.EIO),
     Fault("EIO for good", errno.EIO, more=True),
-    Fault("EINTR", errno.EINTR, kinds=("open", "write", "fsync", "ftruncate"), seen=False),
-    Fault("short write", -1, kinds=("write",), seen=False),
+    Fault("EINTR", errno.EINTR, kinds=("open", "write", "fsync", "ftruncate"), code=0),
+    Fault("short write", -1, kinds=("write",), code=0),
+    Fault("SIGTERM", -100 - signal.SIGTERM, code=143, line="imubench: terminated; "),
+    Fault("SIGINT", -100 - signal.SIGINT, code=130, line="imubench: interrupted; "),
+    Fault("SIGKILL", -100 - signal.SIGKILL, code=-signal.SIGKILL, line=""),
 )
 
 
@@ -92,6 +100,12 @@ def build(folder: Path) -> Path:
     return made
 
 
+def environment_of_a_command() -> dict[str, str]:
+    """Return our environment, in which these modules are found, with one thread of linear algebra."""
+    path = os.pathsep.join(filter(None, (os.environ.get("PYTHONPATH"), str(ROOT))))
+    return {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": path}
+
+
 def why_not() -> str:
     """Return why faults cannot be injected here; "" where they can."""
     if not sys.platform.startswith("linux") or sysconfig.get_config_var("Py_DEBUG"):
@@ -104,7 +118,7 @@ class Warm:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        environment = {**os.environ, "LD_PRELOAD": str(build(folder)), "OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
+        environment = {**environment_of_a_command(), "LD_PRELOAD": str(build(folder))}
         command = [sys.executable, str(HERE / "warm.py"), *IMPORTED]
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
@@ -253,10 +267,12 @@ class Injection:
         else:
             odd = [name for name in after if before.get(name) != after[name] and not self._kept(name)]
             odd += [name for name in before if name not in after]
+            if ended.code == -signal.SIGKILL:  # what is hidden is removed by the next run
+                odd = [name for name in odd if not HIDDEN.search(name)]
             if odd and self._written(work) != self.whole:
                 done.wrong.append(f"left behind or changed: {sorted(odd)[:4]}")
         left = sorted(p.name for p in work.with_name("work-tmp").rglob("*"))
-        if left:
+        if left and ended.code != -signal.SIGKILL:
             done.wrong.append(f"left in the temporary folder: {left[:4]}")
         if again and ended.code != self.code:
             second = self.warm.run(self.line, work, self.command.prelude)
@@ -264,6 +280,8 @@ class Injection:
                 done.wrong.append(f"again: {second.code}, {second.errors.strip()} {self._difference(content(work))}")
             elif odd := set(content(work)) - set(self.all):
                 done.wrong.append(f"again: left behind {sorted(odd)[:4]}")
+            if left := sorted(p.name for p in work.with_name("work-tmp").rglob("*")):
+                done.wrong.append(f"again: left in the temporary folder: {left[:4]}")
         for path in (work, work.with_name("work-tmp")):
             shutil.rmtree(path)
         return done
@@ -280,12 +298,17 @@ class Injection:
         if ended.code == self.code:
             if ended.errors:
                 yield f"exit code {ended.code}, and it said: {ended.errors[:300]}"
-        elif not fault.seen:
+        elif not fault.code:
             yield f"{fault.name} was not invisible: {ended.code} {ended.errors[-300:]}"
-        elif ended.code != 2:
+        elif ended.code != fault.code and not (fault.number <= -100 and ended.code == 2):  # a worker got the signal
             yield f"exit code {ended.code}: {ended.errors[-600:]}"
+        elif ended.code == -signal.SIGKILL:
+            if ended.errors:
+                yield f"said after SIGKILL: {ended.errors[-300:]}"
         elif len(lines) != 1 or len(lines[0]) > LONGEST_LINE or not lines[0].startswith("imubench: "):
             yield f"{len(lines)} lines: {ended.errors[:600]}"
+        elif ended.code == fault.code and not lines[0].startswith(fault.line):
+            yield f"it said: {lines[0]}"
 
     def _difference(self, found: dict[str, object]) -> str:
         odd = {name for name in {*found, *self.all} if found.get(name) != self.all.get(name)}

@@ -2,7 +2,6 @@
 
 import os
 import random
-import re
 import shutil
 import signal
 import subprocess
@@ -14,13 +13,12 @@ from pathlib import Path
 
 from tests.faults.commands import Command
 from tests.faults.content import content
-from tests.faults.injection import ROOT
+from tests.faults.injection import HIDDEN, environment_of_a_command
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 AFTER = 5.0  # s after which nothing may be running any more
 LIMIT = 600.0  # s for an undisturbed command; the longest takes 30 s on an idle machine
 EARLY = {signal.SIGTERM: -signal.SIGTERM, signal.SIGINT: -signal.SIGINT}  # exit codes before our code has run
-HIDDEN = re.compile(r"(^|/)\.[^/]*(\.partial|\.old|\.lock)(\.|/|$)|\.generate/lock$")
 
 
 @dataclass
@@ -58,7 +56,7 @@ class Kills:
 
     def _start(self, work: Path) -> "subprocess.Popen[bytes]":
         temporary = str(work.with_name(f"{work.name}-tmp"))
-        environment = {**os.environ, "TMPDIR": temporary, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
+        environment = {**environment_of_a_command(), "TMPDIR": temporary}
         start = "import tests.faults.commands as c; c.tiny(); " if self.command.prelude else ""
         begin = ["-c", f"{start}from imubench.main import main; main()"] if start else ["-m", "imubench"]
         return subprocess.Popen(

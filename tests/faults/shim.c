@@ -8,7 +8,7 @@
    FAULTS_COUNT   a file of 8 bytes, the number of calls so far
    FAULTS_LOG     a file that gets a line "KIND PATH" for each call; empty for none
    FAULTS_AT      the number of the call that fails, from 1; 0 for none
-   FAULTS_ERRNO   what it fails with; -1: a write is cut short to one byte instead
+   FAULTS_ERRNO   what it fails with; -1: a write is cut short to one byte instead; -100 - SIGNAL: the process gets it
    FAULTS_MORE    1: every later call fails as well, as on a full disk
 */
 #define _GNU_SOURCE
@@ -16,6 +16,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -88,7 +89,7 @@ static int absolute(int folder, const char *path, char *out) {
     return snprintf(out, PATH_MAX, "%s/%s", base, path) < PATH_MAX;
 }
 
-/* Count a call; return 1 and set errno where it is to fail, -1 where it is to be cut short. */
+/* Count a call; return 1 and set errno where it is to fail, -1 where it is to be cut short, 0 where it goes on. */
 static int fails(const char *kind, const char *path) {
     if (!count || !lies_below(path)) return 0;
     long now = atomic_fetch_add(count, 1) + 1;
@@ -102,6 +103,10 @@ static int fails(const char *kind, const char *path) {
         }
     }
     if (!at || now < at || (now > at && !more)) return 0;
+    if (number <= -100) {
+        kill(getpid(), -100 - number);
+        return 0;
+    }
     if (number == -1) return -1;
     errno = number;
     return 1;
