@@ -14,6 +14,7 @@ from rich.table import Table
 
 import imubench
 from imubench.errors import InputError
+from imubench.estimate import Estimate
 from imubench.inputs.files import real
 from imubench.progress import on_console
 from imubench.terminal import Terminal
@@ -28,6 +29,10 @@ app = typer.Typer(
 console = Terminal()
 errors = Terminal(stderr=True)
 
+Band = Annotated[
+    float | None,
+    typer.Option("--band", help="Hz: filter the IMUs below it, forward and backward, first.", show_default=False),
+]
 Out = Annotated[Path | None, typer.Option("--out", help="Folder for the results.", show_default=False)]
 
 
@@ -66,6 +71,7 @@ def run(
     scenario: Annotated[str, typer.Argument(help="A scenario of `imubench list`, or model/ of a diagnosis.")],
     estimator: Annotated[str | None, typer.Option(help="An estimator of `imubench list`.", show_default=False)] = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same numbers.", min=0)] = 0,
+    band: Band = None,
     out: Out = None,
 ) -> None:
     """Simulate a scenario, estimate, score, and log it: score.json, recording/, run.rrd."""
@@ -73,13 +79,14 @@ def run(
     from imubench.run import run_scenario
 
     out = out or Path("runs") / Path(scenario).name
-    done = run_scenario(scenario, out, estimator, seed, on_console(errors))
+    done = run_scenario(scenario, out, estimator, seed, on_console(errors), band)
     if done.estimate is None or done.score is None:
         console.say(f"{scenario}: simulated; name an --estimator to estimate and score")
     else:
         title = f"{scenario}, seed {seed}: {done.estimate.estimator} ({done.estimate.status})"
         _print_figures(title, done.score.figures, done.score.units)
         _print_note(pairing_note(done.estimate, done.recording))
+        _print_band(done.estimate)
     _print_written(out, "run.rrd")
 
 
@@ -90,6 +97,7 @@ def estimate(
     diagnosis: Annotated[
         Path | None, typer.Option("--with", help="Take out first what `imubench diagnose` found, from its folder.")
     ] = None,
+    band: Band = None,
     out: Out = None,
 ) -> None:
     """Estimate on a recording from disk, real or not: estimate.json, run.rrd, corrected/ where asked --with."""
@@ -97,7 +105,7 @@ def estimate(
     from imubench.run import estimate_on_disk
 
     out = out or Path("runs") / f"{name}-{real(recording).name}"
-    done = estimate_on_disk(name, recording, out, on_console(errors), diagnosis)
+    done = estimate_on_disk(name, recording, out, on_console(errors), diagnosis, band)
     for finding in done.done:
         console.say(f"{finding.effect} at {finding.at}: {finding.what}")
     if done.diagnosis is not None and not done.done:
@@ -107,6 +115,7 @@ def estimate(
     for i, value in enumerate(np.atleast_2d(answer.value if answer.time is None else answer.value[-1])):
         console.say(f"  {done.recording.imus[i].name}: {np.array2string(value, precision=4, floatmode='fixed')}")
     _print_note(pairing_note(answer, done.recording))
+    _print_band(answer)
     for beside, what in ((done.beside_reference, "the reference"), (done.beside_declared, "the declared mounts")):
         if beside is not None:
             _print_figures(f"beside {what}", beside.figures, beside.units)
@@ -303,6 +312,15 @@ def _print_figures(title: str, figures: dict[str, float], units: dict[str, str])
 def _print_note(note: str) -> None:
     if note:
         console.say(f"  {note}")
+
+
+def _print_band(answer: Estimate) -> None:
+    """Print in words which band an estimate is from, if it is from one."""
+    from imubench.estimators.banded import explained
+
+    words = explained(answer)
+    if words:
+        console.say(words)
 
 
 def _print_written(out: Path, rrd: str | None = None) -> None:
