@@ -1,6 +1,5 @@
 """The data card: what is in a dataset, its distributions as pictures, its limits and licence, in one HTML file."""
 
-import json
 from array import array
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,12 +9,13 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-import pyarrow.parquet as pq
 
 from imubench.dataset.pictures import histogram, shares
 from imubench.dataset.rig_ranges import GYRATION
 from imubench.dataset.spec import SPEC_FILE, Spec
 from imubench.effects import EFFECTS
+from imubench.inputs.json import parse_json
+from imubench.inputs.parquet import opened_parquet
 from imubench.recording import RIGS
 
 CARD = "card.html"
@@ -111,8 +111,9 @@ def census(tables: Iterable[Path | IO[bytes]]) -> Census:
     """Return what is in the files of recordings, read one after the other."""
     found = Census()
     for path in tables:
-        for row in pq.read_table(path).to_pylist():
-            _count(found, row)
+        with opened_parquet(path, "a table of recordings") as table:
+            for row in table.read(use_threads=False).to_pylist():
+                _count(found, row)
     return found
 
 
@@ -126,7 +127,7 @@ def _count(found: Census, row: Mapping[str, Any]) -> None:
                 found.numbers[key].append(_size(row[key.replace("N", str(n))]))
     found.effects.update({e["effect"] for e in row["effects"]})
     for e in row["effects"]:
-        for key, value in json.loads(e["parameters"]).items():
+        for key, value in parse_json(e["parameters"].encode(), "effects").items():
             if not isinstance(value, str) and key != "channels" and (key, value) != ("gyration", GYRATION):
                 found.parameters[e["effect"], key].extend(np.ravel(value).tolist())
 

@@ -100,8 +100,8 @@ class EffectRange:
 def parse_effect(table: Mapping[str, Any], where: str) -> EffectRange:
     """Return one `[[effect]]`; `InputError` for an unknown name or place, or a parameter out of bounds."""
     name = table.get("name")
-    if name not in INJECTED:
-        if name in EFFECTS:
+    if not isinstance(name, str) or name not in INJECTED:
+        if isinstance(name, str) and name in EFFECTS:
             raise InputError(
                 f"{where}.name: expected an effect that can be played ({', '.join(INJECTED)}), got '{name}'"
             )

@@ -8,6 +8,7 @@ ring     X and y as `imt-ring` trains on, one .npz for each number of IMUs; a lo
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from functools import reduce
+from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from imubench.errors import InputError
 from imubench.recording import Imu
 from imubench.truth import SensorTruth, Truth
 
+MATLAB_HEADER = b"MATLAB 5.0 MAT-file, written by imubench".ljust(116)  # the text that a file of version 5 begins with
 OPENSIM_HEADER = "DataRate={rate:.6f}\nDataType={kind}\nversion=3\nOpenSimVersion=4.5\nendheader\n"
 
 
@@ -40,7 +42,11 @@ def export_qmt(recordings: Iterator[Stored], folder: Path) -> None:
             if sensor.joint_axis is not None:
                 part["joint_axis"] = sensor.joint_axis[common]
             content[imu.name] = part
-        savemat(folder / f"{stored.recording.name}.mat", content, do_compression=True, oned_as="column")
+        buffer = BytesIO()
+        savemat(buffer, content, do_compression=True, oned_as="column")
+        buffer.seek(0)
+        buffer.write(MATLAB_HEADER)  # SciPy's has the time of day, and the same export is to be the same bytes
+        (folder / f"{stored.recording.name}.mat").write_bytes(buffer.getvalue())
 
 
 def export_opensim(recordings: Iterator[Stored], folder: Path) -> None:

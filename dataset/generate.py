@@ -2,18 +2,19 @@
 
 import json
 from collections.abc import Callable, Iterator
-from contextlib import closing, nullcontext
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
+from imubench.atomic import cannot_write
 from imubench.dataset.card import CARD, card
 from imubench.dataset.engines import ENGINES
-from imubench.dataset.lock import locked
-from imubench.dataset.manifest import MANIFEST, encoded, identity, manifest, spec_names
+from imubench.dataset.manifest import MANIFEST, checked, encoded, identity, manifest, spec_names
 from imubench.dataset.remote import place
 from imubench.dataset.shard import RECEIPTS, Job, Receipt, finished, is_there, names, receipt_name
 from imubench.dataset.storage import Folder, Place
 from imubench.errors import InputError, unknown
+from imubench.lock import locked
 
 LOCK, JOB = f"{RECEIPTS}/lock", f"{RECEIPTS}/job.json"
 SAME = {"spec": "another spec", "seed": "another seed", "count": "another count"}
@@ -43,9 +44,9 @@ def generate(
     folder = place(job.out)
     _check_ours(folder)
     done = _complete(folder, job)
-    if done is not None:
+    if done is not None and RECEIPTS not in folder.entries():
         return done
-    with locked(folder.root / LOCK, job.out) if isinstance(folder, Folder) else nullcontext():
+    with _alone(folder):
         _remove_partials(folder)
         done = _complete(folder, job)  # another run may have finished it meanwhile
         if done is None:
@@ -55,6 +56,24 @@ def generate(
                 _remove_partials(folder)
         _remove_receipts(folder)
     return done
+
+
+@contextmanager
+def _alone(folder: Place) -> Iterator[None]:
+    """Keep other runs away from a folder on a disk; of a storage by URL nothing is known."""
+    if not isinstance(folder, Folder):
+        yield
+        return
+    lock = folder.root / LOCK
+    try:
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        with locked(lock, folder.path):
+            yield
+    except OSError as error:
+        raise cannot_write(folder.path, error) from None
+    finally:
+        with suppress(OSError):  # something is left to go on with
+            lock.parent.rmdir()
 
 
 def _made(
@@ -113,7 +132,7 @@ def _complete(folder: Place, job: Job) -> dict[str, Any] | None:
             raise InputError(f"{folder.path}/{MANIFEST}: expected the manifest of a dataset, got something else")
         return None
     _check_same(folder, job, found)
-    return found
+    return checked(found, f"{folder.path}/{MANIFEST}")
 
 
 def _begin(folder: Place, job: Job) -> None:

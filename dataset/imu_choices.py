@@ -36,7 +36,7 @@ def parse_imu(table: Mapping[str, Any], where: str, files: Files) -> ImuChoice:
             raise InputError(f"{where}.file: expected a path beside the spec, got {path!r}")
         known = parse_profiles(files(path, f"{where}.file"), path)
     name = table.get("profile")
-    if name not in known:
+    if not isinstance(name, str) or name not in known:
         raise unknown(f"{where}.profile", name, known)
     return ImuChoice(known[str(name)], weight(table, where))
 

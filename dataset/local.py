@@ -1,16 +1,11 @@
 """Processes of this machine make the shards."""
 
-import multiprocessing
-import os
-import threading
 from collections.abc import Generator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from multiprocessing.connection import wait as wait_for
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 
 from imubench.dataset.shard import Job, Receipt, finished, make_shard
 from imubench.errors import InputError
-from imubench.reproduce.parts import cores, ignore_interrupts, one_thread_each
+from imubench.workers import WorkerError, cores, process_pool
 
 PATIENCE = 3  # deaths of workers in a row without a finished shard, until it is no accident
 
@@ -39,7 +34,7 @@ def run(
                 del left[receipt.number]
                 deaths = 0
                 yield receipt
-        except BrokenProcessPool:
+        except WorkerError:
             for receipt in filter(None, [finished(job, number) for number in left]):  # made, and not told about
                 del left[receipt.number]
                 yield receipt
@@ -52,42 +47,16 @@ def run(
 
 
 def _pooled(job: Job, shards: Sequence[int], workers: int) -> Generator[Receipt, None, None]:
-    context = multiprocessing.get_context("spawn")
-    with one_thread_each():
-        pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin)
+    """Yield receipts; what workers were writing when the caller stops has no name yet, and the next run removes it."""
+    with process_pool(workers) as pool:
         waiting = iter(shards)
         pending: set[Future[Receipt]] = set()
-        try:
-            while True:
-                for number in waiting:
-                    pending.add(pool.submit(make_shard, job, number))
-                    if len(pending) == 2 * workers:  # a job in hand for each, and no list of a million
-                        break
-                if not pending:
+        while True:
+            for number in waiting:
+                pending.add(pool.submit(make_shard, job, number))
+                if len(pending) == 2 * workers:  # a job in hand for each, and no list of a million
                     break
-                done, pending = wait(pending, return_when=FIRST_COMPLETED)
-                yield from (future.result() for future in done)
-        except BaseException:
-            _stop(pool)
-            raise
-        pool.shutdown()
-
-
-def _stop(pool: ProcessPoolExecutor) -> None:
-    """End the workers now; what they were writing has no name yet, and is gone or removed by the next run."""
-    for process in list((pool._processes or {}).values()):
-        process.terminate()
-    pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _begin() -> None:
-    """Leave Ctrl-C to the parent, and end with it, whatever ends it."""
-    ignore_interrupts()
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def follow() -> None:
-        wait_for([parent.sentinel])
-        os._exit(1)
-
-    threading.Thread(target=follow, daemon=True).start()
+            if not pending:
+                break
+            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            yield from (future.result() for future in done)

@@ -2,19 +2,23 @@
 
 import hashlib
 import json
+import math
 import platform
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import version
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import imubench
+from imubench.dataset.checks import are_counts, are_files, is_amount, is_count, is_whole
 from imubench.dataset.remote import place
 from imubench.dataset.shard import RECEIPTS, Job, Receipt
 from imubench.dataset.spec import SPEC_FILE
 from imubench.dataset.storage import Place
-from imubench.errors import InputError
+from imubench.errors import InputError, shown
+from imubench.inputs.files import below
 from imubench.reproduce.parts import sources
 
 MANIFEST = "manifest.json"
@@ -45,14 +49,15 @@ def spec_names(job: Job) -> dict[str, bytes]:
 
 
 def manifest(job: Job, receipts: Sequence[Receipt]) -> dict[str, Any]:
-    """Return the content of manifest.json; the same dataset has the same, whoever made it."""
+    """Return the content of manifest.json; the same shards give the same, in whatever order they were finished."""
     spec = job.spec
+    receipts = sorted(receipts, key=lambda r: r.number)
     splits: Counter[str] = Counter()
     listed = {
         name: {"sha256": hashlib.sha256(content).hexdigest(), "bytes": len(content)}
         for name, content in spec_names(job).items()
     }
-    for receipt in sorted(receipts, key=lambda r: r.number):
+    for receipt in receipts:
         splits.update(receipt.splits)
         listed |= {name: dict(entry) for name, entry in receipt.files.items()}
     return {
@@ -66,7 +71,7 @@ def manifest(job: Job, receipts: Sequence[Receipt]) -> dict[str, Any]:
         "recordings_per_file": spec.recordings_per_file,
         "rigs": -(-job.count // spec.recordings_per_rig),
         "recordings": {name: splits[name] for name in spec.splits},
-        "seconds": sum(r.seconds for r in receipts),
+        "seconds": math.fsum(r.seconds for r in receipts),  # rounded once, so the order of the shards is no matter
         "samples": sum(r.samples for r in receipts),
         "rate": spec.rate,
         "files": listed,
@@ -85,11 +90,28 @@ def read_manifest(folder: Place) -> dict[str, Any]:
         begun = any(name.startswith(RECEIPTS) for name in folder.names())
         why = "one that is not finished: the same command goes on" if begun else f"no {MANIFEST} that can be read"
         raise InputError(f"{folder.path}: expected a finished dataset, got {why}")
-    if found.get("format") != FORMAT or not isinstance(found.get("files"), dict):
-        raise InputError(
-            f"{folder.path}/{MANIFEST}: expected a dataset of format {FORMAT}, got {found.get('format')!r}"
-        )
+    return checked(found, f"{folder.path}/{MANIFEST}")
+
+
+def checked(found: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return a manifest; `InputError` where it is of another format or lacks what readers need of it."""
+    if found.get("format") != FORMAT:
+        raise InputError(f"{where}: expected a dataset of format {FORMAT}, got {shown(found.get('format'))}")
+    for key, (fits, wanted) in KINDS.items():
+        if not fits(found.get(key)):
+            raise InputError(f"{where}, key '{key}': expected {wanted}, got {shown(found.get(key))}")
     return found
+
+
+KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
+    "count": (is_count, "a number of recordings"),
+    "recordings_per_file": (is_count, "a number of recordings"),
+    "rigs": (is_whole, "a number of rigs"),
+    "recordings": (are_counts, "recordings by split"),
+    "seconds": (is_amount, "a number of seconds"),
+    "samples": (is_whole, "a number of samples"),
+    "files": (are_files, "the hash and size of each file"),
+}
 
 
 def verify(path: str) -> dict[str, Any]:
@@ -108,6 +130,7 @@ def verify(path: str) -> dict[str, Any]:
 
 def _wrong(folder: Place, listed: dict[str, dict[str, Any]]) -> Iterable[tuple[str, str]]:
     for name, entry in listed.items():
+        below(Path(folder.path), name, f"{folder.path}/{MANIFEST}, key 'files'")
         size = folder.size(name)
         if size is None:
             yield name, "missing"

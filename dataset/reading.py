@@ -1,6 +1,5 @@
 """A dataset is read back: one recording with its truth by one call, each of its files by any Parquet reader."""
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -9,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from imubench.arrays import Array
 from imubench.dataset.columns import POSE_FIELDS, SEGMENT_FIELDS, SENSOR_FIELDS, SHARED_ORIGIN, SIGNALS, XYZ
@@ -18,6 +16,10 @@ from imubench.dataset.manifest import read_manifest
 from imubench.dataset.remote import place
 from imubench.dataset.shard import names
 from imubench.errors import InputError, first_line, unknown
+from imubench.inputs.files import plain_name
+from imubench.inputs.json import parse_json
+from imubench.inputs.parquet import opened_parquet
+from imubench.inputs.tables import check_size
 from imubench.recording import RIGS, Body, Encoder, Imu, Pose, Recording
 from imubench.truth import SegmentTruth, SensorTruth, Truth
 
@@ -44,16 +46,25 @@ def read(folder: Path | str, index: int) -> Stored:
     number, group = divmod(index, size)
     samples, recordings = names(number)
     where = place(str(folder))
+    here = f"{folder}, recording {index}"
     try:
-        with where.reading(recordings) as source:
-            row = pq.read_table(source).slice(group, 1).to_pylist()[0]
-        with where.reading(samples) as source, pq.ParquetFile(source) as file:
-            table = file.read_row_group(group)
-    except (OSError, pa.ArrowException, IndexError) as error:
-        reason = first_line(error)
-        raise InputError(f"{folder}: expected the files of recording {index}, got: {reason}") from None
-    effects = tuple(e | {"parameters": json.loads(e["parameters"])} for e in row["effects"])
-    return Stored(_recording(row, table), _truth(row, table), row, effects)
+        with where.reading(recordings) as source, opened_parquet(source, f"{folder}/{recordings}") as file:
+            check_size(Path(recordings), file.metadata.num_rows, file.metadata.num_columns)
+            row = file.read(use_threads=False).slice(group, 1).to_pylist()[0]
+        with where.reading(samples) as source, opened_parquet(source, f"{folder}/{samples}") as file:
+            found = file.metadata.row_group(group)
+            check_size(Path(samples), found.num_rows, found.num_columns)
+            table = file.read_row_group(group, use_threads=False)
+        plain_name(row["name"], f"{here}: name")
+        effects = tuple(
+            e | {"parameters": parse_json(e["parameters"].encode(), f"{here}: effects")} for e in row["effects"]
+        )
+        return Stored(_recording(row, table), _truth(row, table), row, effects)
+    except InputError as error:
+        raise InputError(f"{here}: {error}") from None
+    except (OSError, pa.ArrowException, LookupError, TypeError, ValueError, AttributeError) as error:
+        reason = f"{type(error).__name__}: {first_line(error)}"  # columns that are not there, or hold something else
+        raise InputError(f"{here}: expected the files of a dataset, got: {reason}") from None
 
 
 def indices(folder: Path | str, split: str | None = None) -> Iterator[int]:
@@ -63,8 +74,18 @@ def indices(folder: Path | str, split: str | None = None) -> Iterator[int]:
     if split is not None and split not in found["recordings"]:
         raise unknown("split", split, found["recordings"])
     for number in range(-(-found["count"] // found["recordings_per_file"])):
-        with where.reading(names(number)[1]) as source:
-            table = pq.read_table(source, columns=["recording", "split"])
+        name = names(number)[1]
+        with where.reading(name) as source, opened_parquet(source, f"{folder}/{name}") as file:
+            check_size(Path(name), file.metadata.num_rows, 2)
+            for column in ("recording", "split"):
+                if column not in file.schema_arrow.names:
+                    raise InputError(f"{folder}/{name}: expected column '{column}', got none")
+            if not pa.types.is_integer(file.schema_arrow.field("recording").type):
+                kind = file.schema_arrow.field("recording").type
+                raise InputError(f"{folder}/{name}, column 'recording': expected whole numbers, got {kind}")
+            table = file.read(columns=["recording", "split"], use_threads=False)
+            if table.column("recording").null_count:
+                raise InputError(f"{folder}/{name}, column 'recording': expected whole numbers, got nulls")
         rows = zip(*(table.column(name).to_pylist() for name in ("recording", "split")), strict=True)
         yield from (index for index, own in rows if split in (None, own))
 

@@ -10,6 +10,7 @@ from uuid import uuid4
 
 from imubench.dataset.storage import Folder, Place
 from imubench.errors import InputError, first_line
+from imubench.inputs.limits import JSON_BYTES
 
 
 def place(path: str) -> Place:
@@ -59,20 +60,25 @@ class Remote(Place):
     @contextmanager
     def reading(self, name: str) -> Iterator[IO[bytes]]:
         """Hand out the open file, which fetches what is asked for."""
+        if self.size(name) is None:  # such as a pipe, which whoever opens it would wait for
+            raise FileNotFoundError(f"{self.path}/{name}: expected a file, got none")
         with self.system.open(self._at(name), "rb") as file:
             yield file
 
     def read(self, name: str) -> bytes:
         """Return a file's content; `InputError` where it cannot be read."""
         with self._readable(name) as file:
-            return bytes(file.read())
+            content = bytes(file.read(JSON_BYTES + 1))
+        if len(content) > JSON_BYTES:
+            raise InputError(f"{self.path}/{name}: expected a file of at most {JSON_BYTES >> 20} MB, got a larger one")
+        return content
 
     def size(self, name: str) -> int | None:
         """Return a file's size in bytes; None where there is no such file."""
         self.system.invalidate_cache()  # others write here too
         try:
             found: Any = self.system.info(self._at(name))
-        except FileNotFoundError:
+        except OSError:  # nothing of that name, or a link to itself
             return None
         return int(found["size"]) if found["type"] == "file" else None
 

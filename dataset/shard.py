@@ -5,6 +5,7 @@ how often. Its receipt is written last and says that it is finished.
 """
 
 import json
+import math
 import sys
 from collections import Counter
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
 from imubench.dataset import columns, rows
+from imubench.dataset.checks import are_counts, are_files, is_amount, is_whole
 from imubench.dataset.playing import make
 from imubench.dataset.remote import place
 from imubench.dataset.spec import Spec, parse_spec
@@ -96,20 +98,22 @@ def make_shard(job: Job, number: int) -> Receipt:
     floats = [f.name for f in form if pa.types.is_floating(f.type)]
     said, files = [], {}
     with threadpool_limits(1), folder.writing(samples) as path:
-        with pq.ParquetWriter(path, form, use_byte_stream_split=floats, **PARQUET) as writer:
+        # A file of Python's, which goes on where a write is interrupted or cut short; Arrow's own does not.
+        with path.open("wb") as file, pq.ParquetWriter(file, form, use_byte_stream_split=floats, **PARQUET) as writer:
             for index in job.indices(number):
                 made = make(spec, job.seed, index)
                 writer.write_table(columns.samples_table(spec, made), row_group_size=sys.maxsize)  # a group a recording
                 said.append(rows.row(made, job.seed))
         files[samples] = described(path)
     with folder.writing(recordings) as path:
-        pq.write_table(pa.Table.from_pylist(said, rows.schema(spec)), path, compression="zstd")
+        with path.open("wb") as file:
+            pq.write_table(pa.Table.from_pylist(said, rows.schema(spec)), file, compression="zstd")
         files[recordings] = described(path)
     receipt = Receipt(
         number,
         len(said),
         sum(r["samples"] for r in said),
-        sum(r["seconds"] for r in said),
+        math.fsum(r["seconds"] for r in said),
         dict(Counter(r["split"] for r in said)),
         files,
     )
@@ -123,7 +127,11 @@ def finished(job: Job, number: int) -> Receipt | None:
     if found is None or set(found) != {f.name for f in Receipt.__dataclass_fields__.values()}:
         return None
     receipt = Receipt(**found)
-    return receipt if set(receipt.files) == set(names(number)) and is_there(job, receipt) else None
+    whole = all(map(is_whole, (receipt.number, receipt.recordings, receipt.samples))) and is_amount(receipt.seconds)
+    whole = whole and receipt.number == number and are_counts(receipt.splits) and are_files(receipt.files)
+    if not whole or set(receipt.files) != set(names(number)):  # not what we write
+        return None
+    return receipt if is_there(job, receipt) else None
 
 
 def is_there(job: Job, receipt: Receipt) -> bool:

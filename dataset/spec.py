@@ -13,9 +13,11 @@ from imubench.dataset.ranges import Range, check_keys, chosen, is_number, number
 from imubench.dataset.rig_ranges import RigRange, parse_rig
 from imubench.dataset.swing_range import SwingMotion
 from imubench.errors import InputError
+from imubench.inputs.files import below, plain_name, read_bytes
+from imubench.inputs.limits import BINARY_BYTES
+from imubench.inputs.toml import parse_toml
 from imubench.recording import RIGS
 from imubench.sim.injected import SLIDING, SWUNG
-from imubench.toml_file import parse_toml
 
 KEYS = (
     "format", "name", "summary", "licence", "seconds", "rate", "recordings_per_rig", "recordings_per_file",
@@ -66,7 +68,7 @@ class Spec:
 
 def load_spec(path: Path) -> Spec:
     """Return the spec in a TOML file; `InputError` says in one line what is wrong with it."""
-    return parse_spec({SPEC_FILE: _content(path, str(path))}, str(path), lambda name, where: _beside(path, name, where))
+    return parse_spec({SPEC_FILE: read_bytes(path)}, str(path), lambda name, where: _beside(path, name, where))
 
 
 def parse_spec(content: Mapping[str, bytes], where: str = SPEC_FILE, files: Files | None = None) -> Spec:
@@ -102,7 +104,7 @@ def _parsed(table: Mapping[str, Any], where: str, read: Files) -> Spec:
         return tuple(parse(t, f"{where}: {key}[{i}]") for i, t in enumerate(_tables(table, key, where, default)))
 
     return Spec(
-        name=_text(table, "name", "dataset", where),
+        name=plain_name(table.get("name", "dataset"), f"{where}: name"),
         summary=_text(table, "summary", "", where),
         licence=_text(table, "licence", "", where),
         seconds=seconds,
@@ -159,7 +161,7 @@ def _tables(table: Mapping[str, Any], key: str, where: str, default: object) -> 
 
 def _text(table: Mapping[str, Any], key: str, default: str, where: str) -> str:
     value = table.get(key, default)
-    if not isinstance(value, str) or "\n" in value or ("/" in value and key == "name"):
+    if not isinstance(value, str) or "\n" in value:
         raise InputError(f"{where}: {key}: expected a line of text, got {value!r}")
     return value
 
@@ -191,14 +193,11 @@ def _splits(table: Any, where: str) -> Mapping[str, float]:
     return {name: float(value) for name, value in table.items()}
 
 
-def _content(path: Path, shown: str) -> bytes:
+def _beside(spec: Path, name: object, where: str) -> bytes:
+    if name == SPEC_FILE:
+        raise InputError(f"{where}: expected another file than the spec, got '{name}'")
+    path = below(spec.parent, name, where, "a file beside the spec or below it")
     try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{shown}: expected a readable file, got: {error.strerror}") from None
-
-
-def _beside(spec: Path, name: str, where: str) -> bytes:
-    if Path(name).is_absolute() or ".." in Path(name).parts or name == SPEC_FILE:
-        raise InputError(f"{where}: expected a file beside the spec or below it, got '{name}'")
-    return _content(spec.parent / name, f"{where}: {name}")
+        return read_bytes(path, BINARY_BYTES)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None

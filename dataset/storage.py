@@ -4,7 +4,6 @@ Another kind of place is another `Place` and a way to be told by its path, in `r
 """
 
 import hashlib
-import json
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -12,8 +11,13 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from imubench.atomic import atomic_file
+from imubench.atomic import atomic_file, cannot_write
 from imubench.errors import InputError
+from imubench.inputs.files import inside, opened, read_bytes
+from imubench.inputs.json import parse_json
+from imubench.inputs.limits import JSON_BYTES
+
+LARGEST = 2**63 - 1  # bytes of a file that is hashed block by block, and so takes no memory
 
 
 class Place(ABC):
@@ -64,8 +68,8 @@ class Place(ABC):
     def read_json(self, name: str) -> dict[str, Any] | None:
         """Return a table of JSON, or None where there is none or something else."""
         try:
-            found = json.loads(self.read(name))
-        except ValueError:  # an InputError is one
+            found = parse_json(self.read(name), f"{self.path}/{name}")
+        except InputError:
             return None
         return found if isinstance(found, dict) else None
 
@@ -80,11 +84,8 @@ class Folder(Place):
     @contextmanager
     def writing(self, name: str) -> Iterator[Path]:
         """Hand out a path beside the file's; on a clean exit its content is on the disk and then has its name."""
-        try:
-            with atomic_file(self.root / name) as partial:
-                yield partial
-        except OSError as error:
-            raise cannot_write(self.root / name, error) from None
+        with atomic_file(inside(self.root, name, self.path)) as partial:
+            yield partial
 
     @contextmanager
     def reading(self, name: str) -> Iterator[Path]:
@@ -93,10 +94,7 @@ class Folder(Place):
 
     def read(self, name: str) -> bytes:
         """Return a file's content; `InputError` where it cannot be read."""
-        try:
-            return (self.root / name).read_bytes()
-        except OSError as error:
-            raise InputError(f"{self.root / name}: expected a readable file, got: {error.strerror}") from None
+        return read_bytes(self.root / name, JSON_BYTES)
 
     def size(self, name: str) -> int | None:
         """Return a file's size in bytes; None where there is no such file."""
@@ -107,11 +105,8 @@ class Folder(Place):
 
     def sha256(self, name: str) -> str:
         """Return the hash of a file; `InputError` where it cannot be read."""
-        try:
-            with (self.root / name).open("rb") as file:
-                return hashlib.file_digest(file, "sha256").hexdigest()
-        except OSError as error:
-            raise InputError(f"{self.root / name}: expected a readable file, got: {error.strerror}") from None
+        with opened(self.root / name, LARGEST) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
 
     def names(self) -> list[str]:
         """Return the names of all files, hidden ones included, in order."""
@@ -141,9 +136,3 @@ def described(path: Path) -> dict[str, Any]:
     """Return what a manifest says of a file: {"sha256", "bytes"}."""
     with path.open("rb") as file:
         return {"sha256": hashlib.file_digest(file, "sha256").hexdigest(), "bytes": path.stat().st_size}
-
-
-def cannot_write(path: Path | str, error: OSError) -> InputError:
-    """Return the error for a place that takes no data."""
-    reason = (error.strerror or str(error)).rpartition("] ")[2]  # Arrow has it at the end of a line of its own
-    return InputError(f"{path}: expected a place that can be written, got: {reason}")

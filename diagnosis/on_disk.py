@@ -37,12 +37,12 @@ def diagnose_on_disk(folder: Path, out: Path, step: Step = silent, time_limit: f
     `time_limit` s of processor time what is known by then is written.
     """
     budget = Budget(time_limit)
-    with step(f"read {folder}"):
-        recording, reference = read(folder)
-    diagnosis, evidence = diagnose(recording, step, budget)
-    diagnosis = judged(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis
     missing = ""
-    with atomic_directory(out) as target:
+    with atomic_directory(out, [Path(folder)]) as target:
+        with step(f"read {folder}"):
+            recording, reference = read(folder)
+        diagnosis, evidence = diagnose(recording, step, budget)
+        diagnosis = judged(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis
         with step("write the model"):
             (target / MODEL).mkdir()
             name = write_model(diagnosis, evidence, target / MODEL)

@@ -13,6 +13,7 @@ from imubench.sim.imu_sampling import interpolate
 from imubench.sim.motion import Trajectory
 from imubench.sim.play import play
 from imubench.sim.rigs import Rig
+from imubench.sim.signals import check_within
 from imubench.truth import Truth
 
 DENSE = 400.0  # Hz, at least: what is read between samples of the simulation is interpolated by cubics
@@ -24,11 +25,14 @@ class SplineMotion:
     """A recovered motion between its rows: quintic splines through them, time counted from `start` s.
 
     Where the motion has a force instead of a position, the acceleration R f + g is integrated twice, from rest
-    on average: the place is then arbitrary, and free to drift.
+    on average: the place is then arbitrary, and free to drift. It is defined from the first to the last row, give or
+    take one, and raises `InputError` elsewhere.
     """
 
     def __init__(self, motion: Played, start: float, gravity: float) -> None:
         time = motion.time - start
+        row = float(np.median(np.diff(time)))
+        self.start, self.end = float(time[0]) - row, float(time[-1]) + row  # s
         self.turns = make_interp_spline(time, motion.quaternion1, DEGREE)
         angle = np.zeros(time.size) if motion.hinge_angle is None else motion.hinge_angle
         self.angle = make_interp_spline(time, angle, DEGREE)
@@ -44,7 +48,8 @@ class SplineMotion:
         self.place = make_interp_spline(fine, away(fine) - fine[:, None] * mean, DEGREE)
 
     def __call__(self, time: Array) -> Trajectory:
-        """Return the trajectory at `time` (n,) s."""
+        """Return the trajectory at `time` (n,) s; `InputError` beyond the rows."""
+        check_within(time, self.start, self.end)
         q = self.turns(time)
         _, rate, accel = attitude(*(Jet(self.turns(time, order)) for order in range(3)))
         place, speed, acceleration = (self.place(time, order) for order in range(3))

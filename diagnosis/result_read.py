@@ -1,6 +1,5 @@
 """diagnosis.json read back, with one line about what is wrong with a broken file."""
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +19,8 @@ from imubench.diagnosis.result import (
     finite,
 )
 from imubench.diagnosis.result_file import FILE_NAME, FORMAT
-from imubench.errors import InputError
+from imubench.errors import InputError, shown
+from imubench.inputs.json import load_json
 
 WORDS: dict[object, str] = {dict: "an object", list: "a list", str: "text", bool: "true or false"}
 T = TypeVar("T")
@@ -33,20 +33,11 @@ def read_diagnosis(path: Path) -> Diagnosis:
     """
     path = Path(path)
     path = path / FILE_NAME if path.is_dir() else path
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"), parse_constant=_not_finite)
-    except OSError as error:
-        raise InputError(f"{path}: expected a readable diagnosis, got: {error.strerror}") from None
-    except (UnicodeDecodeError, ValueError) as error:
-        raise InputError(f"{path}: expected JSON, got: {error}") from None
+    content = load_json(path)
     try:
         return _read_diagnosis(_Node(content, ""))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-
-
-def _not_finite(text: str) -> float:
-    raise ValueError(f"the number {text}, which is not finite")
 
 
 @dataclass(frozen=True)
@@ -66,7 +57,7 @@ class _Node:
     def of(self, kind: type[T]) -> T:
         """Return the value; `InputError` unless it is of a kind."""
         if not isinstance(self.value, kind):
-            raise InputError(f"key '{self.where}': expected {WORDS[kind]}, got {self.value!r:.60}")
+            raise InputError(f"key '{self.where}': expected {WORDS[kind]}, got {shown(self.value)}")
         return self.value
 
     @property
@@ -102,7 +93,7 @@ def _pair(node: _Node) -> tuple[float, float]:
 
 def _read_diagnosis(node: _Node) -> Diagnosis:
     if node["format"].value != FORMAT:
-        raise InputError(f"key 'format': expected {FORMAT}, got {node['format'].value!r}")
+        raise InputError(f"key 'format': expected {FORMAT}, got {shown(node['format'].value)}")
     misfit, fit = node["misfit"], node["fit"]
     heldout = fit["heldout"]
     return Diagnosis(
@@ -160,7 +151,7 @@ def _read_parameter(node: _Node) -> Parameter:
     except InputError as error:
         raise InputError(f"key '{node.where}': {error}") from None
     except ValueError:
-        raise InputError(f"key '{node.where}': expected rows of equal length, got {node.value!r:.60}") from None
+        raise InputError(f"key '{node.where}': expected rows of equal length, got {shown(node.value)}") from None
 
 
 def _all_numbers(node: _Node) -> None:

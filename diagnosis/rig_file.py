@@ -4,27 +4,23 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.errors import InputError, unknown
+from imubench.inputs.mjcf import compiled
 from imubench.recording import RIGS
 from imubench.sim.rigs import Mount, Rig, Segment, Spring
+from imubench.sim.stability import write_no_log
 
 
 def read_rig(path: Path, family: str) -> Rig:
     """Return the rig that an MJCF file of `imubench diagnose` describes: poses, springs, masses, friction, gravity."""
     if family not in RIGS:
         raise unknown("rig", family, RIGS)
-    if not path.is_file():
-        raise InputError(f"{path}: expected an MJCF file, got none")
-    try:
-        spec = mujoco.MjSpec.from_file(str(path))
-        model = spec.compile()
-    except ValueError as error:
-        raise InputError(f"{path}: expected an MJCF model, got: {' '.join(str(error).split())}") from None
+    write_no_log()
+    model = compiled(path)
     bodies = {model.body(i).name for i in range(model.nbody)}
     missing = [name for name in RIGS[family] if name not in bodies]
     if missing:

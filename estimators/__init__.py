@@ -9,6 +9,7 @@ from imubench.estimators import (
     accel_svd,
     arve,
     arve_d,
+    banded,
     frick_rahmatalla,
     guarded,
     hinge_position,
@@ -70,6 +71,14 @@ ESTIMATORS: dict[str, Estimator] = {
             2,
             guarded.estimate,
             "docs/plug-and-play.md, on Olsson 2020, Algorithms 1 to 4",
+        ),
+        Estimator(
+            banded.NAME,
+            "hinge axis below a frequency that the data choose, where soft mounts too obey the hinge",
+            "joint_axis",
+            2,
+            banded.estimate,
+            "docs/band.md, on Olsson 2020, Algorithm 1",
         ),
         Estimator(
             accel_svd.NAME,

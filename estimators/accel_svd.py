@@ -4,12 +4,14 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.estimate import Estimate
+from imubench.estimators.extent import too_short
 from imubench.estimators.hinge_constraints import triangular
-from imubench.estimators.olsson2020 import along_y
+from imubench.estimators.pairing import paired_axes
 from imubench.paired import paired
 from imubench.recording import Recording
 
 NAME = "accel-svd"
+UNKNOWNS = 5  # a direction in six dimensions
 SEPARATION = 10.0  # of the two smallest squared singular values; noise alone makes them equal
 
 
@@ -29,21 +31,25 @@ def solve(accel1: Array, accel2: Array) -> tuple[Array, Array, Array]:
 
 
 def estimate(recording: Recording) -> Estimate:
-    """Estimate the hinge axis (2, 3) from the accelerometers of all samples; the signs are paired by the data.
+    """Estimate the hinge axis (2, 3) from the accelerometers of all samples; `pairing` says what pairs the signs.
 
-    `not identifiable` where s_5^2 is not ten times s_6^2: a second direction then fits nearly as well. The
-    covariance is that of white noise, to first order, with the std of what A w_6 leaves. The common sign points
-    along +y of the segments, by the declared mounts. Raises `InputError` with fewer than two IMUs.
+    `not identifiable` where s_5^2 is not ten times s_6^2, so that a second direction fits nearly as well, or where the
+    IMUs share too few samples. The covariance is that of white noise, to first order, with the std of what A w_6
+    leaves. The common sign points along +y of the segments, by the declared mounts. Raises `InputError` with fewer
+    than two IMUs.
     """
     samples = paired(recording)
     axes, values, vectors = solve(samples.accel1, samples.accel2)
-    axes = axes if along_y(recording, axes).sum() >= 0 else -axes
+    axes, pairing = paired_axes(recording, axes, samples.accel1, samples.accel2)
     count = samples.time.size
     details = {f"singular_value_{i + 1}": float(v) for i, v in enumerate(values)} | {"samples": float(count)}
-    if values[4] ** 2 <= SEPARATION * values[5] ** 2 or values[4] <= 1e-9 * values[0]:
-        reason = "there is a second direction in which the accelerations along the axes agree nearly as well"
-        return Estimate("joint_axis", NAME, axes, None, reason, "not identifiable", details=details)
-    return Estimate("joint_axis", NAME, axes, covariance(axes, values, vectors, count), details=details)
+    why = too_short(samples.time, UNKNOWNS)
+    if not why and (values[4] ** 2 <= SEPARATION * values[5] ** 2 or values[4] <= 1e-9 * values[0]):
+        why = "there is a second direction in which the accelerations along the axes agree nearly as well"
+    if why:
+        return Estimate("joint_axis", NAME, axes, None, why, "not identifiable", details=details, pairing="unknown")
+    spread = covariance(axes, values, vectors, count)
+    return Estimate("joint_axis", NAME, axes, spread, details=details, pairing=pairing)
 
 
 def covariance(axes: Array, values: Array, vectors: Array, count: int) -> Array:
@@ -53,5 +59,6 @@ def covariance(axes: Array, values: Array, vectors: Array, count: int) -> Array:
     turned = np.zeros((6, 6))
     for i, axis in enumerate(axes):
         half = slice(3 * i, 3 * i + 3)
-        turned[half, half] = (np.eye(3) - np.outer(axis, axis)) / np.linalg.norm(vectors[5, half])
+        length = float(axis @ vectors[5, half])  # negative where the axis took the other sign
+        turned[half, half] = (np.eye(3) - np.outer(axis, axis)) / length
     return np.asarray(turned @ of_vector @ turned.T)

@@ -6,7 +6,7 @@ from imubench.errors import InputError
 from imubench.estimate import Estimate
 from imubench.estimators.centre_ekf import CentreFilter
 from imubench.estimators.gravity import How, linear_acceleration
-from imubench.estimators.mrvs import STILL, identifiable, only_imu
+from imubench.estimators.mrvs import only_imu, why_unidentifiable
 from imubench.recording import Recording
 
 
@@ -28,7 +28,8 @@ def answer(name: str, centre: CentreFilter, recording: Recording, gravity: How) 
     details = {"samples": float(n)}
     if n > first + 1:
         details["innovation_squared"] = float(squares[first + 1 :].mean() / 6)  # 1 if its assumptions hold
-    if not identifiable(imu, acceleration):
+    why = why_unidentifiable(imu, acceleration)
+    if why:
         last = r[first:].mean(axis=0)
-        return Estimate("joint_vector", name, last, None, STILL, "not identifiable", details=details)
+        return Estimate("joint_vector", name, last, None, why, "not identifiable", details=details)
     return Estimate("joint_vector", name, r[first:], P[first:], time=imu.time[first:], details=details)

@@ -19,8 +19,8 @@ from imubench.arrays import Array, frozen
 from imubench.errors import InputError, unknown
 from imubench.estimators import mrvs
 from imubench.estimators.gravity import How
+from imubench.inputs.toml import load_toml
 from imubench.recording import positive
-from imubench.toml_file import load_toml
 
 INITIAL = 60  # samples that give r0 (section IV-C)
 

@@ -14,11 +14,12 @@ from imubench.arrays import Array, frozen
 from imubench.errors import InputError
 from imubench.estimate import Estimate
 from imubench.estimators.gravity import How, linear_acceleration
-from imubench.estimators.mrvs import STILL, identifiable, lever_matrix, only_imu, solve
+from imubench.estimators.mrvs import lever_matrix, only_imu, solve, why_unidentifiable
 from imubench.recording import Recording
 
 NAME = "frick-rahmatalla"
 HALF = 4  # samples on either side of the one that a local parabola smooths
+SAME = 1e-10  # s, by which stamps may differ for a parabola to be that of the sample before
 STEPS = 3  # of descent for each sample; both are the best of 36 pairs on the one run that reproduce/arve/fit.py names
 NO_COVARIANCE = (
     "a few steps of descent follow r only in part; how far they lag behind, most of the error, no residual tells"
@@ -32,11 +33,15 @@ def smooth(samples: ArrayLike, time: ArrayLike, half: int = HALF) -> tuple[Array
     """
     x, t = np.asarray(samples, dtype=float), np.asarray(time, dtype=float)
     width = 2 * half + 1
-    offsets = np.lib.stride_tricks.sliding_window_view(t, width) - t[half : t.size - half, None]
-    weights = np.linalg.pinv(offsets[..., None] ** np.arange(3))[:, :2]  # (windows, 2, width)
+    weights = parabola(np.lib.stride_tricks.sliding_window_view(t, width) - t[half : t.size - half, None])
     windows = np.lib.stride_tricks.sliding_window_view(x, width, axis=-2)  # (..., windows, 3, width)
     value, slope = (np.einsum("...kiw,kw->...ki", windows, weights[:, i]) for i in range(2))
     return value, slope
+
+
+def parabola(offsets: Array) -> Array:
+    """Return the weights (..., 2, width) by which samples at `offsets` (..., width) s make value and slope at 0 s."""
+    return np.asarray(np.linalg.pinv(offsets[..., None] ** np.arange(3))[..., :2, :])
 
 
 def descend(M: Array, a: Array, r: Array, steps: int = STEPS) -> Array:
@@ -86,6 +91,7 @@ class FrickRahmatalla:
         self.half, self.steps = half, steps
         self._time = 0.0
         self._samples: deque[tuple[float, Array, Array]] = deque(maxlen=2 * half + 1)
+        self._offsets, self._weights = np.full(2 * half + 1, np.nan), np.empty((2, 2 * half + 1))
 
     def update(self, gyro: ArrayLike, acceleration: ArrayLike, dt: float) -> Array:
         """Return r (3,) in m after w (3,) in rad/s and a (3,) in m/s^2, `dt` s after the sample before."""
@@ -97,7 +103,11 @@ class FrickRahmatalla:
         if len(self._samples) <= 2 * self.half:
             return np.full(3, np.nan)
         t, rates, accelerations = (np.array(x) for x in zip(*self._samples, strict=True))
-        self.r = follow(rates, accelerations, t, self.r, self.half, self.steps)[0]
+        offsets = t - t[self.half]
+        if not np.abs(offsets - self._offsets).max() < SAME:
+            self._offsets, self._weights = offsets, parabola(offsets)
+        rate, angular = self._weights @ rates
+        self.r = descend(lever_matrix(rate, angular), self._weights[0] @ accelerations, self.r, self.steps)
         return self.r
 
 
@@ -113,8 +123,9 @@ def estimate(recording: Recording, gravity: How = "ukf", r0: ArrayLike | None = 
     acceleration = linear_acceleration(recording, gravity)
     r = follow(imu.gyro, acceleration, imu.time, r0)
     details = {"samples": float(n)}
-    if not identifiable(imu, acceleration):
+    why = why_unidentifiable(imu, acceleration)
+    if why:
         mean = r.mean(axis=0)[None]
-        return Estimate("joint_vector", NAME, mean, None, STILL, "not identifiable", details=details)
+        return Estimate("joint_vector", NAME, mean, None, why, "not identifiable", details=details)
     time = imu.time[HALF : n - HALF]
     return Estimate("joint_vector", NAME, r[:, None], None, NO_COVARIANCE, time=time, details=details)

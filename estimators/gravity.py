@@ -3,6 +3,7 @@
 a_s = f_s + R_ws^T g_w, eq. (2) of Garcia de Villa et al.; g_w points down. Heading does not matter.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.errors import InputError, unknown
+from imubench.estimators import gravity_numbers as numbers
 from imubench.recording import STANDARD_GRAVITY, Imu, Pose, Recording
 
 How = Literal["ukf", "vqf", "vqf-online", "pose"]
@@ -57,12 +59,14 @@ class GravityUkf:
         The turn since the last sample goes by the mean of the two rates: by one of them alone the orientation would be
         half a sample late, 9 mrad at 1.9 rad/s and 100 Hz, or 0.1 m/s^2. The first sample's dt is not used.
         """
-        w, f = np.asarray(gyro, dtype=float), np.asarray(accel, dtype=float)
+        w, f = np.array(gyro, dtype=float), np.asarray(accel, dtype=float)
         if self.quaternion is None:
             self._rate = w
             self.quaternion = upright(f) if self.first is None else np.broadcast_to(self.first, (*f.shape[:-1], 4))
             self.covariance = np.broadcast_to(self.settings.tilt_std**2 * np.eye(3), (*f.shape, 3)).copy()
             return f - self._up(self.quaternion)
+        if f.ndim == 1:
+            return self._update_one(w, f, dt)
         turn = rotations.exp(dt / 2 * (self._rate + w))
         self._rate = w
         back = rotations.to_matrix(turn)
@@ -73,6 +77,23 @@ class GravityUkf:
         if near.any():
             self._correct(f, near)
         return f - self._up(self.quaternion)
+
+    def _update_one(self, w: Array, f: Array, dt: float) -> Array:
+        """Update one run, in plain numbers."""
+        assert self.quaternion is not None
+        (x, y, z), (fx, fy, fz) = (0.5 * dt * (self._rate + w)).tolist(), f.tolist()
+        if not math.isfinite(x + y + z + fx + fy + fz):
+            raise InputError(f"gravity filter: expected finite samples and steps, got gyro {w}, accel {f}, step {dt} s")
+        self._rate = w
+        (a, b, c), (d, e, g), (h, i, j) = self.covariance.tolist()
+        q: numbers.Four = tuple(self.quaternion.tolist())
+        P: numbers.Nine = (a, b, c, d, e, g, h, i, j)
+        q, P = numbers.predicted(q, P, (x, y, z), (self.settings.gyro_noise_std * dt) ** 2)
+        if abs(math.sqrt(fx * fx + fy * fy + fz * fz) - self.gravity) < self.settings.gate:
+            q, P = numbers.corrected(q, P, (fx, fy, fz), self.gravity, self.settings.motion_std**2)
+        self.quaternion, self.covariance = np.array(q), np.array(P).reshape(3, 3)
+        ux, uy, uz = numbers.up(q, self.gravity)
+        return np.array([fx - ux, fy - uy, fz - uz])
 
     def _up(self, q: Array) -> Array:
         return self.gravity * rotations.to_matrix(q)[..., 2, :]

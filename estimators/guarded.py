@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.estimate import Estimate
+from imubench.estimate import Estimate, Status
+from imubench.estimators import banded
 from imubench.estimators.hinge_constraints import Constraints, weigh
 from imubench.estimators.hinge_fit import Solution, descend, spread
-from imubench.estimators.olsson2020 import SAME, deviation, distinct
+from imubench.estimators.olsson2020 import SAME, STARTS, algorithm1, deviation, distinct
 from imubench.estimators.plug_and_play import (
     Fit,
     PlugAndPlay,
@@ -25,6 +26,8 @@ from imubench.estimators.plug_and_play import (
     at_rate,
     first_accepted,
 )
+from imubench.estimators.selection import Selected
+from imubench.estimators.spherical import opposite
 from imubench.estimators.uncertainty import UNBOUNDED, two_sigma
 from imubench.paired import Paired, paired
 from imubench.recording import Recording, positive
@@ -81,7 +84,9 @@ class GuardedPlugAndPlay:
         details = {**found.details, **figures}
         if not why:
             return replace(update, estimate=replace(found, details=details))
-        refused = Estimate("joint_axis", NAME, found.value, None, why, "not identifiable", details=details)
+        refused = Estimate(
+            "joint_axis", NAME, found.value, None, why, "not identifiable", details=details, pairing="unknown"
+        )
         return replace(update, estimate=refused, accepted=False, why=why)
 
 
@@ -229,8 +234,32 @@ def _along_to_across(error: Array, direction: Array) -> float:
 def estimate(
     recording: Recording, settings: Settings | None = None, guard: Guard | None = None, seed: int = 0
 ) -> Estimate:
-    """Feed a recording to `GuardedPlugAndPlay` second by second, as `plug_and_play.estimate` does."""
+    """Feed a recording to `GuardedPlugAndPlay` second by second, as `plug_and_play.estimate` does.
+
+    Where nothing is accepted, the axes below a band that the data choose are offered instead (`banded`), labelled so:
+    `offered_instead` in `details`. They are `converged` only if the guard's four questions leave no objection.
+    """
     samples = paired(recording)
     settings = at_rate(samples) if settings is None else settings
     stream = GuardedPlugAndPlay(settings, np.random.default_rng(seed), guard)
-    return first_accepted(recording, samples, stream.update)
+    found = first_accepted(recording, samples, stream.update)
+    return found if found.status == "converged" else _instead(recording, found, settings, stream.guard)
+
+
+def _instead(recording: Recording, refused: Estimate, settings: Settings, guard: Guard) -> Estimate:
+    """Return the banded estimate of a recording of which nothing was accepted; the refusal if it shows no axes."""
+    chosen, fits = banded.chosen_fit(recording)
+    answer = banded.answer(recording, chosen, fits)
+    if answer.covariance is None:
+        return refused
+    c = chosen.below.weighed(*settings.weights)
+    minima = [m for start in STARTS for m in algorithm1(c, start, ENOUGH)]
+    best = descend(c, chosen.solution.x, ENOUGH)
+    every = np.arange(chosen.below.time.size)
+    samples = Selected(every, every, *chosen.below.rates, *chosen.below.forces)
+    fit = Fit(samples, c, best, descend(c, opposite(best.x), ENOUGH))
+    figures, why = question(fit, minima, settings, guard)
+    status: Status = answer.status if not why else "not converged"
+    kept = {key: refused.details[key] for key in ("seconds", "seqad", "worst_seqad") if key in refused.details}
+    details = {**answer.details, **kept, **figures, banded.OFFERED: 1.0}
+    return replace(answer, estimator=NAME, status=status, details=details)

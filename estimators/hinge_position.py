@@ -21,9 +21,11 @@ from imubench.arrays import Array
 from imubench.errors import InputError
 from imubench.estimate import Estimate, Status
 from imubench.estimators import olsson2020
+from imubench.estimators.extent import too_short
 from imubench.paired import Paired, paired
 from imubench.recording import Recording
 
+UNKNOWNS = 6  # r of either IMU
 ALONG_STD = 0.1  # m; how far along its axis the middle of a hinge may lie from where this method puts it
 HUBER = 1.345  # standard deviations; keeps 95 % of the efficiency on Gaussian residuals
 SAME_DIRECTION = 0.98  # cosine between the least seen direction and the estimated hinge
@@ -84,6 +86,9 @@ def estimate(recording: Recording) -> Estimate:
         scale = max(float(1.4826 * np.median(np.abs(residuals(r, accel, levers)[0]))), 1e-9)
     noise = [_gyro_noise(imu.gyro_noise_std, gyro) for imu, gyro in zip(recording.imus, _gyros(samples), strict=True)]
     angular_noise = np.array(noise) * np.sqrt(np.sum(STENCIL**2)) / period
+    short = too_short(samples.time, UNKNOWNS)
+    if short:
+        return _unseen(r, short, {"samples": float(samples.time.size)})
     status: Status = "converged" if fit.success else "not converged"
     return _answer(r, along, accel, levers, scale, angular_noise, axes.status if axes.status != "converged" else status)
 

@@ -13,9 +13,11 @@ from numpy.typing import ArrayLike
 from imubench.arrays import Array
 from imubench.errors import InputError
 from imubench.estimate import Estimate
+from imubench.estimators.extent import too_short
 from imubench.estimators.gravity import How, linear_acceleration
 from imubench.recording import Imu, Recording
 
+UNKNOWNS = 3  # r
 WINDOW = 45  # samples, the trade-off of section IV-C
 SHAKEN = 10.0  # times what noise alone puts into M^T M, for r to count as identifiable
 STILL = "the IMU turned too little, or about one axis only: noise alone could fill the least squares"
@@ -119,18 +121,23 @@ class WindowMrvs:
         if window < 1:
             raise InputError(f"window: expected 1 sample or more, got {window}")
         self._samples: deque[tuple[float, Array, Array]] = deque(maxlen=3)
-        self._terms: deque[Sums] = deque(maxlen=window)
+        self._terms = np.empty((window, 13))  # of each sample in the window M^T M, M^T a and a^T a
+        self._count = 0
 
     def update(self, gyro: ArrayLike, acceleration: ArrayLike, time: float) -> Array:
         """Return r (3,) in m after w (3,) in rad/s and a (3,) in m/s^2 at `time` s; NaN until the window is full."""
-        self._samples.append((time, np.asarray(gyro, dtype=float), np.asarray(acceleration, dtype=float)))
+        self._samples.append((time, np.array(gyro, dtype=float), np.array(acceleration, dtype=float)))
+        window = len(self._terms)
         if len(self._samples) == 3:
-            t, w, a = (np.stack(x) for x in zip(*self._samples, strict=True))
-            self._terms.append(sums(*_inner(w, a, t)))
-        if len(self._terms) < (self._terms.maxlen or 1):
+            (before, w0, _), (_, w, a), (after, w1, _) = self._samples
+            M = lever_matrix(w, (w1 - w0) / (after - before))
+            term = self._terms[self._count % window]
+            term[:9], term[9:12], term[12] = (M.T @ M).ravel(), M.T @ a, a @ a
+            self._count += 1
+        if self._count < window:
             return np.full(3, np.nan)
-        N, b, aa = (np.sum([getattr(s, key) for s in self._terms], axis=0) for key in ("N", "b", "aa"))
-        return Sums(N, b, aa, len(self._terms)).solve()[0]
+        total = self._terms.sum(axis=0)
+        return Sums(total[:9].reshape(3, 3), total[9:12], np.asarray(total[12]), window).solve()[0]
 
 
 def only_imu(recording: Recording, name: str) -> Imu:
@@ -139,6 +146,11 @@ def only_imu(recording: Recording, name: str) -> Imu:
         names = ", ".join(imu.name for imu in recording.imus) or "none"
         raise InputError(f"{recording.name}: {name} expected one IMU on a limb whose joint rests, got {names}")
     return recording.imus[0]
+
+
+def why_unidentifiable(imu: Imu, acceleration: Array) -> str:
+    """Return why the samples of an IMU cannot tell r: too few, or it turned too little. Empty where they can."""
+    return too_short(imu.time, UNKNOWNS) or ("" if identifiable(imu, acceleration) else STILL)
 
 
 def identifiable(imu: Imu, acceleration: Array) -> bool:
@@ -168,8 +180,9 @@ def estimate(recording: Recording, gravity: How = "ukf") -> Estimate:
     acceleration = linear_acceleration(recording, gravity)
     r, covariance = solve_differenced(imu.gyro, acceleration, imu.time)
     details = {"samples": float(imu.time.size)}
-    if not np.isfinite(r).all() or not identifiable(imu, acceleration):
-        return Estimate("joint_vector", "mrvs", np.nan_to_num(r)[None], None, STILL, "not identifiable", None, details)
+    why = why_unidentifiable(imu, acceleration) or ("" if np.isfinite(r).all() else STILL)
+    if why:
+        return Estimate("joint_vector", "mrvs", np.nan_to_num(r)[None], None, why, "not identifiable", None, details)
     return Estimate("joint_vector", "mrvs", r[None], covariance, details=details)
 
 
@@ -183,7 +196,8 @@ def estimate_window(recording: Recording, gravity: How = "ukf", window: int = WI
     solved = np.isfinite(r).all(axis=-1)
     details = {"samples": float(imu.time.size), "window": float(window), "windows_without_rank": float((~solved).sum())}
     time = imu.time[window + 1 :][solved]
-    if not solved.any() or not identifiable(imu, acceleration):
+    why = why_unidentifiable(imu, acceleration) or ("" if solved.any() else STILL)
+    if why:
         mean = r[solved].mean(axis=0) if solved.any() else np.zeros(3)
-        return Estimate("joint_vector", "mrvs-window", mean[None], None, STILL, "not identifiable", None, details)
+        return Estimate("joint_vector", "mrvs-window", mean[None], None, why, "not identifiable", None, details)
     return Estimate("joint_vector", "mrvs-window", r[solved][:, None], covariance[solved], time=time, details=details)

@@ -7,13 +7,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from imubench.arrays import Array
-from imubench.estimate import Estimate, Status
+from imubench.estimate import Estimate, Pairing, Status
+from imubench.estimators.extent import too_short
 from imubench.estimators.hinge_constraints import Constraints, weigh
 from imubench.estimators.hinge_fit import Solution, covariance, descend, scaled_information
+from imubench.estimators.pairing import paired_axes
 from imubench.estimators.spherical import coordinates, opposite
 from imubench.paired import Paired, paired
 from imubench.recording import Recording
-from imubench.rotations import angle_between, rotate
+from imubench.rotations import angle_between
 
 W0 = 50.0  # section 7.3: w_gyro / w_accel
 W_GYRO, W_ACCEL = math.sqrt(W0), 1.0 / math.sqrt(W0)  # eq. (70)
@@ -23,6 +25,7 @@ STARTS = np.array([coordinates(pair) for pair in product(np.eye(3), repeat=2)])
 pairing, both of which Algorithm 1 tries."""
 SCREENING = 4000  # samples that the starts are compared on; each minimum found then sees all
 SAME = math.radians(2.0)  # minima closer than this are one
+UNKNOWNS = 4  # two angles of either axis
 NOISE = 0.6, 0.5  # J_s^T J_s per gyroscope, per accelerometer sample of nothing but white noise
 
 
@@ -52,10 +55,11 @@ def algorithm1(c: Constraints, start: ArrayLike, tolerance: float = TOLERANCE) -
 
 
 def estimate(recording: Recording) -> Estimate:
-    """Estimate the hinge axis (2, 3) with both signs paired, from all samples and no start.
+    """Estimate the hinge axis (2, 3), from all samples and no start.
 
-    The common sign is the one that points along +y of the segments as the declared mounts have them.
-    Raises `InputError` with fewer than two IMUs.
+    The pairing of the signs is that of the lower cost, where the accelerometers tell it, else that of the declared
+    mounts, if any (`pairing`). The common sign points along +y of the segments as the declared mounts have them.
+    `not identifiable` where the IMUs share too few samples. Raises `InputError` with fewer than two IMUs.
     """
     samples = paired(recording)
     step = -(-samples.time.size // SCREENING)
@@ -75,8 +79,8 @@ def estimate(recording: Recording) -> Estimate:
         "gyro_residual_std": best.gyro_std / W_GYRO,  # rad/s
         "accel_residual_std": best.accel_std / W_ACCEL,  # m/s^2
     }
-    sign = 1.0 if along_y(recording, best.axes).sum() >= 0 else -1.0
-    return answer("olsson2020", whole, best, sign * best.axes, details)
+    axes, pairing = paired_axes(recording, best.axes, samples.accel1, samples.accel2)
+    return answer("olsson2020", whole, best, axes, details, pairing, too_short(samples.time, UNKNOWNS))
 
 
 def _weigh(samples: Paired, step: int = 1) -> Constraints:
@@ -100,26 +104,32 @@ def deviation(axes: Array, others: Array) -> float:
     return float(min(angle_between(axes, others).max(), angle_between(axes, -others).max()))
 
 
-def along_y(recording: Recording, axes: Array) -> Array:
-    """Return the components (2,) of axes (2, 3) along +y of their segments, by the declared mounts."""
-    mounts = np.stack([recording.imu(name).mount_quaternion for name in ("imu1", "imu2")])
-    return np.asarray(rotate(mounts, axes)[:, 1])
+def answer(
+    name: str,
+    c: Constraints,
+    s: Solution,
+    axes: Array,
+    details: dict[str, float],
+    pairing: Pairing = "unknown",
+    short: str = "",
+) -> Estimate:
+    """Return the estimate of `axes` (2, 3), those of `s` up to their signs, with its covariance (6, 6).
 
-
-def answer(name: str, c: Constraints, s: Solution, axes: Array, details: dict[str, float]) -> Estimate:
-    """Return the estimate of `axes` (2, 3), those of `s` up to their signs, with its covariance (6, 6)."""
+    `pairing` says what the signs are worth, `short` why the samples are too few, if they are.
+    """
     status: Status = "converged" if s.converged else "not converged"
-    tangent = covariance(c, s) if identifiable(c, s) else None
+    tangent = covariance(c, s) if not short and identifiable(c, s) else None
     if tangent is None:
-        reason = (
+        reason = short or (
             "there is a direction in which the axes can move with no more change of the residuals than they scatter"
         )
-        return Estimate("joint_axis", name, axes, None, reason, "not identifiable", details=details)
+        return Estimate("joint_axis", name, axes, None, reason, "not identifiable", details=details, pairing="unknown")
     flips = np.sign(np.sum(axes * s.axes, axis=1))
     to_axes = np.zeros((6, 4))
     for i in range(2):
         to_axes[3 * i : 3 * i + 3, 2 * i : 2 * i + 2] = flips[i] * s.tangents[i].T
-    return Estimate("joint_axis", name, axes, to_axes @ tangent @ to_axes.T, status=status, details=details)
+    spread = to_axes @ tangent @ to_axes.T
+    return Estimate("joint_axis", name, axes, spread, status=status, details=details, pairing=pairing)
 
 
 def identifiable(c: Constraints, s: Solution) -> bool:

@@ -14,11 +14,12 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.errors import InputError
-from imubench.estimate import Estimate
+from imubench.estimate import Estimate, Pairing
 from imubench.estimators import selection
 from imubench.estimators.hinge_constraints import Constraints, weigh
 from imubench.estimators.hinge_fit import Solution, covariance
-from imubench.estimators.olsson2020 import W0, algorithm1, along_y
+from imubench.estimators.olsson2020 import W0, algorithm1
+from imubench.estimators.pairing import paired_axes, told_by_data
 from imubench.estimators.selection import Selected
 from imubench.estimators.selection_accel import ENERGY_THRESHOLD
 from imubench.estimators.selection_gyro import HALF_WIDTH
@@ -132,12 +133,17 @@ class PlugAndPlay:
         details |= {f"local_uncertainty_{i + 1}": float(verdict.local[i]) for i in range(2)}  # rad, eq. (57)
         if not verdict.accepted:
             why = self._missing(verdict)
-            return Estimate("joint_axis", NAME, verdict.axes, None, why, "not identifiable", details=details)
+            return Estimate(
+                "joint_axis", NAME, verdict.axes, None, why, "not identifiable", details=details, pairing="unknown"
+            )
+        told = told_by_data(fit.samples.accel1, fit.samples.accel2, verdict.axes)
+        pairing: Pairing = "from data" if told else "unknown"
         spread = covariance(fit.constraints, best)
         if spread is None:
-            return Estimate("joint_axis", NAME, verdict.axes, None, NO_MINIMUM, details=details)
+            return Estimate("joint_axis", NAME, verdict.axes, None, NO_MINIMUM, details=details, pairing=pairing)
         details |= {f"honest_uncertainty_{i + 1}": float(u) for i, u in enumerate(two_sigma(spread))}
-        return Estimate("joint_axis", NAME, verdict.axes, of_axes(spread, best, verdict.axes), details=details)
+        spread = of_axes(spread, best, verdict.axes)
+        return Estimate("joint_axis", NAME, verdict.axes, spread, details=details, pairing=pairing)
 
     def _missing(self, verdict: Verdict) -> str:
         if verdict.accepted:
@@ -190,12 +196,21 @@ def first_accepted(
     samples: Paired,
     update: Callable[[Paired], Update],
 ) -> Estimate:
-    """Return the first accepted estimate of a stream, or the last one; `details` says after how many seconds."""
+    """Return the first accepted estimate of a stream, or the last one; `details` says after how many seconds.
+
+    Where the selected samples do not tell how the signs go together, the declared mounts do, if any.
+    """
     for batch in batches(samples):
         last = update(batch)
         if last.accepted:
             break
     found = last.estimate
-    sign = 1.0 if along_y(recording, found.value).sum() >= 0 else -1.0
     details = {**found.details, "seconds": float(batch.time[-1] - samples.time[0])}
-    return replace(found, value=sign * found.value, details=details)
+    axes, pairing = paired_axes(recording, found.value, last.fit.samples.accel1, last.fit.samples.accel2)
+    spread = found.covariance
+    if spread is not None:
+        signs = np.repeat(np.sign(np.sum(axes * found.value, axis=1)), 3)
+        spread = spread * np.outer(signs, signs)
+    return replace(
+        found, value=axes, covariance=spread, details=details, pairing=pairing if last.accepted else "unknown"
+    )

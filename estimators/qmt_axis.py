@@ -4,7 +4,9 @@ import numpy as np
 
 from imubench.errors import InputError
 from imubench.estimate import Estimate
-from imubench.estimators.olsson2020 import along_y
+from imubench.estimators.extent import too_short
+from imubench.estimators.olsson2020 import UNKNOWNS
+from imubench.estimators.pairing import paired_axes
 from imubench.paired import paired
 from imubench.recording import Recording
 
@@ -14,10 +16,16 @@ NAME = "qmt"
 def estimate(recording: Recording) -> Estimate:
     """Call `qmt.jointAxisEstHingeOlsson` on all samples with its defaults: no sample selection, start at zero.
 
-    It says nothing of its uncertainty, and nothing when the axis is not identifiable. The common sign points along
-    +y of the segments, by the declared mounts. Raises `InputError` with fewer than two IMUs, or without qmt.
+    It says nothing of its uncertainty, and nothing when the axis is not identifiable; we refuse too few samples.
+    `pairing` says what pairs the signs that it found. The common sign points along +y of the segments, by the declared
+    mounts. Raises `InputError` with fewer than two IMUs, or without qmt.
     """
     samples = paired(recording)
+    details = {"samples": float(samples.time.size)}
+    short = too_short(samples.time, UNKNOWNS)
+    if short:
+        axes = np.tile([0.0, 1.0, 0.0], (2, 1))
+        return Estimate("joint_axis", NAME, axes, None, short, "not identifiable", details=details, pairing="unknown")
     try:
         import qmt
     except ModuleNotFoundError:
@@ -26,5 +34,5 @@ def estimate(recording: Recording) -> Estimate:
     found = qmt.jointAxisEstHingeOlsson(*arrays, {"x0": np.zeros(4), "quiet": True})
     axes = np.stack([np.asarray(axis, dtype=float).ravel() for axis in found[:2]])
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-    axes = axes if along_y(recording, axes).sum() >= 0 else -axes
-    return Estimate("joint_axis", NAME, axes, None, "qmt reports none", details={"samples": float(samples.time.size)})
+    axes, pairing = paired_axes(recording, axes, samples.accel1, samples.accel2)
+    return Estimate("joint_axis", NAME, axes, None, "qmt reports none", details=details, pairing=pairing)

@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from imubench.arrays import Array
-from imubench.estimate import Estimate
+from imubench.estimate import Estimate, Pairing
+from imubench.estimators.extent import too_short
 from imubench.estimators.hinge_constraints import weigh
 from imubench.estimators.hinge_fit import descend
-from imubench.estimators.olsson2020 import SAME, STARTS, along_y, answer, deviation
+from imubench.estimators.olsson2020 import SAME, STARTS, UNKNOWNS, answer, deviation
+from imubench.estimators.pairing import told_by_mounts, toward_y
 from imubench.paired import paired
 from imubench.recording import Recording
 
@@ -16,19 +17,19 @@ def estimate(recording: Recording) -> Estimate:
 
     The cost is the same for (j1, j2) and (j1, -j2): gyroscopes cannot tell the sign pairing, and the
     method has nothing to say about it. Each axis gets the sign that points along +y of its segment as
-    the declared mounts have it, as a person who knows roughly how the sensors sit would; `details`
-    says `pairing_known` 0. Raises `InputError` with fewer than two IMUs.
+    the declared mounts have it, as a person who knows roughly how the sensors sit would; where they are
+    not declared well enough, `pairing` is `unknown` and the signs mean nothing. `not identifiable` where
+    the IMUs share too few samples. Raises `InputError` with fewer than two IMUs.
     """
     samples = paired(recording)
     none = np.zeros((0, 3))
     c = weigh(samples.gyro1, samples.gyro2, none, none)
     minima = sorted((descend(c, start) for start in STARTS), key=lambda minimum: minimum.cost)
     best = minima[0]
-    axes = _toward_y(recording, best.axes)
-    apart = np.array([deviation(_toward_y(recording, minimum.axes), axes) for minimum in minima])
+    axes = toward_y(recording, best.axes)
+    apart = np.array([deviation(toward_y(recording, minimum.axes), axes) for minimum in minima])
     details = {
         "cost": best.cost,
-        "pairing_known": 0.0,
         "iterations": float(best.iterations),
         "samples": float(samples.time.size),
         "starts": float(len(STARTS)),
@@ -36,8 +37,5 @@ def estimate(recording: Recording) -> Estimate:
         "spread": float(apart.max()),  # rad
         "gyro_residual_std": best.gyro_std,  # rad/s
     }
-    return answer("seel2012", c, best, axes, details)
-
-
-def _toward_y(recording: Recording, axes: Array) -> Array:
-    return np.asarray(axes * np.where(along_y(recording, axes) < 0, -1.0, 1.0)[:, None])
+    pairing: Pairing = "from declared mounts" if told_by_mounts(recording, axes) else "unknown"
+    return answer("seel2012", c, best, axes, details, pairing, too_short(samples.time, UNKNOWNS))

@@ -24,51 +24,27 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy import linalg, sparse
-from scipy.interpolate import BSpline, make_lsq_spline
+from scipy.interpolate import BSpline
 
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.errors import InputError
-from imubench.estimators.mrvs import solve_differenced
+from imubench.estimators.mrvs import Sums, central_difference, lever_matrix
+from imubench.estimators.sliding_splines import (
+    SPACINGS,
+    Smoothed,
+    inverse_root,
+    noise_of_sums,
+    rounded,
+    smoothed,
+    splines,
+    stencil,
+)
 
-KNOTS = 0.04  # s between splines: passes half of the amplitude at 9 Hz
+AFTER, BEFORE = [1, 2, 0], [2, 0, 1]  # axes, of a cross product
 LEAST_TILT = 0.002  # m/s^2, at least
-LEAST = 40  # samples, about as many as give a dozen splines of rows
-SPACINGS = (0.5, 0.35, 0.25, 0.18, 0.125, 0.09, 0.0625, 0.045)  # s between knots of the smoothed rates
-DEGREE = 7  # so that the fourth derivative is smooth too
-
-
-def splines(count: int, step: float) -> tuple[Any, Any]:
-    """Return b and -b' (rows, count) at even samples `step` s apart, as sparse matrices; b sums to 1."""
-    m = max(2, round(KNOTS / step))
-    u = (np.arange(1, 4 * m) - 2 * m) / m
-    s = np.abs(u)
-    value = np.where(s < 1, 2 / 3 - s**2 + s**3 / 2, (2 - s) ** 3 / 6) / m
-    slope = np.sign(u) * np.where(s < 1, -2 * s + 1.5 * s**2, -((2 - s) ** 2) / 2) / (m * m * step)
-    starts = np.arange(0, count - u.size + 1, m)
-    rows, columns = np.repeat(np.arange(starts.size), u.size), (starts[:, None] + np.arange(u.size)).ravel()
-    shape = (starts.size, count)
-    b, minus = (sparse.csr_matrix((np.tile(x, starts.size), (rows, columns)), shape=shape) for x in (value, -slope))
-    return b, minus
-
-
-def smoothed(time: Array, gyro: Array) -> BSpline:
-    """Return w(t) as a spline of degree 7, the density of its knots by Bayes' information criterion."""
-    n, best, found = time.size, np.inf, None
-    for spacing in SPACINGS:
-        spans = max(2, round((time[-1] - time[0]) / spacing))
-        if spans + DEGREE > n // 2:
-            break
-        inner = np.linspace(time[0], time[-1], spans + 1)
-        knots = np.concatenate([np.full(DEGREE, time[0]), inner, np.full(DEGREE, time[-1])])
-        spline = make_lsq_spline(time, gyro, knots, DEGREE)
-        left = np.maximum(np.sum((gyro - spline(time)) ** 2, axis=0), 1e-12 * n).sum()
-        criterion = 3 * n * np.log(left) + 3 * (spans + DEGREE) * np.log(3 * n)
-        if criterion < best:
-            best, found = criterion, spline
-    assert found is not None
-    return found
+LEAST = 40  # samples
+LEAST_ROWS = 7  # splines, of three equations each: what 40 samples give at 100 Hz
 
 
 def cross(w: Array, x: Array) -> Array:
@@ -76,6 +52,38 @@ def cross(w: Array, x: Array) -> Array:
     a, b, c = (w[:, i, None] for i in range(3))
     x0, x1, x2 = x[:, 0], x[:, 1], x[:, 2]
     return np.stack([b * x2 - c * x1, c * x0 - a * x2, a * x1 - b * x0], axis=1)
+
+
+def skew(x: Array) -> Array:
+    """Return [x]x (n, 3, 3) of x (n, 3)."""
+    made = np.zeros((len(x), 3, 3))
+    for i in range(3):
+        made[:, BEFORE[i], AFTER[i]], made[:, AFTER[i], BEFORE[i]] = x[:, i], -x[:, i]
+    return made
+
+
+def crossed(a: Array, b: Array) -> Array:
+    """Return a x b of vectors (..., 3)."""
+    return a[..., AFTER] * b[..., BEFORE] - a[..., BEFORE] * b[..., AFTER]
+
+
+def running(turns: Array) -> Array:
+    """Return I, T_0, T_0 T_1, ... (n + 1, 3, 3) of turns T (n, 3, 3).
+
+    Blocks of about sqrt n are multiplied side by side, then each with all before it.
+    """
+    n = len(turns)
+    size = int(np.ceil(np.sqrt(n)))
+    blocks = np.broadcast_to(np.eye(3), (size * size, 3, 3)).copy()
+    blocks[:n] = turns
+    blocks = blocks.reshape(size, size, 3, 3)
+    for i in range(1, size):
+        blocks[:, i] = blocks[:, i - 1] @ blocks[:, i]
+    before = [np.eye(3)]
+    for block in blocks[:-1, -1]:
+        before.append(before[-1] @ block)
+    products = (np.stack(before)[:, None] @ blocks).reshape(-1, 3, 3)[:n]
+    return np.concatenate([np.eye(3)[None], products])
 
 
 @dataclass(frozen=True)
@@ -88,17 +96,26 @@ class Rows:
     up: Array  # (n, 3) m/s^2, gravity as an accelerometer at rest reads it, sensor axes; by an orientation filter
     gyro_noise_std: float  # rad/s per sample
     accel_noise_std: float  # m/s^2 per sample
+    densities: range = range(len(SPACINGS))  # of the smoothed rates, from which the best is taken
     step: float = field(init=False)  # s
 
     def __post_init__(self) -> None:
-        steps = np.diff(self.time)
         if self.time.size < LEAST:
             raise InputError(f"sliding: expected {LEAST} samples or more, got {self.time.size}")
-        step = float(np.median(steps))
-        if not steps.min() > 0.5 * step or not steps.max() < 1.5 * step:
-            row = int(np.argmax(np.abs(steps - step))) + 1
-            raise InputError(f"sliding: expected samples {step:g} s apart, got {steps[row - 1]:g} s before row {row}")
-        object.__setattr__(self, "step", float(self.time[-1] - self.time[0]) / steps.size)
+        steps = np.diff(self.time)
+        mean = float(self.time[-1] - self.time[0]) / steps.size
+        if not steps.min() > 0.9 * mean or not steps.max() < 1.1 * mean:
+            step = float(np.median(steps))
+            if not steps.min() > 0.5 * step or not steps.max() < 1.5 * step:
+                row = int(np.argmax(np.abs(steps - step))) + 1
+                raise InputError(
+                    f"sliding: expected samples {step:g} s apart, got {steps[row - 1]:g} s before row {row}"
+                )
+        object.__setattr__(self, "step", rounded(mean))
+        m, value, _ = stencil(self.step)
+        if (self.time.size - value.size) // m + 1 < LEAST_ROWS:
+            least, got = (value.size + (LEAST_ROWS - 1) * m) * self.step, self.time.size * self.step
+            raise InputError(f"sliding: expected {least:g} s or more, got {got:g} s")
 
     @cached_property
     def operators(self) -> tuple[Any, Any]:
@@ -106,24 +123,31 @@ class Rows:
         return splines(self.time.size, self.step)
 
     @cached_property
+    def smoothed(self) -> Smoothed:
+        """The smoothed rates."""
+        return smoothed(self.time, self.gyro, self.densities)
+
+    @property
     def motion(self) -> BSpline:
-        """The smoothed w(t) in rad/s; its derivatives are those of a spline."""
-        return smoothed(self.time, self.gyro)
+        """The smoothed w in rad/s of the time since the first sample; its derivatives are those of a spline."""
+        return self.smoothed.spline
+
+    @cached_property
+    def since(self) -> Array:
+        """Time (n,) in s since the first sample."""
+        return self.time - self.time[0]
 
     @cached_property
     def rate(self) -> Array:
         """The smoothed w (n, 3) in rad/s."""
-        return np.asarray(self.motion(self.time))
+        return np.asarray(self.smoothed.basis.design @ self.motion.c)
 
     @cached_property
     def turn(self) -> Array:
         """R0 (n, 3, 3), from the sensor at each sample to the sensor at the first."""
-        summed, w = self.motion.antiderivative()(self.time), self.rate
-        steps = np.diff(summed, axis=0) + self.step**2 / 12 * np.cross(w[:-1], w[1:])
-        turns = [np.eye(3)]
-        for step in rotations.to_matrix(rotations.exp(steps)):
-            turns.append(turns[-1] @ step)
-        return np.stack(turns)
+        summed, w = self.motion.antiderivative()(self.since), self.rate
+        steps = np.diff(summed, axis=0) + self.step**2 / 12 * crossed(w[:-1], w[1:])
+        return running(rotations.to_matrix(rotations.exp(steps)))
 
     @cached_property
     def gravity(self) -> tuple[Array, float]:
@@ -153,30 +177,35 @@ class Rows:
     def tilted(self) -> Array:
         """What `tilts` make of the left side: (rows * 3, 6)."""
         b = self.operators[0]
-        return self._white((b @ self.tilts.reshape(self.time.size, -1)).reshape(b.shape[0], 3, 6))
+        return self.white((b @ self.tilts.reshape(self.time.size, -1)).reshape(b.shape[0], 3, 6))
+
+    @cached_property
+    def held(self) -> Array:
+        """What 1 m of a constant r along each axis makes of the left side: (rows * 3, 3), felt or not."""
+        w = skew(self.rate)
+        return self.summed(-w, w @ w)
 
     @cached_property
     def rigid(self) -> Array:
         """The best constant r (3,) in m, zero where there is none: it sizes the noise, and starts the fits."""
-        return np.nan_to_num(solve_differenced(self.gyro, self.acceleration, self.time)[0])
+        w, a = self.gyro[1:-1], self.acceleration[1:-1].ravel()
+        M = lever_matrix(w, central_difference(self.gyro, self.time)).reshape(-1, 3)
+        return np.nan_to_num(Sums(M.T @ M, M.T @ a, np.asarray(a @ a), len(w)).solve()[0])
 
     @cached_property
-    def _whitener(self) -> Array:
-        """The lower root of the noise's covariance (rows, rows), alike for x, y and z.
+    def whitener(self) -> Array:
+        """What makes the noise white, (rows, rows): the inverse of its covariance's root, alike for x, y and z.
 
         Gyroscope noise n enters as (n x r)', two thirds of |r|^2 for each axis; smoothing keeps its projection.
         """
-        b, minus = self.operators
-        lever = np.sqrt(2 / 3 * float(self.rigid @ self.rigid)) * self.gyro_noise_std
-        Q = np.linalg.qr(BSpline.design_matrix(self.time, self.motion.t, DEGREE).toarray())[0]
-        left = lever * (minus @ Q)
-        covariance = self.accel_noise_std**2 * (b @ b.T).toarray() + left @ left.T
-        return np.asarray(linalg.cholesky(covariance, lower=True))
+        lever = 2 / 3 * float(self.rigid @ self.rigid) * self.gyro_noise_std**2
+        alone = noise_of_sums(self.time.size, self.step)
+        return inverse_root(self.accel_noise_std**2 * alone + lever * self.smoothed.basis.kept)
 
     @cached_property
     def measured(self) -> Array:
         """The left side (rows * 3,), whitened: of size 1 if there were but noise."""
-        return self._white((self.operators[0] @ self.acceleration)[..., None])[:, 0]
+        return self.white((self.operators[0] @ self.acceleration)[..., None])[:, 0]
 
     def predicted(self, r: Array, rate: Array, felt: bool = True) -> Array:
         """Return what many r and r' (n, 3, columns), in m and m/s, make of the left side: (rows * 3, columns)."""
@@ -187,13 +216,16 @@ class Rows:
             parts = -v, cross(w, v)
         else:
             parts = -turned, cross(w, turned - rate)
-        b, minus = self.operators
-        n, _, columns = r.shape
-        through = minus @ parts[0].reshape(n, -1) - b @ parts[1].reshape(n, -1)
-        return self._white(through.reshape(b.shape[0], 3, columns))
+        return self.summed(*parts)
 
-    def _white(self, x: Array) -> Array:
+    def summed(self, along: Array, other: Array) -> Array:
+        """Return whitened (rows * 3, columns): `along` summed up with -b', `other` with -b, both (n, 3, columns)."""
+        b, minus = self.operators
+        n, _, columns = along.shape
+        through = minus @ along.reshape(n, -1) - b @ other.reshape(n, -1)
+        return self.white(through.reshape(b.shape[0], 3, columns))
+
+    def white(self, x: Array) -> Array:
         """Return x (rows, 3, columns) whitened, as (rows * 3, columns)."""
         rows = x.shape[0]
-        solved = linalg.solve_triangular(self._whitener, x.reshape(rows, -1), lower=True, check_finite=False)
-        return np.asarray(solved.reshape(rows * 3, -1))
+        return (self.whitener @ x.reshape(rows, -1)).reshape(rows * 3, -1)

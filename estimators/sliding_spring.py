@@ -12,22 +12,16 @@ theta, some mrad. What a spring adds to a rigid mount are f0, one for each axis 
 numbers, and no function of time. That the three f0 are alike is probable before any sample, not certain.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.linalg import expm
-from scipy.optimize import least_squares
-from scipy.signal import lfilter
 
 from imubench.arrays import Array
 from imubench.estimators.sliding_lines import R_STD
-from imubench.estimators.sliding_rows import Rows, cross
+from imubench.estimators.sliding_rows import Rows
+from imubench.estimators.sliding_spring_model import COUNT, DAMP, LAG, RATE, SOFT, START, TILT, TURN, Moved, SpringModel
 
-ROUNDS = 5  # of putting d back into its own inertial forces; each leaves a tenth of the error at 2 Hz, less above
-TURN, DAMP, SOFT, LAG = slice(3, 6), 6, 7, 8
-START, RATE, TILT = slice(9, 12), slice(12, 15), slice(15, 21)
-COUNT = 21
 MEAN = np.zeros(COUNT)
 MEAN[TURN], MEAN[DAMP] = np.log(2 * np.pi * 5), np.log(0.2)
 STD = np.concatenate(
@@ -41,21 +35,15 @@ SPREAD = MIX * STD
 """Parameters are MEAN + SPREAD x with x of unit prior."""
 
 
-def oscillator(u: Array, start: Array, turn: float, damping: float, step: float) -> tuple[Array, Array]:
-    """Return x and x' (n, columns) of x'' + 2 z m x' + m^2 x = u, u (n, columns) straight between samples.
-
-    `start` (2, columns) is x and x' at the first.
-    """
-    M = np.zeros((4, 4))
-    M[0, 1], M[2, 3] = 1.0, 1 / step
-    M[1, :3] = -(turn**2), -2 * damping * turn, 1.0
-    E = expm(M * step)
-    drive = E[:2, 2, None, None] * u[:-1] + E[:2, 3, None, None] * np.diff(u, axis=0)
-    values, vectors = np.linalg.eig(E[:2, :2].astype(complex))
-    modes = np.einsum("ij,jnc->inc", np.linalg.inv(vectors), np.concatenate([start[:, None], drive], axis=1))
-    run = np.stack([lfilter([1.0], [1.0, -v], z, axis=0) for v, z in zip(values, modes, strict=True)])
-    x, rate = np.einsum("ij,jnc->inc", vectors, run).real
-    return x, rate
+BOUND = np.full(COUNT, np.inf)
+BOUND[TURN.start], BOUND[DAMP] = 2.5, 2.5  # a factor of 12 either way
+BENT = np.arange(TURN.start, LAG + 1)  # numbers that do not act linearly
+STRAIGHT = np.setdiff1d(np.arange(COUNT), BENT)
+FARTHEST = 1.0  # standard deviations before any sample, of a step of a number that does not act linearly
+STEPS = 25  # at most
+ENOUGH = 0.01  # nat, for a step to be worth equations anew: 0.14 standard deviations of a number
+NEAR = 0.5  # nat, likewise for a window that follows on another
+PROMISE = 5.0  # times what the next step promises; a rival that would need more is given up
 
 
 @dataclass(frozen=True)
@@ -66,9 +54,9 @@ class Spring:
     noise: float  # residual power over that of the declared noise
     parameters: Array  # (21,), as MEAN has them
     covariance: Array  # (21, 21)
-    offset: Array  # (n, 3) m, d
-    values: Array  # (n, 3) m, r
-    covariances: Array  # (n, 3, 3) m^2
+    moved: Moved = field(repr=False)  # at parameters less `step`
+    step: Array  # (21,), the last one, of which what `moved` says is taken on as if straight
+    rows: Rows = field(repr=False)
     name: str = "spring"
 
     @property
@@ -81,110 +69,177 @@ class Spring:
         """The damping ratio z."""
         return float(np.exp(self.parameters[DAMP]))
 
+    def z(self, sample: int) -> Array:
+        """Return d and d' (6,) in m and m/s at one sample."""
+        return np.asarray(self.moved.z[sample] + self.moved.z_by[sample] @ self.step)
 
-class SpringModel:
-    """r(t) and what the samples say of it, for the numbers of `MEAN`; derivatives are those of the equations above."""
+    @cached_property
+    def values(self) -> Array:
+        """r (n, 3) in m."""
+        return np.asarray(self.moved.r + self.moved.r_by() @ self.step)
+
+    @cached_property
+    def covariances(self) -> Array:
+        """The covariances of r (n, 3, 3) in m^2."""
+        by = self.moved.r_by()
+        return np.asarray(by @ self.covariance @ np.swapaxes(by, 1, 2))
+
+    @cached_property
+    def last_covariance(self) -> Array:
+        """The covariance of r at the last sample, (3, 3) in m^2."""
+        by = self.moved.r_by(slice(-1, None))[0]
+        return np.asarray(by @ self.covariance @ by.T)
+
+
+class Carried:
+    """A fitted spring after its last sample: d is what the specific force f makes of it, m^2 d + 2 z m d' = f."""
+
+    def __init__(self, spring: Spring):
+        p = spring.parameters
+        self._r0, self._softness, self._turn, self._damping = p[:3], float(p[SOFT]), np.exp(p[TURN]), spring.damping
+        self._d, self._dt = spring.z(-1)[:3], -1.0
+
+    def step(self, force: Array, dt: float) -> None:
+        """Take d one step of `dt` s on under f (3,) in m/s^2."""
+        if dt != self._dt:
+            self._stay = np.exp(-dt * self._turn / (2 * self._damping))
+            self._drive = (1 - self._stay) / self._turn**2
+            self._dt = dt
+        self._d = self._stay * self._d + self._drive * force
+
+    def r(self, rate_change: Array) -> Array:
+        """Return r (3,) in m, with theta = -k w' by the change w' (3,) of the rates in rad/s^2."""
+        x, y, z = (self._r0 + self._d).tolist()
+        a, b, c = (-self._softness * rate_change).tolist()
+        return np.array([x - (b * z - c * y), y - (c * x - a * z), z - (a * y - b * x)])
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """Numbers x of unit prior, and what the samples say of them."""
+
+    x: Array  # (21,)
+    moved: Moved
+    cost: float  # squares of whitened residuals and of x
+    slope: Array  # (21,), half the derivative of the cost
+    curvature: Array  # (21, 21), J^T J + I
+
+    def step(self, scale: float) -> tuple[Array, float, float]:
+        """Return Gauss and Newton's step, `scale` of it where numbers bend, and by how much it should lower the cost.
+
+        The numbers that act linearly then go where they are best beside the others. Last comes the part of the cost
+        that the ones that bend lower.
+        """
+        slope, curvature = self.slope, self.curvature
+        stuck = (np.abs(self.x) >= BOUND) & (slope * self.x < 0)
+        bent = BENT[~stuck[BENT]]
+        inverse = np.linalg.inv(curvature[np.ix_(STRAIGHT, STRAIGHT)])
+        across = curvature[np.ix_(bent, STRAIGHT)] @ inverse
+        left = curvature[np.ix_(bent, bent)] - across @ curvature[np.ix_(STRAIGHT, bent)]
+        far = -np.linalg.solve(left, slope[bent] - across @ slope[STRAIGHT])
+        far *= scale * min(1.0, FARTHEST / max(float(np.abs(far).max(initial=0.0)), 1e-12))
+        step = np.zeros(COUNT)
+        step[bent] = np.clip(self.x[bent] + far, -BOUND[bent], BOUND[bent]) - self.x[bent]
+        step[STRAIGHT] = -inverse @ (slope[STRAIGHT] + curvature[np.ix_(STRAIGHT, bent)] @ step[bent])
+        return step, float(-2 * slope @ step - step @ curvature @ step), float(step[bent] @ left @ step[bent])
+
+
+class _Descent:
+    """From some numbers down to those that explain the samples best."""
 
     def __init__(self, rows: Rows):
-        self.rows = rows
-        self.rates = [np.asarray(rows.motion(rows.time, k)) for k in range(1, 5)]
+        self.rows, self.model = rows, SpringModel(rows)
+        self.y, self.tilted = rows.measured, rows.gravity[1] * rows.tilted
 
-    def limb(self, p: Array) -> tuple[Array, ...]:
-        """Return theta, theta' and the limb's W, W' and up, each (n, 3)."""
-        w, (w1, w2, w3, w4) = self.rows.rate, self.rates
-        theta, theta1, theta2 = (-(p[SOFT] * a - p[LAG] * b) for a, b in ((w1, w2), (w2, w3), (w3, w4)))
-        W = w - theta1 + np.cross(theta, w)
-        W1 = w1 - theta2 + np.cross(theta1, w) + np.cross(theta, w1)
-        up = self.rows.steady + self.rows.tilts @ (self.rows.gravity[1] * p[TILT])
-        return theta, theta1, W, W1, up + np.cross(theta, up)
-
-    def _hang(self, p: Array, W: Array, W1: Array, force: Array, start: Array) -> tuple[Array, Array]:
-        """Return d and d' (n, 3, columns) under forces (n, 3, columns) besides those that d itself makes."""
-        turn, damping = np.exp(p[TURN]).tolist(), float(np.exp(p[DAMP]))
-        d = rate = np.zeros_like(force)
-        for _ in range(ROUNDS):
-            u = force - cross(W1, d) - cross(W, cross(W, d)) - 2 * cross(W, rate)
-            axes = [oscillator(u[:, i], start[:, i], m, damping, self.rows.step) for i, m in enumerate(turn)]
-            d, rate = (np.stack([x[k] for x in axes], axis=1) for k in range(2))
-        return d, rate
-
-    def _hung(self, p: Array) -> tuple[Array, ...]:
-        """Return theta, theta', W, W', d and d', each (n, 3)."""
-        theta, theta1, W, W1, up = self.limb(p)
-        force = up - np.cross(W1, p[:3]) - np.cross(W, np.cross(W, p[:3]))
-        start = np.stack([p[START] + force[0] / np.exp(2 * p[TURN]), p[RATE]])
-        d, rate = self._hang(p, W, W1, force[..., None], start[..., None])
-        return theta, theta1, W, W1, d[..., 0], rate[..., 0]
-
-    def moved(self, p: Array) -> tuple[Array, Array, Array]:
-        """Return r, r' and d (n, 3)."""
-        theta, theta1, _, _, d, rate = self._hung(p)
-        r = p[:3] + d
-        return r - np.cross(theta, r), rate - np.cross(theta, rate) - np.cross(theta1, r), d
-
-    def jacobian(self, p: Array) -> tuple[Array, Array]:
-        """Return dr/dp and dr'/dp (n, 3, 21).
-
-        r0, the start and gravity act linearly; log m and log z as forces -2 m (m d + z d') and -2 m z d', all on the
-        same oscillator. k and l, which act on everything a little, go by a difference.
-        """
-        theta, theta1, W, W1, d, rate = self._hung(p)
-        n, turn, damping = len(W), np.exp(p[TURN]), float(np.exp(p[DAMP]))
-        force, start = np.zeros((n, 3, COUNT)), np.zeros((2, 3, COUNT))
-        eye = np.broadcast_to(np.eye(3), (n, 3, 3))
-        tilts = self.rows.gravity[1] * self.rows.tilts
-        force[..., :3] = -cross(W1, eye) - cross(W, cross(W, eye))
-        force[..., TILT] = tilts + cross(theta, tilts)
-        start[0] = force[0] / turn[:, None] ** 2
-        force[..., TURN] = np.einsum("ni,ik->nik", -2 * turn * (turn * d + damping * rate), np.eye(3))
-        start[0, :, TURN] = np.diag(-2 * (d[0] - p[START]))
-        force[..., DAMP] = -2 * turn * damping * rate
-        start[0, :, START] = start[1, :, RATE] = np.eye(3)
-        by, rate_by = self._hang(p, W, W1, force, start)
-        by[..., :3] += eye
-        r_by, rate_by = by - cross(theta, by), rate_by - cross(theta, rate_by) - cross(theta1, by)
-        for i in (SOFT, LAG):
-            r_by[..., i], rate_by[..., i] = self._by_softness(p, i)
-        return r_by, rate_by
-
-    def _by_softness(self, p: Array, i: int) -> tuple[Array, Array]:
-        h = np.zeros(COUNT)
-        h[i] = 1e-2 * STD[i]
-        (r2, rate2, _), (r1, rate1, _) = self.moved(p + h), self.moved(p - h)
-        return (r2 - r1) / (2 * h[i]), (rate2 - rate1) / (2 * h[i])
-
-
-def fit(rows: Rows, start: ArrayLike | None = None) -> Spring:
-    """Return the spring that explains the samples best, from `start` (21,) or from springs of 5 Hz.
-
-    Its evidence is Laplace's: that of the Gaussian with the slope and the prior of the best one.
-    """
-    model, y, tilted = SpringModel(rows), rows.measured, rows.gravity[1] * rows.tilted
-
-    def residual(x: Array) -> Array:
+    def tried(self, x: Array) -> _Trial:
+        """Return what the samples say of numbers x (21,)."""
         p = MEAN + SPREAD @ x
-        r, rate, _ = model.moved(p)
-        return np.concatenate([rows.predicted(r[..., None], rate[..., None])[:, 0] + tilted @ p[TILT] - y, x])
+        moved = self.model.moved(p)
+        off = moved.predicted + self.tilted @ p[TILT] - self.y
+        J = moved.by.copy()
+        J[:, TILT] += self.tilted
+        J = J @ SPREAD
+        return _Trial(x, moved, float(off @ off + x @ x), J.T @ off + x, J.T @ J + np.eye(COUNT))
 
-    def slope(x: Array) -> Array:
-        J = rows.predicted(*model.jacobian(MEAN + SPREAD @ x))
-        J[:, TILT] += tilted
-        return np.concatenate([J @ SPREAD, np.eye(COUNT)])
+    def judged(self, trial: _Trial) -> tuple[float, float, Array]:
+        """Return evidence in nat, power of the noise, and information (21, 21) about x.
 
-    first = MEAN.copy() if start is None else np.asarray(start, dtype=float)
-    if start is None:
-        first[:3] = rows.rigid
-    bound = np.full(COUNT, np.inf)
-    bound[TURN.start], bound[DAMP] = 2.5, 2.5  # a factor of 12 either way
-    x0 = np.clip(np.linalg.solve(SPREAD, first - MEAN), -0.99 * bound, 0.99 * bound)
-    found = least_squares(residual, x0, slope, bounds=(-bound, bound), xtol=1e-6, ftol=1e-7, max_nfev=25)
-    J = slope(found.x)[: y.size]
-    power = max(float(found.fun @ found.fun) / y.size, 1e-9)
-    information = J.T @ J / power + np.eye(COUNT)
-    evidence = -0.5 * (y.size * (np.log(power) + 1) + np.linalg.slogdet(information)[1])
-    p = MEAN + SPREAD @ found.x
-    r, _, d = model.moved(p)
-    by = model.jacobian(p)[0]
+        The evidence is Laplace's: that of the Gaussian with the slope and the prior of the best one.
+        """
+        power = max(trial.cost / self.y.size, 1e-9)
+        information = (trial.curvature - np.eye(COUNT)) / power + np.eye(COUNT)
+        evidence = -0.5 * (self.y.size * (np.log(power) + 1) + np.linalg.slogdet(information)[1])
+        return float(evidence), power, information
+
+    def best(self, x: Array, rival: float, enough: float) -> tuple[_Trial, Array]:
+        """Go down from x (21,), and return where that ended with the last step (21,), not worth equations anew.
+
+        Given up where nothing promises the evidence of a rival, in nat.
+        """
+        now, scale = self.tried(x), 1.0
+        for _ in range(STEPS):
+            step, less, by_bent = now.step(scale)
+            least = max(now.cost - less, 1e-3 * now.cost)
+            if self.y.size * by_bent < 2 * enough * least:
+                return now, step
+            promised = 0.5 * self.y.size * np.log(now.cost / least)
+            if self.judged(now)[0] + PROMISE * promised < rival:
+                break
+            tried = self.tried(now.x + step)
+            if tried.cost < now.cost:
+                now, scale = tried, min(1.0, 4 * scale)
+            else:
+                scale /= 4
+        return now, np.zeros(COUNT)
+
+
+def start(rows: Rows) -> Array:
+    """Return numbers (21,) to start from when nothing is known: springs of 5 Hz at the r that fits best without."""
+    first = MEAN.copy()
+    first[:3] = rows.rigid
+    return first
+
+
+def fit(rows: Rows, rival: float = -np.inf) -> Spring:
+    """Return the spring that explains the samples best, from `start` on.
+
+    `rival` in nat: an evidence that has to be reached; what cannot is left where that was seen.
+    """
+    return _fitted(_Descent(rows), start(rows), rival, ENOUGH)
+
+
+def followed(rows: Rows, last: Spring, dropped: int, rival: float = -np.inf) -> Spring:
+    """Return the spring of a later window, from the last one's numbers; its first sample was number `dropped` there.
+
+    `rival` as for `fit`.
+    """
+    descent, p, sample = _Descent(rows), last.parameters.copy(), min(dropped, last.rows.time.size - 1)
+    p[TILT] = _tilt(rows, last, sample)
+    z = last.z(sample)
+    p[START], p[RATE] = z[:3] - descent.model.rest(p), z[3:]
+    return _fitted(descent, p, rival, NEAR)
+
+
+def _tilt(rows: Rows, last: Spring, sample: int) -> Array:
+    """Return what is wrong with a later window's gravity (6,), for it to be what it was: the axes are others.
+
+    Gravity is g + s (c + u d) in the axes of the first sample, s its std and u from -1 at the first sample to 1.
+    """
+    (g, std), (g_now, std_now) = last.rows.gravity, rows.gravity
+    c, d = last.parameters[TILT].reshape(2, 3) * std
+    before, now = last.rows.time, rows.time
+    begin, end = (2 * float((t - before[0]) / (before[-1] - before[0])) - 1 for t in now[[0, -1]])  # u in the last one
+    middle, half = (begin + end) / 2, (end - begin) / 2
+    back = last.rows.turn[sample].T
+    return np.concatenate([back @ (g + c + middle * d) - g_now, half * (back @ d)]) / std_now
+
+
+def _fitted(descent: _Descent, p: Array, rival: float, enough: float) -> Spring:
+    """Return the best spring from numbers p (21,); `enough` in nat may be left to a last step, taken as if straight."""
+    x = np.clip(np.linalg.solve(SPREAD, p - MEAN), -0.99 * BOUND, 0.99 * BOUND)
+    found, step = descent.best(x, rival, enough)
+    less = max(float(-2 * found.slope @ step - step @ found.curvature @ step), 0.0)
+    evidence, power, information = descent.judged(replace(found, cost=found.cost - less))
     covariance = SPREAD @ np.linalg.inv(information) @ SPREAD.T
-    spread = np.einsum("nip,pq,njq->nij", by, covariance, by, optimize=True)
-    return Spring(float(evidence), power, p, covariance, d, r, spread)
+    step = SPREAD @ step
+    return Spring(evidence, power, MEAN + SPREAD @ found.x + step, covariance, found.moved, step, descent.rows)

@@ -22,6 +22,7 @@ from imubench import rotations
 from imubench.arrays import Array, frozen
 from imubench.errors import InputError
 from imubench.estimate import Estimate
+from imubench.estimators.extent import too_short
 from imubench.estimators.two_imu_model import (
     A1,
     A2,
@@ -45,6 +46,7 @@ from imubench.paired import paired
 from imubench.recording import Recording
 
 NAME = "two-imu-centre"
+UNKNOWNS = 9  # r of either IMU, and how they are turned to each other
 INITIAL = 100  # samples that give the first state
 TURNING = 50.0  # times its gyroscope's noise, the RMS rate of either segment; before, there is nothing to start from
 BLOCK = 50  # samples between two corrections of P
@@ -138,7 +140,8 @@ class TwoImuCentre:
         L, _ = lapack.dpotrf(S, 1)
         whitened, _ = lapack.dtrtrs(L, rhs, 1)
         W, y = whitened[:, :-1], whitened[:, -1]
-        self.x, self.R, self.P = x, R, P - W.T.dot(W)
+        P -= W.T.dot(W)
+        self.x, self.R, self.P = x, R, 0.5 * (P + P.T)  # rounding that is not symmetric grows without end
         self._move(y.dot(W))
         self.innovation_squared = float(y.dot(y))
         self._samples += 1
@@ -173,7 +176,8 @@ class TwoImuCentre:
         P_r = self.P[:6, :6]
         back = np.linalg.solve(P_r, self.P[:6])  # (6, 21)
         self._move((r - self.x[:6]).dot(back))
-        self.P = self.P + back.T.dot((vectors / held).dot(vectors.T) - P_r).dot(back)
+        P = self.P + back.T.dot((vectors / held).dot(vectors.T) - P_r).dot(back)
+        self.P = 0.5 * (P + P.T)
         extra = held - np.maximum(values, self.noise.r_std**-2)
         self._false = (vectors * (extra / CAREFUL)).dot(vectors.T)
 
@@ -245,8 +249,8 @@ def estimate(recording: Recording, noise: Noise | None = None, initial_samples: 
             first = min(first, k)
             (r[k], P[k]), squares[k] = centre.answer(), centre.innovation_squared
     details = {"samples": float(n), "first_answer": float(first)}
-    if first > n - 2:
-        why = "neither segment turned enough to start with"
+    why = too_short(samples.time, UNKNOWNS) or ("neither segment turned enough to start with" if first > n - 2 else "")
+    if why:
         return Estimate("joint_vector", NAME, np.zeros((2, 3)), None, why, "not identifiable", details=details)
     stds = np.sqrt([np.linalg.eigvalsh(P[-1, i : i + 3, i : i + 3]) for i in (0, 3)])  # (2, 3) m, ascending
     details["innovation_squared"] = float(squares[first + 1 :].mean() / 9)

@@ -1,5 +1,5 @@
 """`python -m imubench` is the command line."""
 
-from imubench.cli import main
+from imubench.main import main
 
 main()

@@ -11,6 +11,7 @@ from imubench.recording import Imu
 from imubench.rotations import angle_between, conjugate, log, multiply, rotate
 
 LARGEST_DELAY = 0.1  # s, searched on both sides
+FEWEST = 50  # frames in view: a second of any optical system
 LARGEST_TILT = np.deg2rad(25.0)  # worst foam mount is 13 deg off; an axis mix-up is 90
 
 
@@ -30,11 +31,16 @@ def gyro_delay(imu: Imu, time: Array, quaternion: Array) -> tuple[float, float]:
     gyroscope is late, gives the best match of the norms of the angular rate (free of the mount);
     the misfit is theirs, in rad/s. Raises `InputError` when too few frames are in view.
     """
+    if time.size < FEWEST or imu.time.size < FEWEST or not (np.diff(time) > 0).all():
+        raise InputError(
+            f"optical record of {imu.name}: expected {FEWEST} frames and samples or more, in order of time, got "
+            f"{time.size} and {imu.time.size}"
+        )
     step = max(1, round(1 / (60 * float(np.median(np.diff(time))))))
     start, end, rate = optical_rate(time, quaternion, step)
     inside = (start > imu.time[0] + LARGEST_DELAY) & (end < imu.time[-1] - LARGEST_DELAY)
-    if inside.sum() < 50:
-        raise InputError(f"optical record of {imu.name}: expected 50 frames or more in view, got {inside.sum()}")
+    if inside.sum() < FEWEST:
+        raise InputError(f"optical record of {imu.name}: expected {FEWEST} frames or more in view, got {inside.sum()}")
     start, end, speed = start[inside], end[inside], np.linalg.norm(rate[inside], axis=-1)
     turned = CubicSpline(imu.time, cumulative_trapezoid(imu.gyro, imu.time, axis=0, initial=0))
 

@@ -11,7 +11,7 @@ from imubench.arrays import Array
 from imubench.estimate import Estimate
 from imubench.recording import Recording
 from imubench.reference_axes import HINGE_AXIS
-from imubench.score import Score, axis_deviation, vector_error
+from imubench.score import Score, axis_score, vector_error
 
 UNITS = {"joint_axis": "1", "joint_vector": "m"}
 
@@ -27,6 +27,8 @@ def estimate_as_dict(estimate: Estimate) -> dict[str, Any]:
         "covariance": None if estimate.covariance is None else estimate.covariance.tolist(),
         "details": {key: float(value) for key, value in estimate.details.items()},
     }
+    if estimate.quantity == "joint_axis":
+        answer["pairing"] = estimate.pairing
     if estimate.covariance is None:
         answer["no_covariance_because"] = estimate.no_covariance_because
     if estimate.time is not None:
@@ -37,7 +39,20 @@ def estimate_as_dict(estimate: Estimate) -> dict[str, Any]:
 def score_as_dict(score: Score) -> dict[str, Any]:
     """Return a score as figures with their units."""
     figures = {k: {"value": v, "unit": score.units[k]} for k, v in score.figures.items()}
-    return {"estimator": score.estimator, "quantity": score.quantity, "figures": figures}
+    content = {"estimator": score.estimator, "quantity": score.quantity, "figures": figures}
+    return content | ({"pairing": score.pairing} if score.quantity == "joint_axis" else {})
+
+
+def pairing_note(estimate: Estimate, recording: Recording) -> str:
+    """Return a line about what says how the signs of two axes go together; empty for other quantities."""
+    if estimate.quantity != "joint_axis" or estimate.status == "not identifiable":
+        return ""
+    if estimate.pairing is None:
+        return "sign pairing not said by the estimator: taken as claimed"
+    if estimate.pairing != "unknown":
+        return f"sign pairing {estimate.pairing}"
+    why = "no declared mounts" if declared_axes(recording) is None else "the declared mounts do not tell it"
+    return f"sign pairing unknown: {why}"
 
 
 def declared_axes(recording: Recording) -> Array | None:
@@ -56,9 +71,7 @@ def beside_axes(estimate: Estimate, recording: Recording, axes: Array | None) ->
     """
     if estimate.quantity != "joint_axis" or axes is None:
         return None
-    names = [f"deviation_{imu.name}" for imu in recording.imus]
-    figures = dict(zip(names, map(float, axis_deviation(estimate.value, axes)), strict=True))
-    return Score(estimate.estimator, estimate.quantity, figures, dict.fromkeys(figures, "rad"))
+    return axis_score(estimate, axes, [imu.name for imu in recording.imus])
 
 
 def beside_declared_vector(estimate: Estimate, recording: Recording) -> Score | None:

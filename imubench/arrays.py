@@ -3,9 +3,10 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from imubench.errors import InputError
+from imubench.errors import InputError, shown
 
 Array = NDArray[np.float64]
+SHORTEST_STEP = 1e-10  # s between samples: no clock of a sensor tells stamps apart that are nearer
 
 
 def frozen(value: ArrayLike, shape: tuple[int | None, ...], name: str, finite: bool = True) -> Array:
@@ -13,7 +14,10 @@ def frozen(value: ArrayLike, shape: tuple[int | None, ...], name: str, finite: b
 
     Raises `InputError` when the shape differs or, if `finite`, a value is not finite.
     """
-    array = np.array(value, dtype=float)
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{name}: expected numbers, got {shown(value)}") from None
     fits = array.ndim == len(shape) and all(
         want is None or want == got for want, got in zip(shape, array.shape, strict=True)
     )
@@ -33,9 +37,9 @@ def frozen_time(value: ArrayLike, name: str) -> Array:
     if time.size == 0:
         raise InputError(f"{name}: expected at least one sample, got none")
     step = np.diff(time)
-    if (step <= 0).any():
-        row = int(np.argmax(step <= 0)) + 1
-        what = "a repeated stamp" if step[row - 1] == 0 else "time running backwards"
+    if (step < SHORTEST_STEP).any():
+        row = int(np.argmax(step < SHORTEST_STEP)) + 1
+        what = "a repeated stamp" if step[row - 1] >= 0 else "time running backwards"
         raise InputError(
             f"{name}: expected increasing time, got {what} in row {row}: {time[row]:g} s after {time[row - 1]:g} s"
         )

@@ -1,23 +1,23 @@
 """The command line: each command writes its result into --out and prints what matters.
 
-Exit codes: 0 done, 1 a limit or claim failed, 2 bad input.
+Exit codes: 0 done, 1 a limit or claim failed, 2 bad input, 70 an error of ours, 130 and 143 interrupted.
 """
 
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 import imubench
 from imubench.errors import InputError
+from imubench.estimate import Estimate
+from imubench.inputs.files import real
 from imubench.progress import on_console
+from imubench.terminal import Terminal
 
 app = typer.Typer(
     name="imubench",
@@ -26,9 +26,13 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-console = Console()
-errors = Console(stderr=True)
+console = Terminal()
+errors = Terminal(stderr=True)
 
+Band = Annotated[
+    float | None,
+    typer.Option("--band", help="Hz: filter the IMUs below it, forward and backward, first.", show_default=False),
+]
 Out = Annotated[Path | None, typer.Option("--out", help="Folder for the results.", show_default=False)]
 
 
@@ -57,9 +61,9 @@ def list_command(as_json: Annotated[bool, typer.Option("--json", help="Print JSO
         return
     width = max(len(name) for entries in names.values() for name in entries)
     for kind, entries in names.items():
-        console.print(f"[bold]{kind}[/bold]" + ("" if entries else "  (none yet)"))
+        console.say(kind + ("" if entries else "  (none yet)"), "bold")
         for name, summary in entries.items():
-            console.print(f"  {name:<{width}}  {escape(summary)}", soft_wrap=True)
+            console.say(f"  {name:<{width}}  {summary}")
 
 
 @app.command()
@@ -67,18 +71,22 @@ def run(
     scenario: Annotated[str, typer.Argument(help="A scenario of `imubench list`, or model/ of a diagnosis.")],
     estimator: Annotated[str | None, typer.Option(help="An estimator of `imubench list`.", show_default=False)] = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same numbers.", min=0)] = 0,
+    band: Band = None,
     out: Out = None,
 ) -> None:
     """Simulate a scenario, estimate, score, and log it: score.json, recording/, run.rrd."""
+    from imubench.answers import pairing_note
     from imubench.run import run_scenario
 
     out = out or Path("runs") / Path(scenario).name
-    done = run_scenario(scenario, out, estimator, seed, on_console(errors))
+    done = run_scenario(scenario, out, estimator, seed, on_console(errors), band)
     if done.estimate is None or done.score is None:
-        console.print(f"{scenario}: simulated; name an --estimator to estimate and score")
+        console.say(f"{scenario}: simulated; name an --estimator to estimate and score")
     else:
         title = f"{scenario}, seed {seed}: {done.estimate.estimator} ({done.estimate.status})"
         _print_figures(title, done.score.figures, done.score.units)
+        _print_note(pairing_note(done.estimate, done.recording))
+        _print_band(done.estimate)
     _print_written(out, "run.rrd")
 
 
@@ -89,21 +97,25 @@ def estimate(
     diagnosis: Annotated[
         Path | None, typer.Option("--with", help="Take out first what `imubench diagnose` found, from its folder.")
     ] = None,
+    band: Band = None,
     out: Out = None,
 ) -> None:
     """Estimate on a recording from disk, real or not: estimate.json, run.rrd, corrected/ where asked --with."""
+    from imubench.answers import pairing_note
     from imubench.run import estimate_on_disk
 
-    out = out or Path("runs") / f"{name}-{recording.resolve().name}"
-    done = estimate_on_disk(name, recording, out, on_console(errors), diagnosis)
+    out = out or Path("runs") / f"{name}-{real(recording).name}"
+    done = estimate_on_disk(name, recording, out, on_console(errors), diagnosis, band)
     for finding in done.done:
-        console.print(f"{finding.effect} at {finding.at}: {escape(finding.what)}", soft_wrap=True)
+        console.say(f"{finding.effect} at {finding.at}: {finding.what}")
     if done.diagnosis is not None and not done.done:
-        console.print(f"{done.diagnosis.verdict}: the diagnosis has no findings, nothing is corrected", soft_wrap=True)
+        console.say(f"{done.diagnosis.verdict}: the diagnosis has no findings, nothing is corrected")
     answer = done.estimate
-    console.print(f"[bold]{done.recording.name}: {name} ({answer.status})[/bold]")
+    console.say(f"{done.recording.name}: {name} ({answer.status})", "bold")
     for i, value in enumerate(np.atleast_2d(answer.value if answer.time is None else answer.value[-1])):
-        console.print(f"  {done.recording.imus[i].name}: {np.array2string(value, precision=4, floatmode='fixed')}")
+        console.say(f"  {done.recording.imus[i].name}: {np.array2string(value, precision=4, floatmode='fixed')}")
+    _print_note(pairing_note(answer, done.recording))
+    _print_band(answer)
     for beside, what in ((done.beside_reference, "the reference"), (done.beside_declared, "the declared mounts")):
         if beside is not None:
             _print_figures(f"beside {what}", beside.figures, beside.units)
@@ -123,19 +135,22 @@ def convert(
     from imubench.convert import CONVERTERS
     from imubench.errors import unknown
     from imubench.format1 import write_recording
+    from imubench.inputs.files import plain_name
 
     if format not in CONVERTERS:
         raise unknown("format", format, CONVERTERS)
     if table not in ("csv", "parquet"):
         raise unknown("table", table, ("csv", "parquet"))
-    with on_console(errors)(f"convert {source}"):
-        converted = CONVERTERS[format](source, **_options(option or []))
-        with atomic_directory(out) as folder:
-            for one in converted:
-                target = folder if len(converted) == 1 else folder / one.recording.name
-                write_recording(one.recording, target, one.reference, table)  # type: ignore[arg-type]
+    converter, options = CONVERTERS[format], _options(option or [])
+    inputs = [source, *converter.files(source, options)]
+    with on_console(errors)(f"convert {source}"), atomic_directory(out, inputs) as folder:
+        converted = converter(source, **options)
+        for one in converted:
+            name = plain_name(one.recording.name, f"{source}: name of a recording")
+            target = folder if len(converted) == 1 else folder / name
+            write_recording(one.recording, target, one.reference, table)  # type: ignore[arg-type]
     for one in converted:
-        console.print(f"{one.recording.name}: {escape(one.note)}", soft_wrap=True)
+        console.say(f"{one.recording.name}: {one.note}")
     _print_written(out)
 
 
@@ -182,7 +197,7 @@ def diagnose_command(
     """
     from imubench.cli_diagnose import run as run_diagnosis
 
-    out = out or Path("runs") / f"diagnosis-{recording.resolve().name}"
+    out = out or Path("runs") / f"diagnosis-{real(recording).name}"
     run_diagnosis(recording, out, time_limit, console, errors)
 
 
@@ -303,21 +318,19 @@ def _print_figures(title: str, figures: dict[str, float], units: dict[str, str])
     console.print(table)
 
 
+def _print_note(note: str) -> None:
+    if note:
+        console.say(f"  {note}")
+
+
+def _print_band(answer: Estimate) -> None:
+    """Print in words which band an estimate is from, if it is from one."""
+    from imubench.estimators.banded import explained
+
+    words = explained(answer)
+    if words:
+        console.say(words)
+
+
 def _print_written(out: Path, rrd: str | None = None) -> None:
-    console.print(f"written: {out}" + (f"; look at it with: rerun {out / rrd}" if rrd else ""), soft_wrap=True)
-
-
-def main() -> None:
-    """Run the command line and exit."""
-    try:
-        app(prog_name="imubench")
-    except InputError as error:
-        errors.print(f"imubench: {escape(' '.join(str(error).split()))}", soft_wrap=True, highlight=False)
-        sys.exit(2)
-    except KeyboardInterrupt:
-        errors.print("imubench: interrupted; nothing half-written is left")
-        sys.exit(130)
-
-
-if __name__ == "__main__":
-    main()
+    console.say(f"written: {out}" + (f"; look at it with: rerun {out / rrd}" if rrd else ""))

@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from imubench.diagnosis.on_disk import REPORT, diagnose_on_disk
@@ -12,11 +10,12 @@ from imubench.diagnosis.report.numbers import rows, shown
 from imubench.diagnosis.result import Diagnosis
 from imubench.errors import InputError
 from imubench.progress import on_console
+from imubench.terminal import Terminal
 
 COLOURS = {"good": "green", "part": "yellow", "bad": "red"}
 
 
-def run(recording: Path, out: Path, time_limit: float, console: Console, errors: Console) -> None:
+def run(recording: Path, out: Path, time_limit: float, console: Terminal, errors: Terminal) -> None:
     """Diagnose a recording into `out` within `time_limit` s of processor time and print what came out.
 
     Raises:
@@ -25,23 +24,23 @@ def run(recording: Path, out: Path, time_limit: float, console: Console, errors:
     done = diagnose_on_disk(recording, out, on_console(errors), time_limit)
     print_diagnosis(done.diagnosis, done.evidence.span, console)
     shown = f"; open {out / REPORT}" if not done.missing else ""
-    console.print(f"written: {out}{shown}", soft_wrap=True)
+    console.say(f"written: {out}{shown}")
     if done.missing:
         raise InputError(done.missing)
 
 
-def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Console) -> None:
+def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Terminal) -> None:
     """Print the verdict, the misfit, where it is and what was found."""
     colour = COLOURS[words.VERDICTS[d.verdict]]
-    console.print(f"[bold {colour}]{d.verdict}[/]: {escape(words.headline(d))}", soft_wrap=True)
+    console.say(d.verdict, f"bold {colour}", f": {words.headline(d)}")
     if d.stopped:
-        console.print(escape(words.stopped(d)), soft_wrap=True)
+        console.say(words.stopped(d))
     if d.fitted:
         before, after = d.misfit
         change = f"{before:.2f}" if before == after else f"{before:.2f} as declared, {after:.2f} with what was found"
         console.print(f"misfit, 1 is only sensor noise: {change}")
     for text in words.places(d, span):
-        console.print(f"  {escape(text)}", soft_wrap=True)
+        console.say(f"  {text}")
     unit = d.fit.reference.unit
     for name, value in d.fit.reference.before.items():
         was, is_now = (shown(x, unit.split()[0])[0] for x in (value, d.fit.reference.after[name]))
@@ -59,4 +58,4 @@ def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Console) -
                 table.add_row(*first, *row)
         console.print(table)
     for unseen in d.unseen if d.fitted else ():  # else the headline says it
-        console.print(f"  to see {escape(unseen.what)}: {escape(unseen.motion)}", soft_wrap=True)
+        console.say(f"  to see {unseen.what}: {unseen.motion}")

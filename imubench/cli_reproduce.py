@@ -5,36 +5,34 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from imubench.reproduce.claims import Judged
 from imubench.reproduce.paper import Part
 from imubench.reproduce.parts import Report
 from imubench.reproduce.reproduce import Watch, reproduce
+from imubench.signals import promising
+from imubench.terminal import Terminal
 
 COLOURS = {"holds": "green", "fails": "red", "differs": "yellow"}
 
 
-def run(paper: str, out: Path, quick: bool, seed: int, console: Console, errors: Console) -> int:
+def run(paper: str, out: Path, quick: bool, seed: int, console: Terminal, errors: Terminal) -> int:
     """Reproduce a paper into `out`, print what came out, and return the exit code."""
-    try:
+    with promising("what was finished is kept beside --out: the same command goes on from there"):
         judged = reproduce(paper, out, quick, seed, watching(errors))
-    except KeyboardInterrupt:
-        errors.print("what was finished is kept beside --out: the same command goes on from there")
-        raise
     if judged:
         print_verdicts(judged, console)
-    console.print(f"written: {out}; open {out / 'report.html'}", soft_wrap=True)
+    console.say(f"written: {out}; open {out / 'report.html'}")
     for j in judged:
         if j.news:
-            errors.print(f"new: {escape(j.claim.claim)}: {escape(j.news)}", soft_wrap=True)
+            errors.say(f"new: {j.claim.claim}: {j.news}")
     return int(any(j.verdict == "fails" or j.worse for j in judged))
 
 
-def watching(console: Console) -> Watch:
+def watching(console: Terminal) -> Watch:
     """Return a watch that shows a bar on a terminal, and nothing elsewhere."""
 
     @contextmanager
@@ -48,7 +46,7 @@ def watching(console: Console) -> Watch:
     return watch
 
 
-def print_verdicts(judged: list[Judged], console: Console) -> None:
+def print_verdicts(judged: list[Judged], console: Terminal) -> None:
     """Print one line a claim, the failed ones last, where they are seen."""
     order = {"holds": 0, "differs": 1, "fails": 2}
     table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0))
@@ -57,8 +55,8 @@ def print_verdicts(judged: list[Judged], console: Console) -> None:
     for j in sorted(judged, key=lambda j: order[j.verdict]):
         c, value = j.claim, j.measured.value
         here = f"{value:.3g}" if abs(value) < float("inf") else "none"
-        verdict = f"[{COLOURS[j.verdict]}]{j.verdict}[/]"
-        table.add_row(verdict, escape(c.claim), f"{c.published:g}", here, escape(c.bound))
+        verdict = Text(j.verdict, COLOURS[j.verdict])
+        table.add_row(verdict, c.claim, f"{c.published:g}", here, c.bound)
     console.print(table)
     counts = Counter(j.verdict for j in judged)
     console.print(", ".join(f"{counts[v]} {v}" for v in ("holds", "differs", "fails") if counts[v]))

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from imubench.convert import CONVERTERS
@@ -19,6 +18,7 @@ from imubench.picture import draw_run
 from imubench.progress import Step, on_console
 from imubench.run import estimate_on_disk, run_scenario
 from imubench.score import Score
+from imubench.terminal import Terminal
 
 Row = tuple[str, str, str, Score | None, str]
 ESTIMATORS_SHOWN = ("olsson2020", "seel2012")
@@ -55,8 +55,8 @@ def real(data: Path, out: Path, step: Step) -> Iterator[Row]:
 
 def main(out: Path = Path("demo")) -> None:
     """Run everything, print one table, and say where the results are."""
-    console = Console()
-    step = on_console(Console(stderr=True))
+    console = Terminal()
+    step = on_console(Terminal(stderr=True))
     rows = list(simulated(out, step))
     with as_file(files("imubench.scenarios") / "demo_recording") as folder:
         rows += from_disk(folder, "demo, from disk", out, step)
@@ -72,6 +72,8 @@ def main(out: Path = Path("demo")) -> None:
         values = ["-", "-"] if score is None else [_degrees(score, imu) for imu in ("imu1", "imu2")]
         table.add_row(title, name, status, *values, judge)
     console.print(table)
+    if any(score is not None and score.pairing == "unknown" for _, _, _, score, _ in rows):
+        console.print("* sign pairing unknown: of the better pairing")
     if not data:
         console.print("Real recordings: set IMUBENCH_DATA to their folder to see them here too.")
     console.print(
@@ -81,7 +83,8 @@ def main(out: Path = Path("demo")) -> None:
 
 
 def _degrees(score: Score, imu: str) -> str:
-    return f"{np.rad2deg(score.figures[f'deviation_{imu}']):.2f}"
+    angle = score.deviation(imu)
+    return "-" if angle is None else f"{np.rad2deg(angle):.2f}" + ("*" if score.pairing == "unknown" else "")
 
 
 if __name__ == "__main__":

@@ -7,17 +7,21 @@ from typing import Literal
 import numpy as np
 
 from imubench.arrays import Array, frozen
-from imubench.errors import InputError
+from imubench.errors import InputError, unknown
 
 Quantity = Literal["joint_axis", "joint_vector"]
 Status = Literal["converged", "not converged", "not identifiable"]
+Pairing = Literal["from data", "from declared mounts", "unknown"]
+"""What says how the signs of two axes go together; `unknown`: nothing does, and (j1, -j2) is as good an answer."""
+PAIRINGS: tuple[Pairing, ...] = ("from data", "from declared mounts", "unknown")
 
 
 @dataclass(frozen=True)
 class Estimate:
     """A value with its covariance, or the reason why there is none.
 
-    `joint_axis`: value (m, 3), one unit vector per IMU in its sensor axes, signs paired.
+    `joint_axis`: value (m, 3), one unit vector per IMU in its sensor axes, their signs paired as `pairing` says. An
+    estimator that leaves it out claims its signs, and is judged by them.
     `joint_vector`: value (m, 3) in m, one r per IMU; with `time`, value (n, m, 3), one per sample.
     `covariance` is (3m, 3m), or (n, 3m, 3m), of the stacked value.
     """
@@ -30,6 +34,7 @@ class Estimate:
     status: Status = "converged"
     time: Array | None = None  # (n,) s, for one value a sample
     details: Mapping[str, float] = field(default_factory=dict)  # cost, iterations, ...
+    pairing: Pairing | None = None  # None: not said, or not an axis
 
     def __post_init__(self) -> None:
         n = () if self.time is None else (len(self.time),)
@@ -37,6 +42,10 @@ class Estimate:
         object.__setattr__(self, "value", value)
         if self.quantity == "joint_axis" and not np.allclose(np.linalg.norm(value, axis=-1), 1.0, atol=1e-6):
             raise InputError(f"{self.estimator}.value: expected unit vectors, got {value.tolist()}")
+        if self.pairing is not None and self.pairing not in PAIRINGS:
+            raise unknown(f"pairing of {self.estimator}", self.pairing, PAIRINGS)
+        if self.pairing is not None and self.quantity != "joint_axis":
+            raise InputError(f"{self.estimator}.pairing: expected none for a {self.quantity}, got '{self.pairing}'")
         if self.covariance is None:
             if not self.no_covariance_because:
                 raise InputError(f"{self.estimator}: expected a covariance or a reason why there is none, got neither")

@@ -40,7 +40,7 @@ def draw_run(path: Path, recording: Recording, estimate: Estimate, score: Score)
         axes.set_xlim(recording.imus[0].time[0], recording.imus[0].time[-1])
         axes.spines[["top", "right"]].set_visible(False)
     names = [imu.name for imu in recording.imus]
-    degrees = [np.rad2deg(score.figures[f"deviation_{n}"]) for n in names]
+    degrees = [np.rad2deg(score.deviation(n) or 0.0) for n in names]
     bars = errors.barh(names, degrees, color=[COLOURS[n] for n in names])
     errors.bar_label(bars, [f"{d:.2f} deg" for d in degrees], padding=4)
     errors.set(xlabel="angle between the estimated and the true axis, deg", xlim=(0, max(*degrees, 0.1) * 1.25))

@@ -129,6 +129,8 @@ class Recording:
     body: Body | None = None
 
     def __post_init__(self) -> None:
+        if not self.name.isprintable():
+            raise InputError(f"name: expected text without control characters, got '{self.name}'")
         if self.rig not in RIGS and not self.rig.endswith(".xml"):
             raise unknown("rig", self.rig, RIGS)
         for value, key, known in ((self.motion, "motion", ("hand", "free")), (self.base, "base", ("free", "fixed"))):

@@ -1,6 +1,6 @@
 """The main job: simulate, observe, estimate, score, write; and the same from a recording on disk."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from imubench.answers import (
     write_json,
 )
 from imubench.atomic import atomic_directory
+from imubench.band import banded, independent
 from imubench.diagnosis.corrected import Done, corrected
 from imubench.diagnosis.model_folder import check_same, is_model, replay
 from imubench.diagnosis.result import Diagnosis
@@ -21,7 +22,9 @@ from imubench.diagnosis.result_read import read_diagnosis
 from imubench.errors import InputError, unknown
 from imubench.estimate import Estimate
 from imubench.estimators import ESTIMATORS
+from imubench.estimators.banded import BLOCKS, explained
 from imubench.format1 import read, write_recording
+from imubench.inputs.files import below
 from imubench.log import log_run
 from imubench.progress import Step, silent
 from imubench.recording import Recording, require_known_rig
@@ -55,16 +58,35 @@ def simulate(scenario: str, seed: int = 0) -> tuple[Recording, Truth]:
     return observe(experiment.truth, profile(plan.profile), observing, name, experiment.declared), experiment.truth
 
 
-def estimate(name: str, recording: Recording) -> Estimate:
-    """Return what an estimator makes of a recording; `InputError` for an unknown one or a recording it cannot take."""
+def estimate(name: str, recording: Recording, band: float | None = None) -> Estimate:
+    """Return what an estimator makes of a recording, or of what its IMUs read below `band` Hz (docs/band.md).
+
+    Filtered samples are correlated. An estimator that takes them for independent states too small a covariance, which
+    is divided by the part of them that white noise leaves independent. Raises `InputError` for an unknown estimator, a
+    recording that it cannot take, or one whose rate is too low for the band.
+    """
     if name not in ESTIMATORS:
         raise unknown("estimator", name, ESTIMATORS)
-    return ESTIMATORS[name].estimate(recording)
+    if band is None:
+        return ESTIMATORS[name].estimate(recording)
+    answer = ESTIMATORS[name].estimate(banded(recording, band))
+    part = 1.0 if BLOCKS in answer.details else independent(recording, band)
+    details = {**answer.details, "filtered_below": band, "independent_samples": part}
+    covariance = None if answer.covariance is None else answer.covariance / part
+    return replace(answer, covariance=covariance, details=details)
 
 
-def run_scenario(scenario: str, out: Path, estimator: str | None = None, seed: int = 0, step: Step = silent) -> Run:
+def run_scenario(
+    scenario: str,
+    out: Path,
+    estimator: str | None = None,
+    seed: int = 0,
+    step: Step = silent,
+    band: float | None = None,
+) -> Run:
     """Simulate, estimate, score and log a scenario, or the model/ folder of a diagnosis, into the folder `out`.
 
+    The estimator sees what the IMUs read below `band` Hz, or all of it; what is written and logged is not filtered.
     Writes score.json, recording/ (format 1, with the truth's reference.csv) and run.rrd. Without
     an estimator for the scenario's rig, score.json says so.
     """
@@ -74,14 +96,21 @@ def run_scenario(scenario: str, out: Path, estimator: str | None = None, seed: i
     estimator = estimator or (None if replayed else SCENARIOS[scenario].estimator)
     if estimator is not None and estimator not in ESTIMATORS:
         raise unknown("estimator", estimator, ESTIMATORS)
+    with atomic_directory(out, [Path(scenario)] if replayed else ()) as folder:
+        return _run_into(folder, scenario, replayed, estimator, seed, step, band)
+
+
+def _run_into(
+    folder: Path, scenario: str, replayed: bool, estimator: str | None, seed: int, step: Step, band: float | None
+) -> Run:
     with step(f"simulate {scenario}"):
         recording, truth = replay(Path(scenario), np.random.default_rng(seed)) if replayed else simulate(scenario, seed)
     answer = judged = None
     if estimator is not None:
         with step(f"estimate with {estimator}"):
-            answer = estimate(estimator, recording)
+            answer = estimate(estimator, recording, band)
             judged = score(answer, truth)
-    with step("write and log"), atomic_directory(out) as folder:
+    with step("write and log"):
         write_recording(recording, folder / "recording", reference_of(truth, recording))
         write_json(folder / "score.json", _score_file(scenario, seed, answer, judged))
         log_run(folder / "run.rrd", recording, truth, answer, judged)
@@ -100,14 +129,29 @@ class OnDisk:
     done: tuple[Done, ...] = ()  # about each of its findings
 
 
-def estimate_on_disk(name: str, folder: Path, out: Path, step: Step = silent, diagnosis: Path | None = None) -> OnDisk:
+def estimate_on_disk(
+    name: str,
+    folder: Path,
+    out: Path,
+    step: Step = silent,
+    diagnosis: Path | None = None,
+    band: float | None = None,
+) -> OnDisk:
     """Estimate on a recording in format 1 and write estimate.json and run.rrd into the folder `out`.
 
     With the `diagnosis` of that recording (its folder) what was found is taken out first, see docs/correct-with.md;
-    what the estimator then took is written too, as corrected/.
+    what the estimator then took is written too, as corrected/. With a `band` in Hz both IMUs are filtered after that.
     """
     if name not in ESTIMATORS:
         raise unknown("estimator", name, ESTIMATORS)
+    inputs = [Path(given) for given in (folder, diagnosis) if given is not None]
+    with atomic_directory(out, inputs) as target:
+        return _estimate_into(target, name, folder, step, diagnosis, band)
+
+
+def _estimate_into(
+    target: Path, name: str, folder: Path, step: Step, diagnosis: Path | None, band: float | None
+) -> OnDisk:
     told = None if diagnosis is None else read_diagnosis(diagnosis)
     with step(f"read {folder}"):
         recording, reference = read(folder)
@@ -115,7 +159,7 @@ def estimate_on_disk(name: str, folder: Path, out: Path, step: Step = silent, di
     if diagnosis is not None and told is not None:
         recording, done = _without(recording, told, Path(diagnosis), step)
     with step(f"estimate with {name}"):
-        answer = estimate(name, recording)
+        answer = estimate(name, recording, band)
     seen, declared = reference_axes(recording, reference), declared_axes(recording)
     result = OnDisk(
         recording,
@@ -125,8 +169,11 @@ def estimate_on_disk(name: str, folder: Path, out: Path, step: Step = silent, di
         told,
         done,
     )
-    with step("write and log"), atomic_directory(out) as target:
+    with step("write and log"):
         content = {"format": 1, "recording": recording.name, "rig": recording.rig, **estimate_as_dict(answer)}
+        words = explained(answer)
+        if words:
+            content["band"] = words
         for key, beside in (("reference", result.beside_reference), ("declared_mounts", result.beside_declared)):
             if beside is not None:
                 content[f"beside_{key}"] = score_as_dict(beside)["figures"]
@@ -151,7 +198,9 @@ def _without(recording: Recording, told: Diagnosis, path: Path, step: Step) -> t
     """Return a recording without what its diagnosis at `path` found, and what was done about each finding."""
     require_known_rig(recording, "a correction by its diagnosis")
     folder = path if path.is_dir() else path.parent
-    check_same(folder / Path(told.model).parent, recording)
+    if told.model:
+        model = below(folder, told.model, f"{path}, key 'model'", "a file of the diagnosis")
+        check_same(model.parent, recording)
     try:
         without = corrected(recording, told, step)
     except InputError as error:

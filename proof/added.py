@@ -7,7 +7,7 @@ knocks, clipping, rounding, lost samples, noise. Between samples a cubic spline 
 import shutil
 import tomllib
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import numpy as np
@@ -77,8 +77,11 @@ def add(recording: Path, out: Path, name: str, at: str, seed: int, strength: str
 
 def copy(recording: Path, out: Path) -> None:
     """Copy a recording to the new folder `out`, every IMU's table written as `add` would: digits must tell nothing."""
-    shutil.copytree(recording, out, ignore=shutil.ignore_patterns(".*"))
-    for imu in read_header(recording)["imu"]:
+    header = read_header(recording)
+    for name in ("recording.toml", *files_of(header)):
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(recording / name, out / name)
+    for imu in header["imu"]:
         write_samples(out / imu["file"], read_samples(recording / imu["file"]))
 
 
@@ -125,8 +128,21 @@ def filtered(time: Array, x: Array, cutoff: float) -> Array:
 
 
 def read_header(recording: Path) -> dict[str, Any]:
-    """Return recording.toml."""
-    return tomllib.loads((recording / "recording.toml").read_text(encoding="utf-8"))
+    """Return recording.toml; ValueError where it names a file that is not below its folder."""
+    header = tomllib.loads((recording / "recording.toml").read_text(encoding="utf-8"))
+    files_of(header)
+    return header
+
+
+def files_of(header: dict[str, Any]) -> list[str]:
+    """Return the files that a recording.toml names; ValueError for one that is not below its folder."""
+    entries = [entry for kind in ("imu", "encoder", "pose") for entry in header.get(kind, [])]
+    names = [str(entry["file"]) for entry in (*entries, *filter(None, [header.get("reference")]))]
+    for name in names:
+        path = PureWindowsPath(name)  # reads both separators and drive letters
+        if not path.parts or path.root or path.drive or ".." in path.parts:
+            raise ValueError(f"expected a file below the recording's folder, got '{name}'")
+    return names
 
 
 def read_samples(file: Path) -> Samples:

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from imubench.errors import InputError, unknown
-from imubench.toml_file import parse_toml
+from imubench.inputs.files import read_bytes
+from imubench.inputs.toml import parse_toml
 
 Kind = Literal["at most", "at least", "about"]
 Verdict = Literal["holds", "fails", "differs"]
@@ -134,7 +135,8 @@ def load_claims(file: Traversable | Path, measures: Mapping[str, object]) -> tup
 
     Raises `InputError` for a missing or unknown key, a wrong type, or a measure that is not in `measures`.
     """
-    tables = parse_toml(file.read_bytes(), file.name)
+    content = read_bytes(file) if isinstance(file, Path) else file.read_bytes()
+    tables = parse_toml(content, file.name)
     return tuple(_claim(name, table, f"{file.name}: {name}", measures) for name, table in tables.items())
 
 

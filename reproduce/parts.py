@@ -1,19 +1,15 @@
 """Parts of experiments on all cores, with what is finished kept on the disk, so that an interrupted run goes on.
 
-Processes are spawned, not forked, with one thread of linear algebra each: two threads a process on two cores
-would only get into each other's way. Workers ignore Ctrl-C; the parent stops handing out parts, and waits for
-the few seconds that the running ones need.
+What is being computed when a run is stopped is computed again by the next one; what was finished is not.
 """
 
 import hashlib
 import json
-import multiprocessing
-import os
 import shutil
-import signal
+import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager, suppress
+from concurrent.futures import FIRST_COMPLETED, wait
+from contextlib import suppress
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -22,39 +18,34 @@ import numpy as np
 
 import imubench
 from imubench.atomic import atomic_file
+from imubench.inputs.files import opened, real
+from imubench.inputs.limits import BINARY_BYTES
 from imubench.reproduce.paper import Arrays, Part
+from imubench.workers import process_pool
 
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 COMPUTING = ("imubench.estimators", "imubench.models", "imubench.scenarios", "imubench.sim", "imubench.reproduce")
 
 Report = Callable[[Part], None]
 """Called once for every part that is done."""
 
 
-def cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 class Store:
     """Finished parts in a hidden folder beside the output; `forget` removes it."""
 
     def __init__(self, out: Path, settings: str):
-        target = Path(out).resolve()
+        target = real(out)
         self.home = target.parent / f".{target.name}.parts"
         self.folder = self.home / _key(settings)
 
     def load(self, part: Part) -> Arrays | None:
         """Return the arrays of a finished part, or None; a broken file counts as none."""
-        path = self._path(part)
-        if not path.exists():
-            return None
         try:
-            with np.load(path, allow_pickle=False) as stored:
-                return {name: stored[name] for name in stored.files}
-        except (OSError, ValueError, KeyError, EOFError):
+            with opened(self._path(part), BINARY_BYTES) as file, zipfile.ZipFile(file) as parts:
+                if sum(entry.file_size for entry in parts.infolist()) > BINARY_BYTES:
+                    return None
+                with np.load(file, allow_pickle=False) as stored:
+                    return {name: stored[name] for name in stored.files}
+        except Exception:  # not there, or damaged in any way: it is computed again
             return None
 
     def save(self, part: Part, arrays: Mapping[str, object]) -> Arrays:
@@ -65,8 +56,10 @@ class Store:
         return done
 
     def forget(self) -> None:
-        """Remove all finished parts of this output."""
-        shutil.rmtree(self.home, ignore_errors=True)
+        """Remove the finished parts of these settings; those of a run with other settings may still be gone on with."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+        with suppress(OSError):  # others are left
+            self.home.rmdir()
 
     def _path(self, part: Part) -> Path:
         return self.folder / f"{part.name}.npz"
@@ -93,7 +86,6 @@ def sources(folder: Traversable) -> Iterator[tuple[str, bytes]]:
 def run_parts(parts: Iterable[Part], store: Store, workers: int, report: Report) -> dict[str, Arrays]:
     """Return the arrays of every part by its name, from the store or computed and put there.
 
-    On Ctrl-C the parts that are being computed are finished and kept before `KeyboardInterrupt` goes on.
     With `workers` = 0 everything happens in this process.
     """
     done: dict[str, Arrays] = {}
@@ -115,48 +107,14 @@ def run_parts(parts: Iterable[Part], store: Store, workers: int, report: Report)
 
 
 def _compute(parts: list[Part], store: Store, workers: int, report: Report, done: dict[str, Arrays]) -> None:
-    context = multiprocessing.get_context("spawn")
-    with (
-        one_thread_each(),
-        ProcessPoolExecutor(min(workers, len(parts)), mp_context=context, initializer=ignore_interrupts) as pool,
-    ):
+    with process_pool(min(workers, len(parts))) as pool:
         # The longest first, so that no core waits long at the end.
         pending = {pool.submit(p.run, **p.arguments): p for p in sorted(parts, key=lambda p: -p.work)}
-
-        def collect(finished: Iterable[Future[Mapping[str, object]]]) -> None:
-            for future in finished:
+        while pending:
+            for future in wait(pending, return_when=FIRST_COMPLETED)[0]:
                 part = pending.pop(future)
                 done[part.name] = store.save(part, future.result())
                 report(part)
-
-        try:
-            while pending:
-                collect(wait(pending, return_when=FIRST_COMPLETED)[0])
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            with suppress(Exception):
-                collect([f for f in list(pending) if f.done() and not f.cancelled() and f.exception() is None])
-            raise
-
-
-@contextmanager
-def one_thread_each() -> Iterator[None]:
-    """Have processes that start within this context use one thread for linear algebra."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
-
-def ignore_interrupts() -> None:
-    """Have this process leave Ctrl-C to the one that started it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def settings_text(settings: object, quick: bool) -> str:

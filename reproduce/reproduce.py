@@ -1,7 +1,6 @@
 """From the name of a paper to claims.json and report.html."""
 
 import platform
-import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -13,8 +12,9 @@ from imubench.errors import unknown
 from imubench.reproduce import PAPERS
 from imubench.reproduce.claims import Judged, judge
 from imubench.reproduce.paper import Part
-from imubench.reproduce.parts import Report, Store, cores, run_parts, settings_text
+from imubench.reproduce.parts import Report, Store, run_parts, settings_text
 from imubench.reproduce.report import page, require_matplotlib
+from imubench.workers import cores
 
 Watch = Callable[[list[Part]], AbstractContextManager[Report]]
 """Takes all parts; the context reports each one that is done."""
@@ -29,7 +29,7 @@ def reproduce(name: str, out: Path, quick: bool, seed: int, watch: Watch, worker
     if name not in PAPERS:
         raise unknown("paper", name, PAPERS)
     require_matplotlib()
-    paper, started = PAPERS[name], time.monotonic()
+    paper = PAPERS[name]
     with atomic_directory(out) as folder:
         settings = paper.settings(quick, seed)
         parts = paper.parts(settings)
@@ -41,11 +41,11 @@ def reproduce(name: str, out: Path, quick: bool, seed: int, watch: Watch, worker
         write_json(folder / "claims.json", [j.as_dict() for j in judged])
         length = "Quick run: less of everything than the paper's." if quick else "Full run."
         how = f"{length} Seed {seed}."
+        command = f"imubench reproduce {name}{' --quick' if quick else ''} --seed {seed}"
         footer = (
-            f"imubench {imubench.__version__}: imubench reproduce {name}{' --quick' if quick else ''} --seed {seed}; "
-            f"{time.monotonic() - started:.0f} s on {cores()} cores, {platform.machine()}, Python "
-            f"{platform.python_version()}. Bounds come from claims.toml beside the code; hold the pointer over a "
-            "bound to see where it comes from."
+            f"imubench {imubench.__version__}: {command}, on {platform.machine()} with Python "
+            f"{platform.python_version()}. Bounds come from claims.toml beside the code; hold the pointer over a bound "
+            "to see where it comes from."
         )
         (folder / "report.html").write_text(page(paper, paper.tell(results), judged, how, footer), encoding="utf-8")
     store.forget()

@@ -10,6 +10,7 @@ from imubench import rotations
 from imubench.models import mjcf
 from imubench.recording import RIGS
 from imubench.sim.rigs import Mount, Rig
+from imubench.sim.stability import write_no_log
 
 DRIVEN_ARMATURE = 1e13
 """Inertia of a driven joint, kg m^2 (or kg): so large that no force of the rig moves it.
@@ -48,6 +49,7 @@ def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", 
 @lru_cache
 def _template(family: str, watch_segments: bool) -> Any:
     """Return the MjSpec of a family's MJCF file, to be copied."""
+    write_no_log()
     spec = mujoco.MjSpec.from_string(mjcf(family))
     if not watch_segments:
         for part in (*spec.geoms, *(s for s in spec.sites if not s.name.startswith("imu"))):

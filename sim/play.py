@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.errors import unknown
+from imubench.errors import InputError, unknown
 from imubench.recording import positive
 from imubench.sim.compile import compile_model
 from imubench.sim.driven import evaluate, joint_state
@@ -41,12 +41,15 @@ def play(
     `step` is the longest integration step of sprung mounts in s; None takes an eighth of the period of their fastest
     mode, less where that is hardly damped, and 5 ms at most. `threads` 0 uses every core; no result depends on it.
     `engine` "warp" has the samples evaluated by MuJoCo Warp (`on_warp`), in single precision, on a GPU where one is.
+    Raises `InputError` for a motion that is defined for less than `duration`, and
+    its kind `UnheldSensorError` where springs do not hold a sensor.
     """
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     positive(duration, "duration")
     positive(rate, "rate")
     time = np.arange(round(duration * rate)) / rate
+    _check_lasts(motion, duration, time)
     model = compile_model(rig, driven="joints" if rig.sprung else "all")
     mounts, trajectory = _followed(rig, model, motion, time, rate, step)
     if mounts is not None and engine == "mujoco" and not any(mount.slides for mount in rig.mounts):
@@ -55,6 +58,14 @@ def play(
     state = joint_state(rig, model, trajectory, mounts)
     data = evaluate_on_warp(model, *state) if engine == "warp" else evaluate(model, *state, threads=threads)
     return read_truth(rig, model, time, data, labels, trajectory)
+
+
+def _check_lasts(motion: Motion, duration: float, time: Array) -> None:
+    """Raise `InputError` for a motion that ends before the last sample, before anything is computed."""
+    try:
+        motion(time[-1:])
+    except InputError as error:
+        raise InputError(f"play of {duration:g} s: {error}") from None
 
 
 def _followed(

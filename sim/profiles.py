@@ -13,8 +13,8 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.errors import InputError, unknown
+from imubench.inputs.toml import load_toml, parse_toml
 from imubench.sim.imu_profile import ChannelProfile, ImuProfile
-from imubench.toml_file import load_toml, parse_toml
 
 G = 9.80665  # m/s^2, the unit g
 DEG = np.pi / 180

@@ -8,9 +8,16 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, PPoly
 
 from imubench.arrays import Array
+from imubench.errors import InputError
 
 Signal = Callable[[Array], tuple[Array, Array, Array]]
-"""Takes times (n,) in s; returns value, first and second derivative, each (n,)."""
+"""Takes times (n,) in s; returns value, first and second derivative, each (n,).
+
+A signal that is not defined for all time raises `InputError` beyond its own (`check_within`), so that every motion made
+of it does: polynomials left to themselves grow with the fifth power of time.
+"""
+
+AROUND = 0.01  # s that a signal may be asked beyond its time: integrators look two steps, of 5 ms at most, around them
 
 
 @dataclass(frozen=True)
@@ -45,8 +52,22 @@ _BASIS = PPoly.from_spline(BSpline.basis_element(np.arange(7.0))).c[:, 10:4:-1]
 """Polynomials (6 powers, falling; 6 coefficients) of the knot interval that six neighbouring coefficients share."""
 
 
+def check_within(time: Array, start: float, end: float) -> None:
+    """Raise `InputError` unless all times (n,) lie within `start` to `end` s, give or take `AROUND`."""
+    if not time.size:
+        return
+    first, last = float(time.min()), float(time.max())
+    if last > end + AROUND:
+        raise InputError(f"motion: expected at most {end:.6g} s, got {last:.6g} s")
+    if first < start - AROUND:
+        raise InputError(f"motion: expected times from {start:.6g} s on, got {first:.6g} s")
+
+
 class Spline:
-    """A spline of degree 5 through random or given coefficients: four times differentiable."""
+    """A spline of degree 5 through random or given coefficients: four times differentiable.
+
+    It is defined from its first to its last knot, and raises `InputError` elsewhere.
+    """
 
     def __init__(self, coefficients: ArrayLike, knot_spacing: float, start: float = 0.0) -> None:
         c = np.asarray(coefficients, dtype=float)
@@ -54,9 +75,11 @@ class Spline:
         powers = knot_spacing ** -np.arange(5.0, -1.0, -1.0)[:, None]
         pieces = powers * (_BASIS @ np.lib.stride_tricks.sliding_window_view(c, 6).T)
         self._pieces = with_derivatives(PPoly(pieces, knots))
+        self.start, self.end = float(knots[0]), float(knots[-1])  # s
 
     def __call__(self, time: Array) -> tuple[Array, Array, Array]:
-        """Return value and derivatives at `time`."""
+        """Return value and derivatives at `time`; `InputError` beyond the knots."""
+        check_within(time, self.start, self.end)
         value, first, second = self._pieces(time).T
         return value, first, second
 
@@ -82,7 +105,7 @@ def hand(rng: np.random.Generator, duration: float, std: float, bandwidth: float
     sinc^6(f h): the power has fallen by 14 dB at `bandwidth` Hz and by over 70 dB at twice that. The noise comes four
     times as often as the knots; once a knot, its power would rise and fall from knot to knot, and what is square in the
     motion (a centripetal acceleration) would hum at 1 / h. The signal has the given standard deviation around `offset`;
-    it is defined from 0 to `duration` s.
+    it is defined from 0 to `duration` s, and up to two knots longer.
     """
     spacing = KNOTS / bandwidth / FINER
     count = int(np.ceil(duration / spacing)) + 6

@@ -38,6 +38,10 @@ BRIEF = 1e-4  # s, for the rate of a load
 MOST_TURN = 1.4  # rad, about each axis: beyond, a linear rotational spring means nothing and its axes line up
 
 
+class UnheldSensorError(InputError):
+    """Springs do not hold their sensor: a rig that cannot be played, which a study of many can count."""
+
+
 def sprung_motion(
     rig: Rig, model: Any, motion: Motion, count: int, rate: float, longest: float | None = None
 ) -> tuple[Array, Array, Trajectory]:
@@ -45,7 +49,7 @@ def sprung_motion(
 
     The third is the trajectory at those times. `model` is that of the rig with its joints driven; `longest` is the
     longest step in s, None: the default.
-    Raises `InputError` where springs do not hold the sensor.
+    Raises `UnheldSensorError` where springs do not hold the sensor.
     """
     stepping = stepping_model(model, rate, longest)
     split = round(1.0 / (rate * stepping.opt.timestep))
@@ -159,9 +163,10 @@ def _resting(rig: Rig, motion: Motion, time: Array) -> Array:
 
 
 def _check_held(model: Any, positions: Array, went_through: bool) -> None:
-    """Raise `InputError` where a mount turns further than springs can, or MuJoCo had to begin anew."""
+    """Raise `UnheldSensorError` where a mount turns further than springs can, or MuJoCo had to begin anew."""
     turns = model.jnt_type[model.dof_jntid[mount_dofs(model)]] == mujoco.mjtJoint.mjJNT_HINGE
     most = float(np.abs(positions[:, turns]).max(initial=0.0))
     if not went_through or not most <= MOST_TURN:
         found = f"{most:.1f} rad" if went_through else "one that is thrown about"
-        raise InputError(f"sprung mount: expected springs that hold the sensor within {MOST_TURN:g} rad, got {found}")
+        expected = f"springs that hold the sensor within {MOST_TURN:g} rad"
+        raise UnheldSensorError(f"sprung mount: expected {expected}, got {found}")

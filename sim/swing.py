@@ -20,6 +20,7 @@ from imubench.recording import positive
 from imubench.sim.compile import compile_model
 from imubench.sim.readout import read_truth
 from imubench.sim.rigs import Rig
+from imubench.sim.stability import check_stable
 from imubench.truth import Truth
 
 BLOCK = 16  # rigs simulated at once: enough for every core, little enough for the memory
@@ -122,6 +123,7 @@ def _rollout(
         batch.rollout(steps, control=control, control_spec=spec, record=("sensordata",), out=out)
     except mujoco_batch.SimulationError as error:
         raise InputError(f"swing: expected a simulation that stays finite, got: {error}") from error
+    check_stable(batch, "swing")
     return out["sensordata"]
 
 

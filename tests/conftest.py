@@ -1,7 +1,7 @@
 """Shared by all tests: independent rigid-body kinematics, random motions, real recordings."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from imubench.proof.case import make_case
 from imubench.recording import Body, Encoder, Recording
 from imubench.sim.motion import AngleMotion
 from imubench.sim.signals import hand
+from tests.command import own_signals
 from tests.damage import whole
 
 Jet = tuple[Array, Array, Array]  # a function of time with its first and second derivative
@@ -59,6 +60,13 @@ class JetRig:
         spin = np.swapaxes(R, 1, 2) @ dR
         rate = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=-1) @ R_bs
         return where, rate, force
+
+
+@pytest.fixture(autouse=True)
+def signals_as_before() -> Iterator[None]:
+    """A test that calls `main` leaves Ctrl-C to those after it, and to the processes that they start."""
+    with own_signals():
+        yield
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from imubench import atomic
 from imubench.atomic import MARKER, atomic_directory, atomic_file
 from imubench.errors import InputError
 
@@ -112,7 +113,9 @@ def test_a_marker_that_is_no_listing_of_ours_protects(tmp_path):
         make(tmp_path / "out")
 
 
-def test_the_old_folder_comes_back_when_the_renaming_fails(tmp_path, monkeypatch):
+def test_the_old_folder_comes_back_when_the_renaming_fails_where_names_cannot_be_exchanged(tmp_path, monkeypatch):
+    monkeypatch.setattr(atomic, "_exchanged", lambda one, other: False)
+    make(tmp_path / "out", "older")
     make(tmp_path / "out", "old")
     rename = Path.rename
 
@@ -177,3 +180,51 @@ def test_an_error_keeps_the_old_file(tmp_path):
 def test_a_folder_where_the_file_should_be_is_refused(tmp_path):
     with pytest.raises(InputError, match="expected a file to write, got a folder"), atomic_file(tmp_path):
         pass
+
+
+@pytest.mark.parametrize("older", (True, False))
+def test_files_that_belong_together_have_their_names_all_or_none(older, tmp_path, monkeypatch):
+    first, last = tmp_path / "sealed.json", tmp_path / "commitment.json"
+    if older:
+        first.write_text("old")
+        last.write_text("old")
+    before = everything(tmp_path)
+    replace = Path.replace
+
+    def failing(self: Path, target: Path) -> Path:
+        if target == last:
+            raise OSError(28, "No space left on device")
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", failing)
+    with (
+        pytest.raises(InputError, match=r"expected a place that can be written, got: No space left on device"),
+        atomic.atomic_files(first, last) as parts,
+    ):
+        for part in parts:
+            part.write_text("new")
+    assert everything(tmp_path) == before
+    assert all(path.read_text() == "old" for path in (first, last) if older)
+    monkeypatch.undo()
+    with atomic.atomic_files(first, last) as parts:
+        for part in parts:
+            part.write_text("new")
+    assert [path.read_text() for path in (first, last)] == ["new", "new"]
+    assert everything(tmp_path) == ["commitment.json", "sealed.json"]
+
+
+def test_what_a_killed_run_left_is_removed_and_what_it_had_moved_aside_comes_back(tmp_path):
+    make(tmp_path / "out", "old")
+    (tmp_path / "out").rename(tmp_path / ".out.0123abcd.old")
+    for name in (".out.01234567.partial", "..out.01234567.partial.89abcdef.partial"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "half").write_text("1")
+    for name in (".out.lock", "..out.01234567.partial.lock"):
+        (tmp_path / name).write_text("99999\n")
+    others = (".out.parts", ".other.01234567.partial", ".out.0123.partial")
+    for name in others:
+        (tmp_path / name).mkdir()
+    with pytest.raises(RuntimeError), atomic_directory(tmp_path / "out"):
+        raise RuntimeError
+    assert {p.name for p in tmp_path.iterdir()} == {"out", *others}
+    assert (tmp_path / "out" / "inner" / "result.txt").read_text() == "old"

@@ -1,5 +1,6 @@
 """A broken file or table ends with one line: which file, line and column, what was expected and what came."""
 
+import os
 import re
 from pathlib import Path
 
@@ -44,26 +45,26 @@ def test_a_folder_for_a_file(good, file):
 
 @pytest.mark.parametrize("file", ["recording.toml", "imu1.csv", "imu2.csv", "reference.csv"])
 def test_a_file_that_vanishes_midway(good, file, monkeypatch):
-    read_bytes = Path.read_bytes
+    opened = os.open
 
-    def vanishing(self: Path) -> bytes:
-        if self.name == file:
-            self.unlink(missing_ok=True)  # it was there when the folder was looked at
-        return read_bytes(self)
+    def vanishing(path: Path, *flags: int) -> int:
+        if Path(path).name == file:
+            Path(path).unlink(missing_ok=True)  # it was there when the folder was looked at
+        return opened(path, *flags)
 
-    monkeypatch.setattr(Path, "read_bytes", vanishing)
+    monkeypatch.setattr(os, "open", vanishing)
     refused(good, f"rec/{file}: expected a file, got nothing of that name")
 
 
 def test_a_file_that_breaks_while_it_is_read(good, monkeypatch):
-    read_bytes = Path.read_bytes
+    opened = os.open
 
-    def failing(self: Path) -> bytes:
-        if self.name == "imu1.csv":
+    def failing(path: Path, *flags: int) -> int:
+        if Path(path).name == "imu1.csv":
             raise OSError(5, "Input/output error")
-        return read_bytes(self)
+        return opened(path, *flags)
 
-    monkeypatch.setattr(Path, "read_bytes", failing)
+    monkeypatch.setattr(os, "open", failing)
     refused(good, "rec/imu1.csv: expected a readable file, got: Input/output error")
 
 

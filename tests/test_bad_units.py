@@ -107,6 +107,57 @@ def test_a_joint_angle_in_degrees(good, file, column):
     refused(good, f"rec/{file}, line ", f"column '{column}': expected rad, got ", "rad/s: probably degrees")
 
 
+@pytest.mark.parametrize(("file", "column"), [("encoder.csv", "angle"), ("reference.csv", "hinge_angle")])
+@pytest.mark.parametrize(("last", "said"), [(1e9, "expected rad, at most 1e+06, got 1e+09"), (5e3, "under 700 rad/s")])
+def test_a_joint_angle_that_no_joint_has(good, file, column, last, said):
+    """Three readings of 1,200 are too few to be a unit, but no joint turns by 800 turns in a tenth of a second."""
+    change(good, file, column, lambda angle: np.append(angle[:-3], np.full((3, 1), last), axis=0))
+    refused(good, f"rec/{file}, line ", f"column '{column}'", said)
+
+
+def rated(folder: Path, rate: float) -> None:
+    text = (folder / "recording.toml").read_text()
+    (folder / "recording.toml").write_text(text.replace("rate = 100.0", f"rate = {rate}"))
+
+
+def test_milliseconds_with_a_rate_to_match(good):
+    """Rate and stamps agree, but no IMU has 0.1 Hz."""
+    rated(good, 0.1)
+    for file in ("imu1.csv", "imu2.csv"):
+        change(good, file, "time", lambda time: 1e3 * time)
+    refused(
+        good, "rec/imu1.csv, line 3, column 'time': expected steps of an IMU's 0.2 to 50000 Hz, got 10 s (median)",
+        "rate = 0.1: the stamps are probably milliseconds",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")])
+def test_stamps_since_1970_in_another_unit(good, factor, unit):
+    rated(good, 100.0 / factor)
+    for file in ("imu1.csv", "imu2.csv"):
+        change(good, file, "time", lambda time: factor * (1.7e9 + time))
+    refused(
+        good, "rec/imu1.csv, line 2, column 'time': expected s, up to 9e+09, got 1.7", f"probably {unit} since 1970"
+    )
+
+
+def test_a_clock_that_was_set_while_it_recorded(good):
+    for file in ("imu1.csv", "imu2.csv"):
+        change(good, file, "time", lambda time: time + 1.7e9 * (time > 5))
+    refused(
+        good, "rec/imu1.csv, line 503, column 'time': expected at most 31 days from the first sample to the last",
+        "got 1.968e+04, of them 1.968e+04 before this row: was the clock set?",
+    )  # fmt: skip
+
+
+def test_seconds_since_1970_are_data(good):
+    for file in ("imu1.csv", "imu2.csv", "encoder.csv", "pose1.csv", "reference.csv"):
+        change(good, file, "time", lambda time: 1.7e9 + time)
+    swap(good, "recording.toml", "start = 1.0", "start = 1700000001.0")
+    swap(good, "recording.toml", "end = 5.0", "end = 1700000005.0")
+    assert read(good)[0].imus[0].time[0] == 1.7e9
+
+
 def test_a_position_in_millimetres(good):
     change(good, "pose1.csv", "y", lambda _: 300 * np.sin(TIME[:, None]))
     refused(good, "rec/pose1.csv, line 2, position: expected m, got ", "probably millimetres")
@@ -197,6 +248,11 @@ def test_the_angle_of_a_joint_that_turns_many_times_is_data(good):
     change(good, "encoder.csv", "angle", lambda _: (30 * TIME[:, None] + np.pi) % (2 * np.pi) - np.pi)
     read(good)
     change(good, "encoder.csv", "angle", lambda _: 30 * TIME[:, None])
+    read(good)
+
+
+def test_a_spike_of_an_encoder_is_data(good):
+    change(good, "encoder.csv", "angle", lambda angle: np.where(np.arange(N)[:, None] == 600, 60.0, angle))  # rad
     read(good)
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from imubench.convert import CONVERTERS
 from imubench.errors import InputError
+from imubench.format1 import read_recording, write_recording
 from tests.chain import readings
 
 NAMES = {"time": "t", "gyr_x": "wx", "gyr_y": "wy", "gyr_z": "wz", "acc_x": "ax", "acc_y": "ay", "acc_z": "az"}
@@ -79,10 +80,10 @@ def test_csv_units_that_physics_rules_out(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "a.csv: expected 1 header line, got fewer"),
-        ("{h}\n", "a.csv, time: expected at least one sample, got none"),
-        ("{h}\n0,0,0,0,0,0,x\n", "a.csv: expected a table of numbers, got: .*conversion error to double.*'x'"),
-        ("{h}\n0,0,0,0,0,0\n", "a.csv: expected a table of numbers, got: .*Expected 7 columns, got 6"),
+        ("", "a.csv: expected a header and rows of numbers, got an empty file"),
+        ("{h}\n", "a.csv: expected rows of numbers below the header, got none"),
+        ("{h}\n0,0,0,0,0,0,x\n", "a.csv, line 2, column 'acc_z': expected a number, got 'x'"),
+        ("{h}\n0,0,0,0,0,0\n", "a.csv, line 2: expected 7 cells, as in the header, got 6"),
         ("{h}\n0,0,0,0,0,0,9.8\n0,0,0,0,0,0,9.8\n", "a.csv, time: .* a repeated stamp in row 1"),
         ("{h}\n1,0,0,0,0,0,9.8\n0,0,0,0,0,0,9.8\n", "a.csv, time: .* time running backwards in row 1"),
         ("{h},acc_z\n0,0,0,0,0,0,9.8,9.8\n", "a.csv: expected column 'acc_z' once, got it 2 times"),
@@ -92,3 +93,89 @@ def test_csv_broken_tables(tmp_path, text, message):
     (tmp_path / "a.csv").write_text(text.replace("{h}", ",".join(NAMES)))
     with pytest.raises(InputError, match=message):
         CONVERTERS["csv"](tmp_path / "a.csv")
+
+
+HEAD = "time,gyr_x,gyr_y,gyr_z,acc_x,acc_y,acc_z"
+UNIX = 1_700_000_000  # s since 1970
+
+
+def stamped(path, stamps):
+    """Write a sensor at rest with these stamps, texts."""
+    path.write_text("\n".join([HEAD, *(f"{t},0.01,0,0,0,0,9.81" for t in stamps)]) + "\n")
+    return path
+
+
+def counted(first, step, count=300):
+    return [str(first + k * step) for k in range(count)]
+
+
+@pytest.mark.parametrize(
+    ("stamps", "unit", "message"),
+    [
+        (counted(0, 10), "", "got 0.1 from .* steps of 10 in seconds, as no time_unit is said: probably time_unit=ms"),
+        (counted(0, 10_000), "", "probably time_unit=us"),
+        (counted(0, 10_000_000), "", "probably time_unit=ns"),
+        (counted(0, 1), "", "got 1 from median steps of 1 in seconds, .*: probably time_unit=ms"),  # 1 kHz
+        (counted(0, 100_000), "ms", "got 0.01 from .* in time_unit 'ms': probably time_unit=us"),
+        ([f"{k / 100}" for k in range(300)], "ms", "got 1e\\+05 from .* in time_unit 'ms': probably time_unit=s"),
+        (counted(UNIX * 1000, 10), "", "up to 9e\\+09 s, got 1.7e\\+12 in .*: probably time_unit=ms, since 1970"),
+        (counted(UNIX * 10**6, 10_000), "", "probably time_unit=us, since 1970"),
+        (counted(UNIX * 10**9, 10_000_000), "", "probably time_unit=ns, since 1970"),
+        (counted(UNIX * 1000, 10), "s", "probably time_unit=ms, since 1970"),
+    ],
+)  # fmt: skip
+def test_csv_stamps_in_another_unit(tmp_path, stamps, unit, message):
+    """Milliseconds since 1970 were written as a recording of 0.1 Hz, without a word."""
+    options = {"time_unit": unit} if unit else {}
+    with pytest.raises(InputError, match=f"a.csv, column 'time': .*{message}"):
+        CONVERTERS["csv"](stamped(tmp_path / "a.csv", stamps), **options)
+
+
+@pytest.mark.parametrize(
+    ("stamps", "unit", "rate"),
+    [
+        ([f"{UNIX}.{k:02d}0000" for k in range(100)], "", 100.0),
+        ([f"{UNIX}.{k:03d}25" for k in range(1000)], "s", 1000.0),
+        (counted(UNIX * 1000, 10), "ms", 100.0),
+        (counted(UNIX * 10**6 + 123, 1000), "us", 1000.0),
+        (counted(UNIX * 10**9 + 123_456_789, 31_250), "ns", 32_000.0),  # float64 counts those in steps of 256
+        ([f'"{UNIX * 10**9 + k * 31_250}"' for k in range(300)], "ns", 32_000.0),
+    ],
+)
+def test_csv_stamps_since_1970_lose_no_digit(tmp_path, stamps, unit, rate):
+    options = {"time_unit": unit} if unit else {}
+    (out,) = CONVERTERS["csv"](stamped(tmp_path / "a.csv", stamps), **options)
+    time = out.recording.imus[0].time
+    assert out.recording.imus[0].rate == pytest.approx(rate, rel=1e-8)  # written with 9 digits
+    assert 0 <= time[0] < 1
+    np.testing.assert_allclose(np.diff(time), 1 / rate, rtol=0, atol=1e-15)  # rounding of times below 3 s
+    assert f"The clock's zero was moved by {UNIX} s" in out.note
+
+
+def test_csv_two_imus_keep_one_clock(tmp_path):
+    stamped(tmp_path / "a.csv", counted(UNIX * 10**9 + 5_000_000, 10_000_000))
+    stamped(tmp_path / "b.csv", counted(UNIX * 10**9 + 2_000_000_123, 10_000_000))
+    (out,) = CONVERTERS["csv"](tmp_path / "a.csv", second="b.csv", time_unit="ns")
+    one, two = out.recording.imus
+    assert two.time[0] - one.time[0] == pytest.approx(1.995000123, abs=1e-12)  # rounding of seconds
+
+
+def test_csv_stamps_of_a_clock_that_starts_with_the_recording_stay_as_they_are(tmp_path):
+    (out,) = CONVERTERS["csv"](stamped(tmp_path / "a.csv", counted(3_600_000, 10)), time_unit="ms")
+    assert out.recording.imus[0].time[0] == 3600.0
+    assert "zero" not in out.note
+
+
+def test_csv_of_a_slow_imu_needs_its_unit_said(tmp_path):
+    """What looks like milliseconds may be seconds, if somebody says so; format 1 takes it from 0.2 Hz on."""
+    (out,) = CONVERTERS["csv"](stamped(tmp_path / "a.csv", counted(0, 2)), time_unit="s")
+    write_recording(out.recording, tmp_path / "r")
+    assert read_recording(tmp_path / "r").imus[0].rate == 0.5
+
+
+def test_csv_with_blank_lines_is_read_as_numbers(tmp_path):
+    """The digits cannot be had line by line then: steps are right to what 64-bit numbers hold."""
+    path = stamped(tmp_path / "a.csv", counted(UNIX * 10**9, 10_000_000))
+    path.write_text(path.read_text().replace("\n", "\n\n", 2))
+    (out,) = CONVERTERS["csv"](path, time_unit="ns")
+    np.testing.assert_allclose(np.diff(out.recording.imus[0].time), 0.01, rtol=0, atol=6e-7)  # 256 and 238 ns

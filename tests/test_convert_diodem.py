@@ -44,12 +44,31 @@ def test_diodem_blanks_the_filled_segment(tmp_path):
     assert "10 gap-filled frames" in out.note
 
 
-def test_diodem_takes_the_optical_delay_out(tmp_path):
+@pytest.mark.parametrize("late", [0.016, -0.0023])
+@pytest.mark.parametrize("imu", ["rigid", "nonrigid"])
+def test_diodem_times_the_reference_by_the_gyroscopes(tmp_path, imu, late):
+    """No constant of a trial: whatever the stamps are late by, of either sign, is found and taken out, gaps or not."""
+    trial = diodem_trial(tmp_path / "t", optical_late=late)
+    (out,) = CONVERTERS["diodem"](trial, imu=imu)
+    for one, q in zip(out.recording.imus, (out.reference.quaternion1, out.reference.quaternion2), strict=True):
+        delay, _ = gyro_delay(one, out.reference.time, q)
+        assert abs(delay) < 3e-4  # s: what 40 Hz interpolation allows
+    assert out.reference.time[0] == pytest.approx(-late, abs=3e-4)
+    assert "by 5 gyroscopes" in out.note
+    # what is left of the hinge angle is what the optical record has without noise: 0.3 ms of 1.5 rad/s
+    expected = joint_angle(out.reference.time, AXES["3-4"])
+    seen = np.isfinite(out.reference.hinge_angle)
+    off = out.reference.hinge_angle[seen] - expected[seen]
+    assert np.degrees(off.std()) < 0.05
+
+
+def test_diodem_takes_a_given_delay(tmp_path):
     trial = diodem_trial(tmp_path / "t", optical_late=0.016)
     for given, left in ((0.016, 0.0), (0.0, -0.016)):
         (out,) = CONVERTERS["diodem"](trial, optical_delay=given)
         delay, _ = gyro_delay(out.recording.imus[0], out.reference.time, out.reference.quaternion1)
         assert delay == pytest.approx(left, abs=3e-4)  # s: what 40 Hz interpolation allows
+        assert "as told; by the data +16" in out.note
     assert out.reference.time[0] == 0.0
 
 
@@ -94,7 +113,7 @@ def test_diodem_bad_sources(tmp_path):
     with pytest.raises(InputError, match=r"omc.csv: expected column 'seg3_quat_w', got seg1_quat_w, .* and 10 more"):
         convert(trial)
     path.write_bytes(text.encode().replace(b"# units", b"# unit\xe9"))
-    with pytest.raises(InputError, match=r"omc.csv: expected UTF-8 text, got byte 0xe9"):
+    with pytest.raises(InputError, match=r"omc.csv, line 2: expected UTF-8 text, got byte 0xe9"):
         convert(trial)
     trial = diodem_trial(tmp_path / "sideways", optical_turn=(np.sqrt(0.5), np.sqrt(0.5), 0, 0))
     with pytest.raises(InputError, match=r"optical record of imu1: expected a world with z up, got .* 90 deg from z"):
@@ -111,5 +130,7 @@ def test_diodem_hole_in_the_imu_table(tmp_path, cell, row):
     cells[column] = cell
     lines[3 + row] = ",".join(cells)
     path.write_text("\n".join(lines) + "\n")
-    with pytest.raises(InputError, match=rf"imu_rigid.csv, column 'seg3_gyr_x', row {row}: expected a finite number"):
+    with pytest.raises(
+        InputError, match=rf"imu_rigid.csv, line {row + 4}, column 'seg3_gyr_x': expected a finite number"
+    ):
         CONVERTERS["diodem"](trial)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from imubench import rotations
-from imubench.cli import main
 from imubench.dataset import read
 from imubench.dataset.exports import EXPORTS, held_rows
 from imubench.dataset.generate import generate
 from imubench.dataset.reading import indices
 from imubench.dataset.shard import Job
 from imubench.errors import InputError
+from imubench.main import main
 from imubench.recording import Imu
 
 SPEC = """

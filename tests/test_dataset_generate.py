@@ -1,5 +1,6 @@
 """The same bytes whoever makes them and however often they are stopped; nothing half-written looks finished."""
 
+import itertools
 import json
 import os
 import shutil
@@ -11,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from imubench.cli import main
 from imubench.dataset import local
 from imubench.dataset.generate import LOCK, generate
-from imubench.dataset.lock import locked
-from imubench.dataset.manifest import MANIFEST, verify
-from imubench.dataset.shard import RECEIPTS, Job, finished, make_shard
+from imubench.dataset.manifest import MANIFEST, encoded, manifest, verify
+from imubench.dataset.shard import RECEIPTS, Job, Receipt, finished, make_shard
 from imubench.errors import InputError
+from imubench.lock import locked
+from imubench.main import main
 
 SPEC = """
 name = "small"
@@ -92,6 +93,14 @@ def test_the_same_bytes_in_any_order_and_after_a_stop(alone, tmp_path):
     assert hashes(tmp_path / "d") == hashes(alone)
 
 
+def test_the_manifest_is_the_same_in_whatever_order_the_shards_were_finished(tmp_path):
+    """Seconds that no binary fraction holds: a running sum of them depends on the order."""
+    asked = job(tmp_path / "d", count=8)
+    receipts = [Receipt(n, 2, 200, seconds, {"train": 2}, {}) for n, seconds in enumerate((0.1, 0.2, 0.3, 10.7))]
+    written = {encoded(manifest(asked, order)) for order in itertools.permutations(receipts)}
+    assert len(written) == 1
+
+
 def test_a_finished_dataset_is_left_as_it_is(alone, tmp_path):
     shutil.copytree(alone, tmp_path / "d")
     before = {p: p.stat().st_mtime_ns for p in (tmp_path / "d").rglob("*")}
@@ -131,6 +140,7 @@ def test_folders_of_something_else_are_refused(tmp_path):
 
 
 def test_two_runs_into_one_folder_are_refused(tmp_path):
+    (tmp_path / "d" / LOCK).parent.mkdir(parents=True)
     with (
         locked(tmp_path / "d" / LOCK, "d"),
         pytest.raises(InputError, match=f"no other run writes to, got one in use by process {os.getpid()}"),
@@ -237,7 +247,7 @@ def test_workers_that_always_die_are_given_up_with_one_line(tmp_path, monkeypatc
 
 
 def _dying(*_):
-    raise local.BrokenProcessPool
+    raise local.WorkerError("killed")
     yield
 
 
@@ -260,7 +270,7 @@ def test_a_place_without_permission_is_said_in_one_line(tmp_path):
     command += ["--workers", "0", "--out", str(tmp_path / "shut" / "d")]
     done = subprocess.run([*unprivileged(), *command], capture_output=True, text=True, timeout=120)
     assert done.returncode == 2
-    assert "lock: expected a place that can be written, got: Permission denied" in done.stderr
+    assert "d: expected a place that can be written, got: Permission denied" in done.stderr
     assert done.stderr.count("\n") == 1
     assert not any((tmp_path / "shut").iterdir())
 
@@ -309,7 +319,7 @@ def test_a_full_disk_is_said_in_one_line_and_what_is_finished_stays(alone, tmp_p
         "import resource, sys\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (120_000, 120_000))\n"  # a shard needs more: as on a full disk
         "import signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
-        "from imubench.cli import main\nmain()\n"
+        "from imubench.main import main\nmain()\n"
     )
     (tmp_path / "spec.toml").write_text(SPEC)
     command = ["generate", str(tmp_path / "spec.toml"), "--count", str(COUNT), "--seed", "3", "--out", str(out)]

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from imubench.cli import main
 from imubench.dataset import on_ray
 from imubench.dataset.generate import generate
 from imubench.dataset.manifest import MANIFEST, identity
 from imubench.dataset.shard import RECEIPTS, Job
 from imubench.errors import InputError
+from imubench.main import main
 
 SPEC = """
 name = "small"

@@ -6,7 +6,6 @@ from uuid import uuid4
 import numpy as np
 import pytest
 
-from imubench.cli import main
 from imubench.dataset import read
 from imubench.dataset.generate import generate
 from imubench.dataset.manifest import MANIFEST, verify
@@ -14,6 +13,7 @@ from imubench.dataset.reading import indices
 from imubench.dataset.remote import place
 from imubench.dataset.shard import Job
 from imubench.errors import InputError
+from imubench.main import main
 
 fsspec = pytest.importorskip("fsspec", reason="needs the extra: pip install 'imubench[remote]'")
 

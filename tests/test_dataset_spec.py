@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from imubench.cli import main
 from imubench.dataset.spec import load_spec, parse_spec
 from imubench.errors import InputError
+from imubench.main import main
 
 RIG = "[[rig]]\nfamily = 'hinge'\n"
 
@@ -107,9 +107,9 @@ def test_a_motion_of_ones_own_is_played_and_kept_with_the_spec(tmp_path):
     ("changes", "message"),
     [
         ({"rows": 200}, "mine.csv: expected 5.5 s or more for recordings of 5 s, got 1.99 s"),
-        ({"speed": np.zeros(800)}, "unknown column in mine.csv 'speed'; known: time, heading"),
+        ({"speed": np.zeros(800)}, "mine.csv: unknown column 'speed'; known: time, heading"),
         ({"x": np.full(800, np.nan)}, "mine.csv: x: expected finite numbers, got nan in row 0"),
-        ({"time": np.zeros(800)}, "mine.csv: time: expected increasing time, got a repeated stamp in row 1"),
+        ({"time": np.zeros(800)}, "mine.csv, line 3, column 'time': expected increasing time, got a repeated stamp"),
     ],
 )
 def test_a_wrong_motion_is_said_in_one_line(tmp_path, changes, message):

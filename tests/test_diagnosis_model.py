@@ -15,6 +15,7 @@ from imubench.diagnosis.replay import played_through, readings
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
 from imubench.diagnosis.rig_file import read_rig
 from imubench.errors import InputError
+from imubench.inputs.toml import load_toml
 from imubench.recording import Body, Encoder, Imu, Recording
 from imubench.run import run_scenario
 from imubench.sim import rigs
@@ -23,7 +24,6 @@ from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.rigs import Mount
 from imubench.sim.signals import hand
-from imubench.toml_file import load_toml
 
 SECONDS, RATE, KNOTS = 6.0, 100.0, 100.0
 SOFT = Finding(
@@ -249,9 +249,9 @@ def test_run_replays_a_model_folder(tmp_path):
     ("file", "text", "message"),
     [
         ("imus.toml", "format = 2", "expected format = 1, got 2"),
-        ("imus.toml", "format = 1", "expected a key 'rig', got none"),
+        ("imus.toml", "format = 1", "key 'rig': expected a text, got None"),
         ("hinge.xml", "<mujoco/>", "expected a body 'segment1'"),
-        ("hinge.xml", "<mujoc", "expected an MJCF model"),
+        ("hinge.xml", "<mujoc", "expected XML, got: "),
         ("motion.csv", "time,qw\n0,1\n", "qx"),
     ],
 )

@@ -230,7 +230,12 @@ def test_a_broken_file_is_one_line_that_says_what_is_wrong(key, value, message, 
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [("{", "expected JSON"), ('{"format": NaN}', "not finite"), ("[]", "expected an object"), (None, "No such file")],
+    [
+        ("{", "expected JSON"),
+        ('{"format": NaN}', "not finite"),
+        ("[]", "expected an object"),
+        (None, "got nothing of that name"),
+    ],
 )
 def test_no_diagnosis_at_all_is_one_line(text, message, tmp_path):
     path = tmp_path / "diagnosis.json"

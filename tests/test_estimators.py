@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -167,7 +168,9 @@ def test_the_sign_pairing_is_that_of_the_declared_mounts():
     )
     answer = seel(Recording("r", "hinge", (one, wrong)))
     np.testing.assert_allclose(answer.value, rig.axes * [[1.0], [-1.0]], atol=1e-9)  # as above
-    assert answer.details["pairing_known"] == 0.0
+    assert answer.pairing == "unknown"  # nobody said how well the mounts are known
+    sure = tuple(replace(imu, mount_rotation_std=0.02) for imu in (one, wrong))
+    assert seel(Recording("r", "hinge", sure)).pairing == "from declared mounts"
 
 
 def test_gyroscopes_alone_know_their_error():

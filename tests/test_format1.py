@@ -110,7 +110,7 @@ def recordings(draw: st.DrawFn) -> tuple[Recording, Reference | None]:
             )
         )
     recording = Recording(
-        name=draw(st.text(st.characters(exclude_categories=["Cs"]), max_size=20)),
+        name=draw(st.text(st.characters(exclude_categories=["C", "Z"]), max_size=20)),
         rig=rig,
         imus=imus,
         motion=draw(st.sampled_from(("hand", "free"))),

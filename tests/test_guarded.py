@@ -6,10 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.banded import case
 from benchmarks.coverage import CASES, leaning
 from benchmarks.hinge_rigs import random_rig
+from benchmarks.real_axes import carried_axes
 from imubench.convert.diodem import convert
 from imubench.errors import InputError
+from imubench.estimators.banded import estimate as banded
+from imubench.estimators.banded import explained
 from imubench.estimators.guarded import (
     Guard,
     GuardedPlugAndPlay,
@@ -237,3 +241,39 @@ def test_real_imus_on_foam_are_refused(recordings, segments, options):
     (out,) = convert(recordings / "diodem" / "trial1", segments, "nonrigid")
     samples = paired(out.recording)
     assert not any(careful.accepted for _, careful in both(samples, replace(at_rate(samples), **options)))
+
+
+def test_what_is_refused_is_offered_below_a_band_and_labelled_so(recordings):
+    """On foam: with the guard's consent only what is right; the rest is offered, too, but is not `converged`."""
+    status = {}
+    for segments in ("3-4", "4-5"):
+        (rigid,), (foam,) = (
+            convert(recordings / "diodem" / "trial1", segments, kind) for kind in ("rigid", "nonrigid")
+        )
+        answer = estimate(foam.recording)
+        assert answer.details["offered_instead"] == 1.0
+        assert answer.covariance is not None
+        true = carried_axes(reference_axes(rigid.recording, rigid.reference), rigid.recording, foam.recording)
+        if answer.status == "converged":  # the promise of the guard
+            assert axis_deviation(answer.value, true).max() < E_MAX
+        assert "offered instead" in explained(answer)
+        status[segments] = answer.status
+    assert status == {"3-4": "converged", "4-5": "not converged"}
+
+
+def test_a_soft_rig_that_is_refused_is_offered_below_a_band():
+    one = case(1006)  # IMUs that rock: nothing of the stream is accepted
+    answer, below = estimate(one.recording), banded(one.recording)
+    assert answer.details["offered_instead"] == 1.0
+    assert (answer.estimator, below.estimator) == ("olsson2020-guarded", "olsson2020-banded")
+    np.testing.assert_array_equal(answer.value, below.value)
+    np.testing.assert_array_equal(answer.covariance, below.covariance)
+    assert {"residual_bound", "seconds", "band"} <= set(answer.details)
+
+
+def test_what_shows_no_axes_stays_refused():
+    rig = rig_of(count=800)
+    still = replace(rig, gyro=0 * rig.gyro, accel=np.repeat(rig.accel[:, :1], 800, axis=1))
+    answer = estimate(still.recording())
+    assert answer.status == "not identifiable"
+    assert "offered_instead" not in answer.details

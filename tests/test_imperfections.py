@@ -7,7 +7,7 @@ import pytest
 
 from imubench import rotations
 from imubench.errors import InputError
-from imubench.reproduce.olsson2020 import imperfection_results, joint_play, robustness
+from imubench.reproduce.olsson2020 import imperfection_results, joint_play, robustness, robustness_exhibits
 from imubench.reproduce.olsson2020.imperfection_exhibits import exhibits as imperfection_exhibits
 from imubench.reproduce.olsson2020.imperfection_runs import SHAPES, end_axes, sweep, table_at_end
 from imubench.reproduce.olsson2020.imperfections import IMPERFECTIONS, NOMINAL, crossing, record_with
@@ -18,6 +18,7 @@ from imubench.scenarios.olsson2020.session import record
 from imubench.score import axis_deviation, rmsae
 from imubench.sim.play import play
 from imubench.sim.rigs import springs
+from imubench.sim.sprung import UnheldSensorError
 
 BRIEF = dict.fromkeys(range(1, 15), 10.0) | {6: 20.0}
 RATE = 2000.0  # Hz, of the truth that is differentiated
@@ -264,10 +265,66 @@ def test_maps_say_where_they_cross_the_limit():
     assert bias.finding == (
         "Alone, a gyroscope bias stops it from 8 deg/s on, an accelerometer bias from more than 8 m/s² on"
     )
-    assert soft.finding.startswith("A mount must be stiffer than about 6.0 Hz, or 6.0 Hz")
+    assert soft.finding.startswith("A mount must be stiffer than about 6.0 Hz, or about 6.0 Hz")
     assert offset.finding.startswith("A time offset is harmless up to 20 ms with all motions, and up to 20 ms")
     for figure in (bias, soft, offset):
         assert figure.draw().axes
+
+
+def test_a_point_that_cannot_be_played_has_no_error_and_the_map_goes_on():
+    """A map with an unplayed corner computes what lies beside it, as nothing can be interpolated there."""
+    asked = []
+
+    def at(x, y):
+        asked.append((x, y))
+        if x < 2.0 and y < 2.0:
+            raise UnheldSensorError("sprung mount: expected springs that hold the sensor")
+        return np.full(2, robustness.LIMIT / 100)  # far below: nowhere else is anything open
+
+    x, y = np.array([1.0, 2.0, 3.0, 4.0, 5.0]), np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    found = robustness.coarse_to_fine(at, x, y)
+    expected = np.ones((5, 5), dtype=bool)
+    expected[0, 0] = False
+    np.testing.assert_array_equal(np.isfinite(found["error"]).all(axis=0), expected)
+    beside = {(1.0, 2.0), (2.0, 1.0), (2.0, 2.0)}  # the levels between that touch the unplayed corner
+    assert set(asked) == {(a, b) for a in x[::2] for b in y[::2]} | beside
+    assert found["computed"].sum() == len(asked)
+
+
+def test_the_soft_mounts_of_the_quick_map_are_played_or_counted(tmp_path, monkeypatch):
+    """4.2 Hz, damped by 0.1, lets the sensor fall over: the run ended there, and MuJoCo left its log behind."""
+    monkeypatch.chdir(tmp_path)
+    found = robustness.soft_map(0, (4.2, 8.5), (0.1,))
+    assert np.isnan(found["error"][:, 0]).all() and np.isfinite(found["error"][:, 1]).all()
+    assert found["computed"].all()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_map_says_and_draws_what_cannot_be_played():
+    x, y = np.array([4.2, 6.0, 8.5]), np.array([0.1, 0.8])
+    error = robustness.LIMIT * (3.0 / x[:, None]) ** 2 * np.ones((2, 3, 2))
+    error[:, 0, 0] = np.nan
+    figure = robustness_exhibits.soft_figure(robustness.Map("soft", x, y, error, np.ones((3, 2))))
+    assert "Of 6 points 5 could be played" in figure.text
+    assert figure.finding.startswith("A mount must be stiffer than about 4.2 Hz, or about 4.2 Hz with 20 s")
+    (legend,) = figure.draw().legends
+    assert [t.get_text() for t in legend.get_texts()] == [
+        "cannot be played (1 of 6 points): the sensor leaves its springs' range; hatched: open up to there"
+    ]
+
+
+def test_a_level_that_cannot_be_played_is_left_out_of_a_sweep_and_said():
+    found = sweep("soft socket", (15.0, 2.0), 0)["deviation"]
+    assert np.isfinite(found[0]).all() and np.isnan(found[1]).all()
+    what = IMPERFECTIONS["soft socket"]
+    swept = imperfection_results.Swept(what, np.array([15.0, 2.0]), found[None])
+    assert swept.at(15.0) == pytest.approx(swept.at(2.0))  # no error there: that of the softest that was played
+    row = imperfection_results.Row("clean rig", 0.0, False, np.full((1, 4, 2, 2), 0.01))
+    biased = imperfection_results.Row("clean rig", 0.0, True, np.full((1, 4, 2, 2), 0.02))
+    figure, table, _ = imperfection_exhibits(imperfection_results.Imperfect({"soft socket": swept}, (row, biased), ()))
+    for text in (figure.text, table.text):
+        assert "Cannot be played, because the sensor leaves its springs' range: soft socket at 2 Hz." in text
+    assert "cannot be played" in [t.get_text() for t in figure.draw().legends[0].get_texts()]
 
 
 @pytest.mark.slow

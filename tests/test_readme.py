@@ -9,6 +9,7 @@ import pytest
 from imubench.estimate import Estimate
 from imubench.listing import known
 from imubench.run import simulate
+from imubench.score import score
 
 README = (Path(__file__).resolve().parent.parent / "README.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
@@ -19,9 +20,15 @@ def test_your_own_estimator_in_fifteen_lines():
     assert len(block.splitlines()) <= 15
     space: dict[str, object] = {}
     exec(block, space)
-    answer = space["estimate"](simulate("hinge-planar", 0)[0])  # type: ignore[operator]
-    assert isinstance(answer, Estimate)
-    assert answer.value.shape == (2, 3)
+    for scenario, seed in (("hinge-planar", 0), ("hinge-hand", 2), ("hinge-hand", 3), ("hinge-hand", 7)):
+        recording, truth = simulate(scenario, seed)
+        answer = space["estimate"](recording)  # type: ignore[operator]
+        assert isinstance(answer, Estimate)
+        assert answer.value.shape == (2, 3)
+        judged = score(answer, truth)  # once 7 of 20 seeds were claimed and wrong, these three among them
+        assert answer.pairing == "unknown"
+        assert judged.figures["best_pairing_maxae"] < np.deg2rad(0.3)  # 0.25 at most in 40 seeds
+        assert "maxae" not in judged.figures
 
 
 def test_the_python_example_runs(capsys: pytest.CaptureFixture[str]):

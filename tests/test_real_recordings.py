@@ -94,8 +94,11 @@ REST = 8.0  # s at the beginning of a trial, before the body moves
 
 
 def optical(recordings, name):
-    """A trial's diagnosis of its 60th to 90th second, by effect, and what its gyroscope reads at rest, rad/s."""
-    (made,) = CONVERTERS["broad"](recordings / "broad" / f"{name}.hdf5")
+    """A trial's diagnosis of its 60th to 90th second, by effect, and what its gyroscope reads at rest, rad/s.
+
+    The pose's stamps are left as they are written: that the gyroscope is late is for the diagnosis to find.
+    """
+    (made,) = CONVERTERS["broad"](recordings / "broad" / f"{name}.hdf5", optical_delay=0.0)
     imu = made.recording.imus[0]
     bias = imu.gyro[imu.time < imu.time[0] + REST].mean(axis=0)
     found = diagnose(cut(made.recording, 60.0, 90.0))[0].findings

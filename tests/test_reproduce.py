@@ -85,14 +85,13 @@ def test_the_headline_counts():
 
 
 def test_exit_codes(tmp_path, monkeypatch, capsys):
-    from rich.console import Console
-
     from imubench.cli_reproduce import run
+    from imubench.terminal import Terminal
 
     for limit, code in ((2.0, 0), (0.5, 1)):
         monkeypatch.setitem(PAPERS, "small", small_paper(limit))
         monkeypatch.setattr("imubench.reproduce.reproduce.cores", lambda: 0)
-        assert run("small", tmp_path / f"out{code}", True, 0, Console(), Console(stderr=True)) == code
+        assert run("small", tmp_path / f"out{code}", True, 0, Terminal(), Terminal(stderr=True)) == code
         assert ("fails" in capsys.readouterr().out) == bool(code)
 
 

@@ -42,6 +42,9 @@ def test_other_settings_and_broken_files_are_computed(tmp_path):
     run_parts(parts, first, 0, lambda part: None)
     assert log.read_text().split() == ["0", "0", "0"]
     first.forget()
+    Store(out, "third settings").forget()
+    assert [p.name for p in tmp_path.iterdir()] == ["log", ".out.parts"]  # those of the second may be gone on with
+    Store(out, "other settings").forget()
     assert [p.name for p in tmp_path.iterdir()] == ["log"]
 
 

@@ -11,11 +11,13 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2, multivariate_normal
 
 from imubench.errors import InputError
-from imubench.estimators import sliding, sliding_ekf, sliding_lines, sliding_spring
+from imubench.estimators import sliding, sliding_ekf, sliding_lines, sliding_search, sliding_spring
 from imubench.estimators.centre_ekf import covariances_of
 from imubench.estimators.centre_runs import track
 from imubench.estimators.sliding import SlidingStream, answer, best
-from imubench.estimators.sliding_rows import Rows, smoothed
+from imubench.estimators.sliding_rows import Rows
+from imubench.estimators.sliding_splines import smoothed
+from imubench.estimators.sliding_spring_model import Oscillators, SpringModel
 from imubench.recording import Imu, Recording
 
 RATE, NOISE = 100.0, (0.0017, 0.02)
@@ -144,7 +146,7 @@ def test_a_vector_that_rests_in_the_world_can_be_added_to_any_felt_r():
 
 def test_the_smoothed_rate_is_nearer_to_the_truth_than_the_gyroscope():
     rows, _ = recorded(lambda t: slide(t), seed=3)
-    spline, true = smoothed(rows.time, rows.gyro), rates(rows.time)
+    spline, true = smoothed(rows.time, rows.gyro).spline, rates(rows.time)
     assert np.std(spline(rows.time) - true) < 0.4 * NOISE[0]  # 0.25 measured
     second = first_difference(lambda t: first_difference(rates, t), rows.time)
     assert np.std((spline(rows.time, 2) - second)[50:-50]) < 0.02 * np.std(second)  # at the ends it is free
@@ -153,7 +155,8 @@ def test_the_smoothed_rate_is_nearer_to_the_truth_than_the_gyroscope():
 def test_an_oscillator_does_what_the_solution_says():
     step, m, z = 0.01, 2 * np.pi * 3, 0.2
     t = np.arange(300) * step
-    x, rate = sliding_spring.oscillator((5 + 2 * t)[:, None], np.array([[0.1], [0.3]]), m, z, step)
+    springs = Oscillators(np.full(3, m), z, np.zeros((300, 3, 6)), step)
+    state = springs.under(np.tile(5 + 2 * t, (3, 1)).T[..., None], np.repeat([0.1, 0.3], 3)[:, None])[..., 0]
     found = solve_ivp(
         lambda s, y: [y[1], 5 + 2 * s - 2 * z * m * y[1] - m**2 * y[0]],
         (0, t[-1]),
@@ -162,8 +165,8 @@ def test_an_oscillator_does_what_the_solution_says():
         rtol=1e-10,
         atol=1e-13,
     )
-    assert_allclose(x[:, 0], found.y[0], atol=1e-9)  # exact for a straight u; the integration has 1e-10
-    assert_allclose(rate[:, 0], found.y[1], atol=1e-8)
+    assert_allclose(state[:, 0], found.y[0], atol=1e-9)  # exact for a straight u; the integration has 1e-10
+    assert_allclose(state[:, 3], found.y[1], atol=1e-8)
 
 
 # --- derivatives ---
@@ -190,23 +193,30 @@ def test_derivatives_of_the_oscillations():
 
 def test_derivatives_of_the_spring():
     rows, _ = sprung(3.7, 0.2, duration=3.0)
-    model = sliding_spring.SpringModel(rows)
+    model = SpringModel(rows)
     p = sliding_spring.MEAN + sliding_spring.STD * np.random.default_rng(1).normal(size=21) * 0.3
-    J = np.stack(model.jacobian(p))
+    moved = model.moved(p)
     for i in range(21):
-        h = 1e-4 * sliding_spring.STD * (np.arange(21) == i)
-        numbers = (np.stack(model.moved(p + h)[:2]) - np.stack(model.moved(p - h)[:2])) / (2 * h[i])
-        largest = np.abs(numbers).max(axis=(1, 2), keepdims=True)
-        # m and z: forces between samples are taken as straight, which is an error of (m step)^2 / 12 = 0.5 %
-        assert (np.abs(J[..., i] - numbers) / largest).max() < (0.01 if 3 <= i <= 6 else 1e-6)
+        h = 1e-3 * sliding_spring.STD * (np.arange(21) == i)
+        later, earlier = model.moved(p + h), model.moved(p - h)
+        for ours, two, straight in (
+            (moved.r_by()[..., i], (later.r, earlier.r), 0.01),
+            (moved.by[:, i], (later.predicted, earlier.predicted), 0.02),
+        ):
+            numbers = (two[0] - two[1]) / (2 * h[i])
+            # m and z: forces between samples are taken as straight, which is an error of (m step)^2 / 12 = 0.5 %, and
+            # of twice that in the rows, which hold r'
+            assert np.abs(ours - numbers).max() / np.abs(numbers).max() < (straight if 3 <= i <= 6 else 1e-6)
 
 
-def test_the_springs_rate_is_the_derivative_of_its_r():
+def test_the_springs_r_makes_the_rows_that_any_r_makes():
     rows, _ = sprung(3.7, 0.2, duration=3.0)
     p = sliding_spring.MEAN + 0.2 * sliding_spring.STD * (np.arange(21) < 12)
-    r, rate, _ = sliding_spring.SpringModel(rows).moved(p)
-    numbers = (r[2:] - r[:-2]) * RATE / 2
-    assert_allclose(rate[1:-1][50:-50], numbers[50:-50], atol=0.03 * np.abs(rate).max())  # (2 pi 5 Hz step)^2 / 6
+    moved = SpringModel(rows).moved(p)
+    numbers = np.gradient(moved.r, 1 / RATE, axis=0, edge_order=2)
+    of_any = rows.predicted(moved.r[..., None], numbers[..., None])[:, 0]
+    # (2 pi 5 Hz step)^2 / 6 = 2 % of r', by the differences
+    assert np.abs(moved.predicted - of_any).max() < 0.03 * np.abs(of_any).max()
 
 
 @pytest.mark.parametrize("part", ["predicted", "measured"])
@@ -289,7 +299,7 @@ def test_the_covariance_is_right_where_its_model_is():
     squares = []
     for seed in range(24):
         rows, r = recorded(lambda t: slide(t, (BIG[0], 0.7, 0.2)), seed=100 + seed)
-        value, covariance = answer(sliding_lines.fit(rows, True), rows.time)
+        value, covariance = answer(sliding_search.fit(rows, True), rows.time)
         e = value[500] - r[500]
         squares.append(e @ np.linalg.solve(covariance[500], e))
     low, high = chi2.ppf([0.001, 0.999], 3 * 24)
@@ -351,6 +361,21 @@ def test_a_filter_bank_follows_a_fast_slide():
     assert np.linalg.norm(found - r, axis=1)[400:].mean() < 0.01  # m, what is asked of a stream; 4.7 mm after 4 to 6 s
     with pytest.raises(InputError, match=r"sliding filter: expected a time step > 0 s, got -1\.0"):
         bank.update(rows.gyro[0], rows.accel[0], -1.0)
+
+
+def test_filters_side_by_side_are_the_filters_one_by_one():
+    rows, _ = recorded(lambda t: slide(t, (BIG[0], 2.7, 0.0)), seed=6, duration=1.0)
+    starts = (0.5, 2.0)
+    bank, alone = sliding_ekf.SlidingBank(starts), [sliding_ekf.SlidingFilter(f) for f in starts]
+    for w, a in zip(rows.gyro, rows.accel - rows.up, strict=True):
+        bank.update(w, a, 0.01)
+        for one in alone:
+            one.update(w, a, 0.01)
+    for i, one in enumerate(alone):
+        assert_allclose(one.x[0], bank.x[i], rtol=1e-9)  # rounding
+        assert one.log_likelihood[0] == pytest.approx(bank.log_likelihood[i], rel=1e-9)
+    best = int(np.argmax(bank.log_likelihood))
+    assert_allclose(bank.update(w, a, 0.01), alone[best].update(w, a, 0.01), rtol=1e-9)
 
 
 def test_a_stream_refuses_a_time_that_stands():

@@ -5,7 +5,7 @@ from numpy.testing import assert_allclose
 
 from benchmarks.sliding_chance import drawn, judged
 from benchmarks.sliding_shapes import chosen, filtered, measuring, smoothed
-from imubench.estimators import sliding_lines
+from imubench.estimators import sliding_search
 from imubench.reproduce.arve.runs import removed
 from imubench.reproduce.arve.soft_runs import NOISE, Cell, recorded, rows_of, truth_of
 
@@ -41,7 +41,7 @@ def test_a_spline_explains_a_slide_at_the_swings_frequency_and_is_far_off():
     rows = rows_of(runs, removed(runs, "known"))
     weight, r = smoothed(rows, True)
     assert off(r, runs.r) > 20  # 58 mm: R(t)^T c is a spline, too
-    ours = sliding_lines.fit(rows, True)
+    ours = sliding_search.fit(rows, True)
     assert ours.evidence > weight + 100  # nat
     assert off(ours.r(rows.time)[0], runs.r) < 1  # mm
 

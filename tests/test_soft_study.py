@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from imubench.estimators import sliding, sliding_lines
+from imubench.estimators import sliding, sliding_search
 from imubench.reproduce import PAPERS
 from imubench.reproduce.arve import bound, soft_results
 from imubench.reproduce.arve.runs import removed
@@ -32,7 +32,7 @@ def test_the_estimator_reaches_the_bound(kind, frequency):
     for seed in range(16):
         runs = recorded(truth, seed, gyro_noise=0.0)  # the bound knows of the accelerometer's noise alone
         rows = rows_of(runs, removed(runs, "known"))
-        r, _ = sliding.answer(sliding_lines.fit(rows, True), rows.time)
+        r, _ = sliding.answer(sliding_search.fit(rows, True), rows.time)
         squares.append(np.mean(np.sum((r - runs.r) ** 2, axis=1)))
     least = bound.only() if kind == "none" else bound.sought(frequency, A)
     # 16 draws of three numbers and more: their root mean square has a std of 10 %; gravity, fitted too, costs some.

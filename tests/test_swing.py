@@ -1,5 +1,8 @@
 """Forward dynamics against energy, decay laws and closed forms."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -109,3 +112,19 @@ def test_a_sprung_sensor_swings_along():
     rig = rigs.hinge(base="fixed", base_quaternion=DOWN, mounts=(rigs.hinge().mounts[0], soft))
     truth = swing(rig, Start(angle=1.0), 2.0, step=2e-4)
     assert 1e-3 < np.abs(truth.sensors[1].displacement).max() < 2e-2
+
+
+def test_a_swing_that_runs_away_ends_in_one_line_and_without_a_log(tmp_path):
+    """It used to repeat its last state for the rest of the record, and MuJoCo left MUJOCO_LOG.TXT and a warning."""
+    code = (
+        "from imubench.sim.rigs import hinge\n"
+        "from imubench.sim.swing import Start, swing\n"
+        "swing(hinge(stiffness=1e7), Start(angle=1.0), 1.0)\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ended.stderr.splitlines()[-1] == (
+        "imubench.errors.InputError: swing: expected a simulation that stays finite, got one that does not: "
+        "a spring, damper or torque is too strong for the time step"
+    )
+    assert "WARNING" not in ended.stderr + ended.stdout
+    assert not list(tmp_path.iterdir())

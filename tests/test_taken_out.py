@@ -14,7 +14,7 @@ import sys
 from imubench.trials.guard import take_out
 name, recording, out = sys.argv[1:]
 take_out(name)
-from imubench.cli import main
+from imubench.main import main
 sys.argv = ["imubench", "diagnose", recording, "--out", out]
 main()
 """

@@ -1,9 +1,7 @@
 """What is held beside the diagnosis on the same cases: baselines, and itself without the effect in its library."""
 
-import json
-import multiprocessing
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from pathlib import Path
 
 from imubench import format1
@@ -16,11 +14,12 @@ from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.trial import HUM
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
-from imubench.reproduce.parts import ignore_interrupts, one_thread_each
+from imubench.inputs.json import load_json
 from imubench.trials import baselines
 from imubench.trials.oracle import oracle
 from imubench.trials.scoring import CaseScore, failed, score
 from imubench.trials.seal import Truth
+from imubench.workers import process_pool
 
 FITTED = ("L1", "oracle")
 Report = Callable[[str, int, int], None]
@@ -47,28 +46,20 @@ def fit_baselines(
     open_ones = [n for n in truths if not list((folder / n).glob("*.json"))]
     done = len(truths) - len(open_ones)
     report("fit baselines", done, len(truths))
-    context = multiprocessing.get_context("spawn")
     if open_ones:
-        with (
-            one_thread_each(),
-            ProcessPoolExecutor(workers, mp_context=context, initializer=ignore_interrupts) as pool,
-        ):
-            try:
-                pending = [pool.submit(fitted, cases / n / "recording", truths[n], folder / n) for n in open_ones]
-                for future in as_completed(pending):
-                    future.result()
-                    done += 1
-                    report("fit baselines", done, len(truths))
-            except BaseException:
-                pool.shutdown(wait=True, cancel_futures=True)
-                raise
+        with process_pool(workers) as pool:
+            pending = [pool.submit(fitted, cases / n / "recording", truths[n], folder / n) for n in open_ones]
+            for future in as_completed(pending):
+                future.result()
+                done += 1
+                report("fit baselines", done, len(truths))
     return {b: tuple(_scored(n, truths[n], folder / n, b) for n in truths) for b in FITTED}
 
 
 def _scored(name: str, truth: Truth, folder: Path, baseline: str) -> CaseScore:
     error = folder / "error.json"
     if error.is_file():
-        return failed(name, truth, 0.0, str(json.loads(error.read_text(encoding="utf-8"))))
+        return failed(name, truth, 0.0, str(load_json(error)))
     return score(name, truth, read_diagnosis(folder / f"{baseline}.json"), 0.0, float("inf"))
 
 

@@ -1,5 +1,6 @@
 """A diagnosis in a process of its own, which has the recording and nothing else."""
 
+import hashlib
 import json
 import os
 import shlex
@@ -15,9 +16,11 @@ from functools import cache
 from pathlib import Path
 from time import perf_counter
 
+from imubench.atomic import atomic_file
 from imubench.errors import InputError
-from imubench.reproduce.parts import THREADS
+from imubench.inputs.json import load_table
 from imubench.trials.guard import NOTE
+from imubench.workers import THREADS, die_with_parent
 
 OURS = "imubench diagnose {recording} --out {out}"
 NAMESPACES = ("unshare", "--user", "--map-root-user", "--pid", "--fork", "--kill-child", "--mount-proc", "--net")
@@ -121,12 +124,24 @@ def words(command: str, room: Path, left_out: str = "-") -> list[str]:
     return [*namespaces(), first, *rest]
 
 
+def rooms(kept: Path) -> str:
+    """Return how the names of working folders begin for the answers kept in one place: by them they are found again."""
+    home = kept.resolve().parent
+    return f"imubench-{hashlib.sha256(str(home).encode()).hexdigest()[:12]}-"
+
+
+def remove_rooms(kept: Path) -> None:
+    """Remove the working folders that a run which was killed left; `kept` is any case's, and no other run has it."""
+    for left in Path(tempfile.gettempdir()).glob(f"{rooms(kept)}*"):
+        shutil.rmtree(left, ignore_errors=True)
+
+
 def diagnosed(
     recording: Path, kept: Path, command: str, timeout: float, children: Children, left_out: str = "-"
 ) -> Run:
     """Run a diagnosis on a copy of a recording in a new working folder; put its answer and how it went into `kept`."""
     program = shlex.split(command)[0]
-    with tempfile.TemporaryDirectory(prefix="imubench-") as temporary:
+    with tempfile.TemporaryDirectory(prefix=rooms(kept)) as temporary:
         room = Path(temporary).resolve()
         shutil.copytree(recording, room / "recording")
         for file in (room / "recording").rglob("*"):
@@ -147,6 +162,7 @@ def diagnosed(
                 stderr=subprocess.STDOUT,
                 start_new_session=os.name != "nt",
                 close_fds=True,
+                preexec_fn=die_with_parent(),  # on Linux: it does not outlive us, however we end
             )
             children.add(child)
             try:
@@ -165,16 +181,20 @@ def diagnosed(
         run = Run(round(seconds, 2), code, error, refused)
         if not children.stopped:
             kept.mkdir(parents=True, exist_ok=True)
+            (kept / "diagnosis.json").unlink(missing_ok=True)  # of a run that was killed just here
             if answer.is_file():
                 shutil.copyfile(answer, kept / "diagnosis.json")
-            (kept / "run.json").write_text(json.dumps(asdict(run)), encoding="utf-8")  # last: it says the case is done
+            with atomic_file(kept / "run.json") as partial:  # last: it says the case is done
+                partial.write_text(json.dumps(asdict(run)), encoding="utf-8")
     return run
 
 
 def finished(kept: Path) -> Run | None:
     """Return how a diagnosis of an earlier run went, None where there is none that ended."""
     try:
-        content = json.loads((kept / "run.json").read_text(encoding="utf-8"))
-        return Run(content["seconds"], content["code"], content["error"], tuple(content["refused"]))
-    except (OSError, ValueError, KeyError):
+        content = load_table(kept / "run.json")
+        return Run(
+            float(content["seconds"]), int(content["code"]), str(content["error"]), tuple(map(str, content["refused"]))
+        )
+    except (ValueError, KeyError, TypeError):  # an InputError is a ValueError
         return None

@@ -90,7 +90,8 @@ def made_simulated(asked: Simulated, folder: Path) -> Truth:
 
     Bounds belong to the generator's motion and are left out; strengths are the generator's.
     """
-    with TemporaryDirectory() as scratch:
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(dir=folder.parent) as scratch:  # removed with the case, should this process be killed
         truth = made(asked.question, Path(scratch) / "recording")
     format1.write_recording(simulated(truth), folder)
     (folder / MARKER).unlink()  # no part of a recording

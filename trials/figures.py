@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from imubench.toml_file import parse_toml
+from imubench.inputs.toml import parse_toml
 from imubench.trials.counted import FIGURES
 from imubench.trials.detection import wilson
 from imubench.trials.scoring import CaseScore
@@ -47,7 +47,7 @@ def reliability(scores: Sequence[CaseScore]) -> list[dict[str, Any]]:
 
 def figures(scores: Sequence[CaseScore]) -> list[Figure]:
     """Return every figure of limits.toml, in its order, judged."""
-    limits = parse_toml((files("imubench.trials") / "limits.toml").read_bytes(), "limits.toml")["figure"]
+    limits = parse_toml((files("imubench.trials") / "limits.toml").read_bytes(), "limits.toml", finite=False)["figure"]
     return [judged(limit, *FIGURES[limit["name"]](scores)) for limit in limits]
 
 

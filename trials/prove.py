@@ -1,9 +1,9 @@
 """Blind trials from a seed to a folder with everything: cases made, truths sealed, diagnosed, opened, scored."""
 
-import json
 import platform
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,9 @@ import numpy as np
 import imubench
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory
-from imubench.reproduce.parts import cores
+from imubench.inputs.files import real
+from imubench.inputs.json import load_table
+from imubench.inputs.limits import JSON_BYTES
 from imubench.trials import blind
 from imubench.trials.beside import fit_baselines, residual_size, to_leave_out, without
 from imubench.trials.crime import SUFFIX, compared
@@ -25,6 +27,7 @@ from imubench.trials.seal import Truth, check, salt_of
 from imubench.trials.sealed import as_scored, opened, publish_sealed
 from imubench.trials.settings import Settings, asked_of, key, not_simulated
 from imubench.trials.stages import Report, diagnose_cases, make_cases, publish
+from imubench.workers import cores
 
 LEFT_OUT = ("answered", "confidently_wrong", "outside_flagged", "outside_located")
 """What is asked where the effect is not in the library."""
@@ -57,14 +60,22 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
     `announce` gets the SHA-256 of commitments.json before the first diagnosis starts. Finished diagnoses are kept in a
     hidden folder beside `out` until the end, so that the same settings go on after a kill.
     """
+    home = real(out).parent / f".{real(out).name}.trials"
+    kept = home / key(settings)
+    inputs = [Path(given) for given in (settings.added, settings.real) if given]
+    with atomic_directory(out, inputs) as target:
+        proof = _proved(settings, kept, target, workers, report, announce)
+    shutil.rmtree(kept, ignore_errors=True)
+    with suppress(OSError):  # a run with other settings is not finished
+        home.rmdir()
+    return proof
+
+
+def _proved(
+    settings: Settings, kept: Path, target: Path, workers: int, report: Report, announce: Callable[[str], None]
+) -> Proof:
     from imubench.trials.report import page
 
-    home = out.resolve().parent / f".{out.resolve().name}.trials"
-    kept = home / key(settings)
-    if home.is_dir():
-        for older in home.iterdir():
-            if older != kept:
-                shutil.rmtree(older)
     truths: dict[str, Truth] = {}
     if settings.real:
         names, sealed = publish_sealed(Path(settings.real), kept, settings.seconds)
@@ -73,7 +84,7 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
         names, sealed = list(truths), publish(truths, kept, settings.seed)
     announce(sealed)
     runs = diagnose_cases(dict.fromkeys(names, "-"), "answers", kept, settings, workers, report)
-    commitments = json.loads((kept / "commitments.json").read_text(encoding="utf-8"))["cases"]
+    commitments = load_table(kept / "commitments.json", JSON_BYTES)["cases"]
     salts = {name: salt_of(settings.seed, name) for name in names}
     if settings.real:
         truths, salts = opened(Path(settings.real), names)
@@ -100,17 +111,15 @@ def prove(settings: Settings, out: Path, workers: int, report: Report, announce:
         not_simulated(settings),
     )  # fmt: skip
     text = page(proof)
-    with atomic_directory(out) as target:
-        shutil.copyfile(kept / "commitments.json", target / "commitments.json")
-        write_json(target / "truths.json", {n: {"salt": salts[n], "truth": told[n]} for n in names})
-        write_json(target / "proof.json", as_dict(proof))
-        (target / "diagnoses").mkdir()
-        for name in names:
-            answer = kept / "answers" / name / "diagnosis.json"
-            if answer.is_file():
-                shutil.copyfile(answer, target / "diagnoses" / f"{name}.json")
-        (target / "report.html").write_text(text, encoding="utf-8")
-    shutil.rmtree(home, ignore_errors=True)
+    shutil.copyfile(kept / "commitments.json", target / "commitments.json")
+    write_json(target / "truths.json", {n: {"salt": salts[n], "truth": told[n]} for n in names})
+    write_json(target / "proof.json", as_dict(proof))
+    (target / "diagnoses").mkdir()
+    for name in names:
+        answer = kept / "answers" / name / "diagnosis.json"
+        if answer.is_file():
+            shutil.copyfile(answer, target / "diagnoses" / f"{name}.json")
+    (target / "report.html").write_text(text, encoding="utf-8")
     return proof
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from imubench import format1
 from imubench.diagnosis.result import Diagnosis, Finding, Parameter
 from imubench.errors import InputError
 from imubench.proof.added import add, addable, copy, options_of, read_header, read_samples
@@ -50,8 +51,10 @@ def questions(folder: Path, seed: int, n: int) -> dict[str, Added]:
     if not recordings:
         raise InputError(f"{folder}: expected folders in format 1, got none")
     for recording in recordings:
+        if not format1.read(recording)[0].imus:  # what is broken is said here, before anything is written
+            raise InputError(f"{recording}: expected an IMU to add effects to, got none")
         for imu in read_header(recording)["imu"]:
-            if not imu["file"].endswith(".csv"):
+            if not imu["file"].endswith(".csv") or not (recording / imu["file"]).is_file():
                 raise InputError(f"{recording}: expected CSV files to add effects to, got '{imu['file']}'")
     rng = stream(seed, "added")
     recordings = recordings[: max(n, 1)]

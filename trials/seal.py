@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from imubench.errors import InputError
+from imubench.inputs.json import load_table
+from imubench.inputs.limits import JSON_BYTES
 
 Truth = dict[str, Any]
 
@@ -54,12 +56,17 @@ def check(commitments: Mapping[str, Mapping[str, str]], truths: Mapping[str, Tru
 
 def check_proof(folder: Path) -> int:
     """Check the seals of a finished proof on disk against its opened truths and return how many there are."""
-    try:
-        sealed = json.loads((folder / "commitments.json").read_text(encoding="utf-8"))["cases"]
-        opened = json.loads((folder / "truths.json").read_text(encoding="utf-8"))
-        truths = {name: case["truth"] for name, case in opened.items()}
-        salts = {name: case["salt"] for name, case in opened.items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(f"{folder}: expected commitments.json and truths.json of a proof, got: {error!r}") from None
+    public, told = (load_table(folder / name, JSON_BYTES) for name in ("commitments.json", "truths.json"))
+    sealed = public.get("cases")
+    if not isinstance(sealed, dict) or not all(_is_case(c, {"truth": str}) for c in sealed.values()):
+        raise InputError(f"{folder / 'commitments.json'}: expected cases, each with the hash of its truth")
+    if not all(_is_case(c, {"truth": dict, "salt": str}) for c in told.values()):
+        raise InputError(f"{folder / 'truths.json'}: expected cases, each with its truth and salt")
+    truths = {name: case["truth"] for name, case in told.items()}
+    salts = {name: case["salt"] for name, case in told.items()}
     check(sealed, truths, salts)
     return len(sealed)
+
+
+def _is_case(case: object, keys: Mapping[str, type]) -> bool:
+    return isinstance(case, dict) and all(isinstance(case.get(key), kind) for key, kind in keys.items())

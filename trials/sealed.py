@@ -14,7 +14,6 @@ table. What `may` be there besides counts neither for nor against a diagnosis. T
 """
 
 import hashlib
-import json
 import secrets
 from collections.abc import Mapping
 from dataclasses import replace
@@ -23,11 +22,14 @@ from typing import Any
 
 from imubench import format1
 from imubench.answers import write_json
-from imubench.atomic import MARKER, atomic_file
+from imubench.atomic import MARKER, atomic_file, atomic_files, remove_partial_files, writing
 from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.result import PLACES, UNKNOWN, Diagnosis
 from imubench.effects import EFFECTS
-from imubench.errors import InputError, unknown
+from imubench.errors import InputError, shown, unknown
+from imubench.inputs.json import load_json
+from imubench.inputs.limits import JSON_BYTES
+from imubench.lock import locked
 from imubench.trials.match import names
 from imubench.trials.scoring import verdict_of
 from imubench.trials.seal import Truth, commitment, folder_hash
@@ -46,9 +48,16 @@ def seal(written: Path) -> str:
     truth["recording"] = folder_hash(recording)
     salt = secrets.token_hex(32)
     public = {"format": 1, "truth": commitment(truth, salt), "recording": truth["recording"]}
-    for kind, content in (("commitment", public), ("sealed", {"format": 1, "salt": salt, "truth": truth})):
-        with atomic_file(written.with_name(f"{name}.{kind}.json")) as partial:
-            write_json(partial, content)
+    sealed_file, public_file = (written.with_name(f"{name}.{kind}.json") for kind in ("sealed", "commitment"))
+    with writing(written), locked(written.with_name(f".{name}.lock"), written):
+        for file in (sealed_file, public_file):
+            remove_partial_files(file)
+        with atomic_files(sealed_file, public_file) as (
+            sealed_part,
+            public_part,
+        ):  # nothing is published that is not kept
+            write_json(sealed_part, {"format": 1, "salt": salt, "truth": truth})
+            write_json(public_part, public)
     return str(public["truth"])
 
 
@@ -59,13 +68,15 @@ def checked(truth: Any, where: str) -> Truth:
         raise InputError(f"{where}: expected the keys {', '.join(KEYS)}, got {got}")
     if not isinstance(truth["effects"], list) or any(not isinstance(e, list) or not e for e in truth["effects"]):
         raise InputError(f"{where}: effects: expected a list of lists of accepted answers, [] for no disturbance")
+    if not isinstance(truth["may"], list):
+        raise InputError(f"{where}: may: expected a list of answers, got {shown(truth['may'])}")
     for answer in (*truth["may"], *(a for answers in truth["effects"] for a in answers)):
         if not isinstance(answer, dict) or not {"effect", "at"} <= answer.keys() <= {"effect", "at", "parameters"}:
-            raise InputError(f"{where}: expected an answer with the keys effect and at, got {answer!r}")
-        if answer["effect"] not in (*EFFECTS, UNKNOWN):
+            raise InputError(f"{where}: expected an answer with the keys effect and at, got {shown(answer)}")
+        if not isinstance(answer["effect"], str) or answer["effect"] not in (*EFFECTS, UNKNOWN):
             raise unknown("effect", answer["effect"], [*EFFECTS, UNKNOWN])
         if not PLACES.fullmatch(str(answer["at"])):
-            raise InputError(f"{where}: at: expected imu1, imu2, joint, body or world, got {answer['at']!r}")
+            raise InputError(f"{where}: at: expected imu1, imu2, joint, body or world, got {shown(answer['at'])}")
     return dict(truth)
 
 
@@ -111,7 +122,7 @@ def publish_sealed(folder: Path, kept: Path, seconds: float | None) -> tuple[lis
     if not file.is_file():
         with atomic_file(file) as partial:
             write_json(partial, content)
-    elif json.loads(file.read_text(encoding="utf-8")) != content:
+    elif load_json(file, JSON_BYTES) != content:
         raise InputError(f"{file}: expected the cases that an earlier run sealed, got others; remove {kept}")
     return list(cases), hashlib.sha256(file.read_bytes()).hexdigest()
 
@@ -168,7 +179,4 @@ def without_known(d: Diagnosis, truth: Mapping[str, Any]) -> Diagnosis:
 
 
 def _json(file: Path) -> Any:
-    try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{file}: expected a JSON file, got: {error}") from None
+    return load_json(file)

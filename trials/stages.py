@@ -1,24 +1,25 @@
 """The stages of a proof: recordings made, their truths sealed, each diagnosed."""
 
 import hashlib
-import json
-import multiprocessing
 import shutil
 from collections.abc import Callable, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, as_completed, wait
 from pathlib import Path
 
 from imubench.answers import write_json
 from imubench.atomic import atomic_file
 from imubench.errors import InputError
+from imubench.inputs.json import load_json
+from imubench.inputs.limits import JSON_BYTES
+from imubench.leftovers import undone
 from imubench.proof.mixture import Question
-from imubench.reproduce.parts import ignore_interrupts, one_thread_each
 from imubench.trials import blind
 from imubench.trials.crime import Simulated, made_simulated
 from imubench.trials.make import made, refuse_leaks
 from imubench.trials.real import Added, made_real
 from imubench.trials.seal import Truth, commitment, folder_hash, salt_of
 from imubench.trials.settings import Settings
+from imubench.workers import process_pool
 
 Report = Callable[[str, int, int], None]
 """Takes the stage, how many of it are done, and how many there are."""
@@ -31,20 +32,15 @@ def make_cases(
     shutil.rmtree(folder, ignore_errors=True)
     truths: dict[str, Truth] = {}
     report("make recordings", 0, len(asked))
-    context = multiprocessing.get_context("spawn")
-    with one_thread_each(), ProcessPoolExecutor(workers, mp_context=context, initializer=ignore_interrupts) as pool:
+    with process_pool(workers) as pool:
         pending = {
             pool.submit(any_made, question, folder / name / "recording"): name for name, question in asked.items()
         }
-        try:
-            for future in as_completed(pending):
-                name = pending[future]
-                truths[name] = future.result()
-                refuse_leaks(folder / name / "recording", truths[name])
-                report("make recordings", len(truths), len(asked))
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+        for future in as_completed(pending):
+            name = pending[future]
+            truths[name] = future.result()
+            refuse_leaks(folder / name / "recording", truths[name])
+            report("make recordings", len(truths), len(asked))
     return {name: truths[name] for name in asked}
 
 
@@ -66,7 +62,7 @@ def publish(truths: dict[str, Truth], kept: Path, seed: int) -> str:
     }
     file = kept / "commitments.json"
     if file.is_file():
-        if json.loads(file.read_text(encoding="utf-8")) != content:
+        if load_json(file, JSON_BYTES) != content:
             raise InputError(f"{file}: expected the cases that an earlier run sealed, got others; remove {kept}")
     else:
         with atomic_file(file) as partial:
@@ -85,8 +81,16 @@ def diagnose_cases(
     runs = {name: run for name, run in earlier.items() if run is not None}
     stage = "diagnose" if folder == "answers" else "leave one out"
     report(stage, len(runs), len(names))
-    children = blind.Children()
-    with ThreadPoolExecutor(workers) as pool:
+    for name in names:
+        blind.remove_rooms(kept / folder / name)
+        break  # one for all: they are named by the folder
+    children, pool = blind.Children(), ThreadPoolExecutor(workers)
+
+    def end() -> None:
+        children.stop()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+    with undone(end):
         pending: dict[Future[blind.Run], str] = {
             pool.submit(
                 blind.diagnosed,
@@ -100,15 +104,10 @@ def diagnose_cases(
             for name, left_out in names.items()
             if name not in runs
         }
-        try:
-            while pending:
-                for future in wait(pending, return_when=FIRST_COMPLETED)[0]:
-                    runs[pending.pop(future)] = future.result()
-                    report(stage, len(runs), len(names))
-        except BaseException:
-            children.stop()
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+        while pending:
+            for future in wait(pending, return_when=FIRST_COMPLETED)[0]:
+                runs[pending.pop(future)] = future.result()
+                report(stage, len(runs), len(names))
     return {name: runs[name] for name in names}
 
 

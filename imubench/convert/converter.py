@@ -25,6 +25,7 @@ class Option:
 
     help: str
     parse: Callable[[str], object]
+    file: bool = False  # it names a further file
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,11 @@ class Converter:
         if not source.exists():
             raise InputError(f"{source}: expected a file or folder for converter {self.name}, got nothing of that name")
         return self.convert(source, **values)
+
+    def files(self, source: Path, options: Mapping[str, object]) -> list[Path]:
+        """Return the further files that options name, beside the source or anywhere."""
+        named = [str(options[key]) for key, option in self.options.items() if option.file and options.get(key)]
+        return [path for name in named for path in (Path(source).parent / name, Path(name)) if path.exists()]
 
     def parse(self, key: str, value: object) -> object:
         """Return the value of one option; text and numbers are parsed, anything else is taken as it is."""

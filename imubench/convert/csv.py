@@ -7,14 +7,15 @@ import numpy as np
 
 from imubench.arrays import Array, frozen_time
 from imubench.convert.converter import Converted, Converter, Option, choice, number
-from imubench.convert.table import read_columns, read_lines, shortened, stack
+from imubench.convert.stamps import TIME_UNITS, Stamps, in_seconds
+from imubench.convert.table import read_columns, read_header, stack
 from imubench.errors import InputError, unknown
+from imubench.inputs.tables import listed
 from imubench.recording import RIGS, STANDARD_GRAVITY, Imu, Recording
 
 COLUMNS = ("time", "gyr_x", "gyr_y", "gyr_z", "acc_x", "acc_y", "acc_z")
 GYRO_UNITS = {"rad/s": 1.0, "deg/s": np.pi / 180}
 ACCEL_UNITS = {"m/s^2": 1.0, "g": 9.80665}
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 FASTEST = 100.0  # rad/s, beyond the 5,700 deg/s of any common gyroscope
 
 
@@ -37,7 +38,7 @@ def convert(
     columns2: Mapping[str, str] | None = None,
     gyro_unit: str = "rad/s",
     accel_unit: str = "m/s^2",
-    time_unit: str = "s",
+    time_unit: str = "",
     rate: float | None = None,
     rig: str = "",
 ) -> list[Converted]:
@@ -45,38 +46,50 @@ def convert(
 
     Without a `time` column the stamps are k / `rate`; with one, `rate` defaults to the median step's.
     `columns2` names the second IMU's columns and defaults to `columns`; `second` may be the same file.
-    Raises `InputError` when the units cannot be right: at its slowest turning the IMU must read about 9.81 m/s^2.
+    `time_unit` defaults to s. Large stamps, such as those since 1970, count from the first one's second, which the
+    note says. Raises `InputError` when the units cannot be right: at its slowest turning the IMU must read about
+    9.81 m/s^2, and give over one sample a second.
     """
     files = [(source, columns or {})]
     if second:
         beside = source.parent / second
         files.append((beside if beside.exists() else Path(second), columns2 or columns or {}))
-    imus = []
-    for i, (path, names) in enumerate(files):
-        time, gyro, accel = _read(path, names, TIME_UNITS[time_unit], rate)
+    read = [_read(path, names, rate) for path, names in files]
+    moved, note = in_seconds([stamps for stamps, _, _ in read if isinstance(stamps, Stamps)], time_unit)
+    stamped, imus = iter(moved), []
+    for i, ((path, _), (stamps, gyro, accel)) in enumerate(zip(files, read, strict=True)):
+        time = next(stamped) if isinstance(stamps, Stamps) else stamps
         gyro, accel = gyro * GYRO_UNITS[gyro_unit], accel * ACCEL_UNITS[accel_unit]
-        hertz = rate or (1 / float(np.median(np.diff(time))) if time.size > 1 else 1.0)
+        hertz = rate or _rate(time)
         imus.append(Imu(name=f"imu{i + 1}", time=time, gyro=gyro, accel=accel, rate=hertz))
         _check_units(path, imus[-1], gyro_unit, accel_unit)
     recording = Recording(name=source.stem, rig=rig or ("hinge" if second else "free"), imus=tuple(imus))
-    note = (
+    note += (
         f"From {', '.join(path.name for path, _ in files)}, gyroscope in {gyro_unit}, accelerometer in {accel_unit}. "
         "Mount poses and noise are not declared: add them to recording.toml."
     )
     return [Converted(recording, None, note)]
 
 
-def _read(path: Path, names: Mapping[str, str], second: float, rate: float | None) -> tuple[Array, Array, Array]:
-    """Return time (n,) s and, in the file's units, gyro (n, 3) and accel (n, 3)."""
+def _rate(time: Array) -> float:
+    """Return the rate in Hz of stamps (n,) in s; 1 of a single one, and of those that go backwards, refused later."""
+    step = float(np.median(np.diff(time))) if time.size > 1 else 1.0
+    return float(f"{1 / step:.9g}") if step > 0 else 1.0  # 100, not 99.9999999976
+
+
+def _read(path: Path, names: Mapping[str, str], rate: float | None) -> tuple[Stamps | Array, Array, Array]:
+    """Return stamps, or time (n,) in s of a file without, and, in the file's units, gyro (n, 3) and accel (n, 3)."""
     theirs = [names.get(name, name) for name in COLUMNS]
-    header = [name.strip().strip('"') for name in read_lines(path, 1)[0].split(",")]
+    header = read_header(path)
     timed = theirs[0] in header
     if not timed and (rate is None or "time" in names):
-        raise InputError(f"{path}: expected column '{theirs[0]}' or the option rate, got {shortened(header)}")
+        raise InputError(f"{path}: expected column '{theirs[0]}' or the option rate, got {listed(header, 10)}")
     table = read_columns(path, theirs if timed else theirs[1:])
     gyro, accel = stack(table, theirs[1:4]), stack(table, theirs[4:])
     if timed:
-        return frozen_time(table[theirs[0]] * second, f"{path}, {theirs[0]}"), gyro, accel
+        stamps = table[theirs[0]]
+        frozen_time(stamps, f"{path}, {theirs[0]}")  # in the file's unit, which its owner knows
+        return Stamps(path, theirs[0], stamps), gyro, accel
     return np.arange(len(gyro)) / float(rate or 1.0), gyro, accel
 
 
@@ -101,12 +114,12 @@ CONVERTER = Converter(
     "one or two CSV files with a header, an IMU each",
     convert,
     {
-        "second": Option("the second IMU's file, beside the first or anywhere", str),
+        "second": Option("the second IMU's file, beside the first or anywhere", str, file=True),
         "columns": Option("our names and the file's: time=t,gyr_x=wx,acc_x=ax", parse_columns),
         "columns2": Option("the same for the second IMU, if it differs", parse_columns),
         "gyro_unit": Option("rad/s or deg/s", choice("gyro_unit", tuple(GYRO_UNITS))),
         "accel_unit": Option("m/s^2 or g", choice("accel_unit", tuple(ACCEL_UNITS))),
-        "time_unit": Option("s, ms, us or ns", choice("time_unit", tuple(TIME_UNITS))),
+        "time_unit": Option("s, ms, us or ns; s where it is not said", choice("time_unit", tuple(TIME_UNITS))),
         "rate": Option("Hz, for files without stamps", number("rate", above_zero=True)),
         "rig": Option("hinge, pendulum or free", choice("rig", tuple(RIGS))),
     },

@@ -17,9 +17,11 @@ from imubench.arrays import Array
 from imubench.convert.converter import Converted, Converter, Option, choice, number
 from imubench.convert.table import read_columns, read_lines, stack
 from imubench.errors import InputError
+from imubench.inputs.files import real
 from imubench.recording import Imu, Recording
 from imubench.reference import Reference
 from imubench.rotations import conjugate, log, multiply
+from imubench.timing import on_imu_clock
 
 HALF = float(np.sqrt(0.5))
 FRAMES: dict[str, tuple[float, float, float, float]] = {
@@ -30,8 +32,10 @@ FRAMES: dict[str, tuple[float, float, float, float]] = {
 }
 """For each joint the quaternion (dataset's segment frame -> ours), the same for both segments."""
 
-MOUNT_ROTATION_STD = {"rigid": 0.02, "nonrigid": 0.15}  # rad: screwed on, < 1 deg; on foam, 5 to 13 deg off
-OPTICAL_DELAY = 0.0162  # s the optical stamps are late: 16.1 to 16.3 ms for each of trial 1's five rigid IMUs
+MOUNT_ROTATION_STD = {"rigid": 0.02, "nonrigid": 0.15}
+"""rad, what the owner of such a chain would declare, and not what any trial shows: a printed socket holds its IMU to
+about a degree; foam of a centimetre that gives way by a millimetre or two leans by some 9 deg."""
+SEGMENTS = (1, 2, 3, 4, 5)
 
 
 def parse_segments(text: str) -> object:
@@ -42,36 +46,40 @@ def parse_segments(text: str) -> object:
 
 
 def convert(
-    source: Path, segments: str = "3-4", imu: str = "rigid", optical_delay: float = OPTICAL_DELAY
+    source: Path, segments: str = "3-4", imu: str = "rigid", optical_delay: float | None = None
 ) -> list[Converted]:
     """Return one joint of one trial: imu1 and imu2 on the named segments, the optical record as reference.
 
-    `source` is a trial's folder with imu_rigid.csv, imu_nonrigid.csv and omc.csv.
-    The reference's stamps are k / rate - `optical_delay`.
+    `source` is a trial's folder with imu_rigid.csv, imu_nonrigid.csv and omc.csv. The reference's stamps are those of
+    the IMUs' clock: k / rate less the delay that the five IMUs of the set show (`optical_timing`), or the given one.
     """
-    first, second = (int(s) for s in segments.split("-"))
+    beside = [int(s) for s in segments.split("-")]
     to_ours = np.array(FRAMES[segments])
-    imus = _read_imus(source / f"imu_{imu}.csv", (first, second), to_ours, MOUNT_ROTATION_STD[imu])
+    signals, rate = _read_imus(source / f"imu_{imu}.csv")
     time, quaternions, filled = _read_optical(source / "omc.csv")
-    time = time - optical_delay
-    q1, q2 = (multiply(quaternions[s - 1], conjugate(to_ours)) for s in (first, second))
+    stamps, timed = on_imu_clock(
+        [(_imu(f"segment {s}", signals[s], rate), time, quaternions[s - 1]) for s in SEGMENTS], time, optical_delay
+    )
+    imus = tuple(_imu(f"imu{i + 1}", signals[s], rate, to_ours, MOUNT_ROTATION_STD[imu]) for i, s in enumerate(beside))
+    q1, q2 = (multiply(quaternions[s - 1], conjugate(to_ours)) for s in beside)
     angle, off_axis = hinge_angle(q1, q2)
     notes = [
         f"Joint {segments} with {imu} IMUs, RING supplementary material related to DIODEM "
         "(doi 10.7910/DVN/SGJLZA); its licence is not stated: cite, do not redistribute.",
-        f"Dataset's segment frame -> ours: quaternion {np.round(to_ours, 4).tolist()}; mount positions unknown.",
-        f"Optical stamps taken {optical_delay * 1e3:g} ms earlier than written; {filled} gap-filled frames left out.",
+        f"Dataset's segment frame -> ours: quaternion {np.round(to_ours, 4).tolist()}; mount positions unknown, "
+        f"rotations declared to {MOUNT_ROTATION_STD[imu]:g} rad, a belief about such mounts.",
+        f"{timed} {filled} gap-filled frames left out.",
         f"Optical motion off the hinge axis {np.rad2deg(off_axis):.2f} deg RMS.",
     ]
     for one, q in zip(imus, (q1, q2), strict=True):
-        tilt = check_z_up(one, time, q)
-        delay, misfit = gyro_delay(one, time, q)
+        tilt = check_z_up(one, stamps, q)
+        delay, misfit = gyro_delay(one, stamps, q)
         notes.append(
             f"{one.name}: specific force {np.rad2deg(tilt):.1f} deg from the optical z on average, gyroscope "
             f"{delay * 1e3:+.1f} ms late against the reference, |rate| misfit {np.rad2deg(misfit):.1f} deg/s RMS."
         )
-    recording = Recording(name=f"diodem-{source.resolve().name}-{segments}-{imu}", rig="hinge", imus=imus)
-    reference = Reference(time=time, hinge_angle=angle, quaternion1=q1, quaternion2=q2)
+    recording = Recording(name=f"diodem-{real(source).name}-{segments}-{imu}", rig="hinge", imus=imus)
+    reference = Reference(time=stamps, hinge_angle=angle, quaternion1=q1, quaternion2=q2)
     return [Converted(recording, reference, " ".join(notes))]
 
 
@@ -89,22 +97,24 @@ def hinge_angle(q1: Array, q2: Array) -> tuple[Array, float]:
     return angle, float(np.sqrt(np.nanmean(np.sum(rest**2, axis=-1))))
 
 
-def _read_imus(path: Path, segments: tuple[int, int], mount: Array, rotation_std: float) -> tuple[Imu, ...]:
+def _read_imus(path: Path) -> tuple[dict[int, tuple[Array, Array]], float]:
+    """Return gyro (n, 3) rad/s and accel (n, 3) m/s^2 of the IMU on each segment, and their rate in Hz."""
     rate = _read_rate(path)
-    names = {s: {kind: [f"seg{s}_{kind}_{c}" for c in "xyz"] for kind in ("gyr", "acc")} for s in segments}
-    table = read_columns(path, [c for s in segments for kind in names[s].values() for c in kind], header_line=2)
-    return tuple(
-        Imu(
-            name=f"imu{i + 1}",
-            time=np.arange(len(table[names[s]["gyr"][0]])) / rate,
-            gyro=stack(table, names[s]["gyr"]),
-            accel=stack(table, names[s]["acc"]),
-            rate=rate,
-            mount_quaternion=mount,
-            mount_rotation_std=rotation_std,
-        )
-        for i, s in enumerate(segments)
-    )
+    names = {s: [[f"seg{s}_{kind}_{c}" for c in "xyz"] for kind in ("gyr", "acc")] for s in SEGMENTS}
+    table = read_columns(path, [c for kinds in names.values() for kind in kinds for c in kind], header_line=2)
+    return {s: (stack(table, gyro), stack(table, accel)) for s, (gyro, accel) in names.items()}, rate
+
+
+def _imu(
+    name: str,
+    signals: tuple[Array, Array],
+    rate: float,
+    mount: Array | None = None,
+    rotation_std: float | None = None,
+) -> Imu:
+    gyro, accel = signals
+    known = {} if mount is None else {"mount_quaternion": mount}
+    return Imu(name, np.arange(len(gyro)) / rate, gyro, accel, rate, **known, mount_rotation_std=rotation_std)  # type: ignore[arg-type]
 
 
 def _read_optical(path: Path) -> tuple[Array, Array, int]:
@@ -146,6 +156,8 @@ CONVERTER = Converter(
             "the two segments beside the joint: 3-4, 4-5, or 2-3 (turns about the chain itself)", parse_segments
         ),
         "imu": Option("rigid (screwed on) or nonrigid (on foam)", choice("imu", tuple(MOUNT_ROTATION_STD))),
-        "optical_delay": Option("s by which the optical stamps are late", number("optical_delay")),
+        "optical_delay": Option(
+            "s by which the optical stamps are late; not given: what the gyroscopes show", number("optical_delay")
+        ),
     },
 )

@@ -11,7 +11,8 @@ from scipy.signal import savgol_filter
 
 from imubench.arrays import Array, frozen, frozen_time
 from imubench.convert.converter import Converted, Converter, Option
-from imubench.errors import InputError, first_line, unknown
+from imubench.errors import InputError, unknown
+from imubench.inputs.mat import read_mat
 from imubench.recording import STANDARD_GRAVITY, Body, Encoder, Recording
 
 UPRIGHT = (float(np.sqrt(0.5)), 0.0, -float(np.sqrt(0.5)), 0.0)
@@ -87,20 +88,10 @@ def rod(time: Array, angle: Array) -> Body:
 
 def _read(path: Path) -> dict[str, tuple[Array, Array, Array]]:
     """Return time (n,) s, angle (n,) rad and rate (n,) rad/s of each piece: id-1, ..., vad-1, ..."""
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        content = loadmat(path)
-    except (OSError, ValueError, NotImplementedError, MatReadError) as error:
-        raise InputError(f"{path}: expected a MATLAB 5 .mat file, got: {first_line(error)}") from None
+    content = read_mat(path, [f"{what}_{kind}" for kind in ("id", "vad") for what in ("Time", "Y")])
     pieces = {}
     for kind in ("id", "vad"):
-        for key in (f"Time_{kind}", f"Y_{kind}"):
-            if key not in content:
-                held = ", ".join(k for k in content if not k.startswith("__")) or "nothing"
-                raise InputError(f"{path}: expected variable '{key}', got {held}")
-        times, values = content[f"Time_{kind}"].ravel(), content[f"Y_{kind}"].ravel()
+        times, values = (np.ravel(content[f"{what}_{kind}"]) for what in ("Time", "Y"))
         if times.dtype != object or values.dtype != object or len(times) != len(values):
             raise InputError(f"{path}: expected Time_{kind} and Y_{kind} to be cells of equal number")
         for i, (time, value) in enumerate(zip(times, values, strict=True)):

@@ -1,15 +1,15 @@
 """The keys of recording.toml: which there are, what each holds, and what is said when one does not fit."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date, time
 from math import isfinite
-from pathlib import Path, PureWindowsPath
+from pathlib import Path
 from typing import Any
 
-from imubench.errors import InputError, unknown
-from imubench.format1.tables import decode, read_bytes, what_is
+from imubench.errors import InputError, shown, unknown
+from imubench.inputs.files import below, what_is
+from imubench.inputs.toml import load_toml
 
 FILE_NAME = "recording.toml"
 FORMAT = 1
@@ -89,10 +89,7 @@ class Declared:
 
     def file(self, text: str, where: str) -> Path:
         """Return the path of a file beside recording.toml; `InputError` for one that leads elsewhere."""
-        windows = PureWindowsPath(text)  # reads both kinds of separator and drive letters
-        if not windows.parts or windows.root or windows.drive or ".." in windows.parts or "\0" in text:
-            raise InputError(f"{self.path}, {where}: expected a file below the recording's folder, got '{text!s}'")
-        return self.path.parent / text
+        return below(self.path.parent, text, f"{self.path}, {where}", "a file below the recording's folder")
 
 
 def read_declared(folder: Path) -> Declared:
@@ -105,7 +102,7 @@ def read_declared(folder: Path) -> Declared:
     if what_is(path) == "nothing of that name":
         got = "one without" if what_is(folder) == "a folder" else what_is(folder)
         raise InputError(f"{folder}: expected a folder with {FILE_NAME}, got {got}")
-    content = parse_toml(path)
+    content = load_toml(path)
     version = content.get("format", FORMAT)
     if type(version) is not int or version != FORMAT:  # first: the keys of another format may be others
         raise InputError(f"{path}, key 'format': expected {FORMAT}, got {describe(version)}")
@@ -123,15 +120,6 @@ def read_declared(folder: Path) -> Declared:
     )
 
 
-def parse_toml(path: Path) -> dict[str, Any]:
-    """Return the content of a TOML file; `InputError` for a missing file, other than UTF-8, or a slip in the syntax."""
-    text = decode(path, read_bytes(path))
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: expected TOML, got: {' '.join(str(error).split())}") from None
-
-
 def title(kind: str, index: int) -> str:
     """Return how a table is named in messages: `[[imu]] number 2`, `[body]`."""
     return f"[[{kind}]] number {index + 1}" if kind in LISTS else f"[{kind}]"
@@ -144,8 +132,7 @@ def describe(value: object) -> str:
     if isinstance(value, date | time):
         return f"a date or time {value}"
     kind = {bool: "", str: "text ", list: "list "}.get(type(value), "")
-    shown = str(value).lower() if isinstance(value, bool) else repr(value)
-    return kind + (shown if len(shown) <= 60 else shown[:60] + "...")
+    return kind + (str(value).lower() if isinstance(value, bool) else shown(value))
 
 
 def _entries(path: Path, kind: str, value: object) -> list[Mapping[str, Any]]:

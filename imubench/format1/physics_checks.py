@@ -4,17 +4,23 @@ Each check looks for what physics or every sensor on the market rules out, so th
 passes; what is merely unusual is not our business. A message says which unit was probably used.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from imubench.arrays import Array
 from imubench.errors import InputError
-from imubench.format1.tables import Place
 from imubench.format1.track_checks import FASTEST_TURN, check_lever
+from imubench.inputs.tables import Place
 from imubench.recording import STANDARD_GRAVITY, Imu
 
 LARGEST_GYRO_RANGE = 100.0  # rad/s, declared
 LARGEST_ACCEL_RANGE = 5000.0  # m/s^2, declared: shock sensors end at 400 g
 LARGEST_MEDIAN_ACCEL = 400.0  # m/s^2, sustained: 40 g
+SLOWEST_RATE, FASTEST_RATE = 0.2, 5e4  # Hz: the fastest IMUs give 32 kHz, and nothing moves once in 5 s
+LATEST = 9e9  # s, 285 years: clocks count from 1970 or later, and 64 bits hold so many nanoseconds
+LONGEST = 31 * 86400.0  # s between the first and the last sample; a clock that was set on the way makes years of them
+USUAL_RATE = 100.0  # Hz
 BEYOND_RANGE = 1.5  # noise and range tolerance stay far below
 DEGREE = np.pi / 180
 
@@ -23,6 +29,8 @@ def check_imu(imu: Imu, gravity: float, place: Place, where: str) -> None:
     """Raise `InputError` for stamps, rates or specific forces of another unit; `where` names the declaration."""
     _check_declared(imu, gravity, where)
     _check_rate(imu, place)
+    _check_stamps(imu, place)
+    _check_sampling(imu, place, where)
     _check_accel(imu, gravity, place)
     _check_gyro(imu, gravity, place)
 
@@ -39,6 +47,50 @@ def _check_declared(imu: Imu, gravity: float, where: str) -> None:
             f"got {imu.accel_range:g}: probably {'g' if imu.accel_range < gravity else 'mg or counts'}"
         )
     check_lever(imu.mount_position, f"{where}, key 'mount_position'")
+
+
+def usual_factor(step: float, factors: Mapping[str, float]) -> str:
+    """Return the unit in which a median step would be an IMU's, the one nearest to 100 Hz; empty if none.
+
+    `factors` holds the seconds that each unit has.
+    """
+    rates = {name: 1.0 / (step * factor) for name, factor in factors.items()}
+    likely = [name for name, rate in rates.items() if SLOWEST_RATE <= rate <= FASTEST_RATE]
+    return min(likely, key=lambda name: abs(np.log(rates[name] / USUAL_RATE)), default="")
+
+
+def _check_stamps(imu: Imu, place: Place) -> None:
+    """Look for stamps that no clock in seconds gives, and for a clock that was set while it recorded."""
+    late = np.abs(imu.time) > LATEST
+    if late.any():
+        row = int(late.argmax())
+        size = abs(float(imu.time[row]))
+        units = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+        likely = next((f": probably {name} since 1970" for name, f in units.items() if 1e9 <= size / f <= 5e9), "")
+        raise InputError(f"{place(row)}, column 'time': expected s, up to {LATEST:g}, got {imu.time[row]:.12g}{likely}")
+    if imu.time[-1] - imu.time[0] > LONGEST:
+        row = int(np.diff(imu.time).argmax()) + 1
+        days = np.array([LONGEST, imu.time[-1] - imu.time[0], imu.time[row] - imu.time[row - 1]]) / 86400
+        raise InputError(
+            f"{place(row)}, column 'time': expected at most {days[0]:g} days from the first sample to the last, got "
+            f"{days[1]:.4g}, of them {days[2]:.4g} before this row: was the clock set?"
+        )
+
+
+def _check_sampling(imu: Imu, place: Place, where: str) -> None:
+    """Look for a rate that no IMU has; by now stamps, where there are three, agree with what is declared."""
+    if SLOWEST_RATE <= imu.rate <= FASTEST_RATE:
+        return
+    expected = f"an IMU's {SLOWEST_RATE:g} to {FASTEST_RATE:g} Hz"
+    if imu.time.size < 3:
+        raise InputError(f"{where}, key 'rate': expected {expected}, got {imu.rate:g} Hz")
+    step = float(np.median(np.diff(imu.time)))
+    unit = usual_factor(step, {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9, "minutes": 60.0})
+    likely = f": the stamps are probably {unit}" if unit else ""
+    raise InputError(
+        f"{place(1)}, column 'time': expected steps of {expected}, got {step:g} s (median) and, in {where}, "
+        f"rate = {imu.rate:g}{likely}"
+    )
 
 
 def _check_rate(imu: Imu, place: Place) -> None:

@@ -14,9 +14,10 @@ from imubench.arrays import Array
 from imubench.errors import InputError, unknown
 from imubench.format1.keys import FILE_NAME, Declared, read_declared, title
 from imubench.format1.physics_checks import check_imu
-from imubench.format1.tables import Table, read_table, what_is
 from imubench.format1.track_checks import check_angle, check_lever, check_position, check_quaternions
 from imubench.format1.write import ANGLE, IMU, POSITION, QUATERNION, REFERENCE
+from imubench.inputs.files import what_is
+from imubench.inputs.tables import Table, read_table
 from imubench.recording import RIGS, STANDARD_GRAVITY, Body, Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
 

@@ -4,15 +4,23 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.errors import InputError
-from imubench.format1.tables import Place
+from imubench.inputs.tables import Place
 
 FASTEST_TURN = 70.0  # rad/s: MEMS gyroscopes end at 4000 deg/s
 FASTEST_POINT = 100.0  # m/s
+IMPOSSIBLE = 10.0  # times the fastest: not even a single reading, a knock or a spike of a tracker, does that
+LARGEST_ANGLE = 1e6  # rad: turning as fast as can be, a joint gets there in four hours
 LONGEST_LEVER = 10.0  # m
 
 
 def check_angle(time: Array, angle: Array, place: Place, column: str) -> None:
-    """Raise `InputError` for joint angles (n,) that are degrees: they would turn too fast."""
+    """Raise `InputError` for joint angles (n,) that no joint has: too large, or (as degrees are) turning too fast."""
+    large = np.abs(np.nan_to_num(angle)) > LARGEST_ANGLE
+    if large.any():
+        row = int(large.argmax())
+        raise InputError(
+            f"{place(row)}, column '{column}': expected rad, at most {LARGEST_ANGLE:g}, got {angle[row]:.4g}"
+        )
     _check_speed(time, angle[:, None], FASTEST_TURN, place, f"column '{column}'", "rad", "degrees")
 
 
@@ -57,4 +65,10 @@ def _check_speed(time: Array, values: Array, limit: float, place: Place, what: s
         row = int(fast.argmax())
         raise InputError(
             f"{place(row)}, {what}: expected {unit}, got {float(speed[row]):.4g} {unit}/s: probably {likely}"
+        )
+    if fast.any() and speed.max() > IMPOSSIBLE * limit:
+        row = int(speed.argmax()) + stride  # a reading that jumps there, or at its last
+        raise InputError(
+            f"{place(row)}, {what}: expected {unit} that change by under {IMPOSSIBLE * limit:g} {unit}/s, got "
+            f"{float(speed.max()):.4g} {unit}/s from {stride} reading{'s' * (stride > 1)} before"
         )

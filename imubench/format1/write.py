@@ -12,7 +12,8 @@ from imubench.arrays import Array
 from imubench.atomic import atomic_directory
 from imubench.errors import InputError, unknown
 from imubench.format1.keys import FILE_NAME, FORMAT, KEYS, LISTS, Declared
-from imubench.format1.tables import read_bytes, write_table
+from imubench.format1.tables import write_table
+from imubench.inputs.files import read_bytes
 from imubench.recording import RIGS, Recording
 from imubench.reference import Reference
 

@@ -6,7 +6,7 @@ import numpy as np
 import rerun.blueprint as rrb
 
 from imubench.log.scene import Scene
-from imubench.log.signals import TIMELINE
+from imubench.log.signals import TIMELINE, within_time
 
 VIEW_FROM = (0.65, 0.5, 0.45)  # along what the eye should face, across it and up
 DISTANCE = 2.6  # between eye and target, in halves of the rig
@@ -62,8 +62,13 @@ def run_blueprint(
 def series_view(
     name: str, contents: Sequence[str], span: tuple[float, float], height: float | None = None
 ) -> rrb.TimeSeriesView:
-    """Return a plot of these paths over all of `span`, in s, from -`height` to `height` or as they need."""
-    start, end = (rrb.TimeRangeBoundary.absolute(seconds=edge) for edge in span)
+    """Return a plot of these paths over all of `span`, in s, from -`height` to `height` or as they need.
+
+    A span of no length, that of a single sample, is made a second long.
+    """
+    first, last = within_time(span)
+    margin = 0.5 if not last > first else 0.0
+    start, end = (rrb.TimeRangeBoundary.absolute(seconds=edge) for edge in (first - margin, last + margin))
     return rrb.TimeSeriesView(
         origin="/",
         contents=list(contents),

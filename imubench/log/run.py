@@ -47,15 +47,15 @@ def log_run(
 
     `true_axes` (m, 3), unit, sensor axes, stand in for the truth that a real recording has not
     got; `axes_from` is the word for them in the picture. `reference` moves the rig. Joint axes
-    are shown with both signs turned together towards the true ones, as they are scored. The file
-    appears whole or not at all; `InputError` when its place cannot be written or `true_axes` do
-    not fit, `OSError` when the disk is full.
+    are shown with both signs turned together towards the true ones, as they are scored, and each
+    on its own where their pairing is unknown. The file appears whole or not at all; `InputError`
+    when its place cannot be written, a full disk included, or `true_axes` do not fit.
     """
     axes = mean_axes(recording, truth)
     if axes is None and true_axes is not None:
         axes = frozen(true_axes, (len(recording.imus), 3), "true_axes")
     if estimate is not None and estimate.quantity == "joint_axis" and axes is not None:
-        estimate = replace(estimate, value=aligned(estimate.value, axes))
+        estimate = replace(estimate, value=aligned(estimate.value, axes, together=estimate.pairing != "unknown"))
     judge = "true" if truth is not None or axes is None else axes_from
     rec = rr.RecordingStream("imubench")
     # In memory first: Rerun's own file sink can wait for ever when its disk is full (0.41.0).

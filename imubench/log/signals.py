@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pyarrow as pa
 import rerun as rr
+from numpy.typing import ArrayLike
 
 from imubench.arrays import Array
 from imubench.estimate import Estimate
@@ -14,6 +15,7 @@ from imubench.rotations import angle_between
 from imubench.truth import Truth
 
 TIMELINE = "sim_time"
+LAST_TIME = 9.2e9  # s; 2^63 ns are 9.22e9 s
 DRAWN_RATE = 60.0  # Hz, about: of what is drawn in 3D
 
 XYZ = ((230, 70, 70), (70, 180, 80), (80, 130, 245))  # x, y, z
@@ -23,8 +25,17 @@ IMU_COLOURS = ((240, 170, 60), (110, 190, 235))  # imu1, imu2 where they share a
 
 
 def time_column(time: Array) -> rr.TimeColumn:
-    """Return times (n,) in s as a Rerun index in whole nanoseconds, rounded to the nearest."""
-    return rr.TimeColumn(TIMELINE, duration=np.round(time * 1e9).astype("int64").astype("timedelta64[ns]"))
+    """Return times (n,) in s as a Rerun index in whole nanoseconds, rounded to the nearest.
+
+    Times that 64 bits do not hold, 292 years from zero, stand at the end of what they do.
+    """
+    whole = np.round(within_time(time) * 1e9).astype("int64")
+    return rr.TimeColumn(TIMELINE, duration=whole.astype("timedelta64[ns]"))
+
+
+def within_time(time: ArrayLike) -> Array:
+    """Return times in s, no farther from zero than Rerun's clock of 64-bit nanoseconds goes."""
+    return np.clip(np.asarray(time, dtype=float), -LAST_TIME, LAST_TIME)
 
 
 def drawn_rows(time: Array) -> Array:
@@ -125,10 +136,13 @@ def log_constraint(
     return found is not None
 
 
-def aligned(value: Array, true: Array) -> Array:
-    """Return axes (..., m, 3) turned together so that the first is within 90 deg of the true (..., m, 3)."""
-    flip = np.sum(value[..., 0, :] * true[..., 0, :], axis=-1) < 0
-    return np.where(flip[..., None, None], -value, value)
+def aligned(value: Array, true: Array, together: bool = True) -> Array:
+    """Return axes (..., m, 3) turned together so that the first is within 90 deg of the true (..., m, 3).
+
+    Not `together`: each is turned on its own, since their signs mean nothing.
+    """
+    flip = np.sum(value * true, axis=-1, keepdims=True) < 0
+    return np.where(flip[..., :1, :] if together else flip, -value, value)
 
 
 def log_error(rec: rr.RecordingStream, names: Sequence[str], estimate: Estimate, time: Array, true: Array) -> Array:

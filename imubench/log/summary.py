@@ -12,7 +12,7 @@ from imubench.score import Score
 def deviations(names: list[str], score: Score | None, angles: Array | None) -> dict[str, float]:
     """Return the deviation in deg per IMU: as scored, or else the mean of `angles` (n, m) in deg; empty if unjudged."""
     if score is not None:
-        figures = {n: score.figures.get(f"deviation_{n}", score.figures.get(f"angle_error_{n}")) for n in names}
+        figures = {n: score.figures.get(f"angle_error_{n}", score.deviation(n)) for n in names}
         return {n: float(np.rad2deg(value)) for n, value in figures.items() if value is not None}
     if angles is None:
         return {}
@@ -49,7 +49,7 @@ def verdict(
         return (
             f"{who} gives the {_what(estimate)}{gave_up}; no truth is known, but the hinge constraint is left at "
             f"{_rms(floor[1]):.3g} rad/s RMS while the sensors turn at {_rms(turning):.3g} rad/s RMS."
-        )
+        ) + (" Their sign pairing is unknown." if estimate.pairing == "unknown" else "")
     against = "" if judge == "true" else f" against the {judge} axes"
     parts = []
     for name, angle in found.items():
@@ -58,7 +58,12 @@ def verdict(
     text = f"{who} finds the {_what(estimate)} {' and '.join(parts)}{against}{gave_up}."
     if estimate.quantity == "joint_axis" and max(found.values()) > 90:
         text += " The signs of the two axes are paired wrongly."
-    return text
+    return text + _pairing(estimate)
+
+
+def _pairing(estimate: Estimate) -> str:
+    """Return a sentence where nothing says how the signs of two axes go together."""
+    return " Their sign pairing is unknown: shown is the better one." if estimate.pairing == "unknown" else ""
 
 
 def summary(

@@ -42,18 +42,13 @@ def within_reach(swept: Swept) -> bool:
 def at_target(swept: Swept) -> tuple[float, float]:
     """Return the largest RMSAE over the smallest of the four sequences where their mean is TARGET, and that level.
 
-    Where the mean stays below, at the last level.
+    Where the mean stays below, at the last level that could be played; NaN without any.
     """
-    rmsae = swept.rmsae()
-    level = crossing(swept.levels, rmsae.mean(axis=1), TARGET)
+    level = crossing(swept.levels, swept.rmsae().mean(axis=1), TARGET)
     if np.isnan(level):
-        level = float(swept.levels[-1])
-    order = np.argsort(swept.levels)
-    at = [
-        float(np.exp(np.interp(np.log(level), np.log(swept.levels[order]), np.log(column[order]))))
-        for column in rmsae.T
-    ]
-    return max(at) / min(at), level
+        level = float(np.append(np.nan, swept.levels[swept.played])[-1])
+    at = swept.at(level)
+    return float(at.max() / at.min()), level
 
 
 def explains(r: Imperfect) -> list[str]:
@@ -72,8 +67,18 @@ def sweeps_figure(r: Imperfect) -> Figure:
         "RMSAE against the nominal axis (0, 1, 0) at the end of each sequence, N_max = 500, over rigs whose errors "
         "point elsewhere and over random starts; each imperfection alone. Shaded: the range to be expected of a real "
         "rig; band: the 1.47 to 1.58 deg of table 1."
-    )
+    ) + _unplayed(r)
     return Figure("imperfections", "Imperfections", finding, text, lambda: draw_sweeps(r))
+
+
+def _unplayed(r: Imperfect) -> str:
+    """Return a sentence about the levels whose springs do not hold the sensor; empty without any."""
+    found = [
+        f"{name} at {' and '.join(f'{x:g}' for x in swept.levels[~swept.played])} {swept.what.unit}"
+        for name, swept in r.sweeps.items()
+        if not swept.played.all()
+    ]
+    return f" Cannot be played, because the sensor leaves its springs' range: {'; '.join(found)}." if found else ""
 
 
 def draw_sweeps(r: Imperfect) -> "Drawing":
@@ -90,8 +95,10 @@ def draw_sweeps(r: Imperfect) -> "Drawing":
         _panel(axes, swept)
     for axes in grid[:, 0]:
         axes.set_ylabel("RMSAE, deg")
-    handles = grid[0, 0].get_legend_handles_labels()
-    figure.legend(*handles, loc="outside upper center", ncols=6, frameon=False)
+    named = {
+        label: handle for axes in grid.ravel() for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(list(named.values()), list(named), loc="outside upper center", ncols=7, frameon=False)
     return figure
 
 
@@ -106,6 +113,10 @@ def _panel(axes: Any, swept: Swept) -> None:
     for k, (colour, style) in enumerate(zip(COLOURS, STYLES, strict=True)):
         rmsae = swept.rmsae()[:, k]
         axes.plot(levels, rmsae, style, marker=".", ms=4, color=colour, lw=1.3, label=f"sequence {k + 1}")
+    if not swept.played.all():
+        crosses = np.full(int((~swept.played).sum()), 0.05)  # of the height: it has no error
+        at = {"transform": axes.get_xaxis_transform(), "color": "#8b2b20", "ms": 6}
+        axes.plot(levels[~swept.played], crosses, "x", **at, label="cannot be played")
     axes.set(xscale="log", yscale="log", xlim=(high, low) if what.falling else (low, high), ylim=(5e-3, 30))
     axes.set_xticks(levels, [f"{x:g}" for x in levels])
     axes.set_yticks([0.01, 0.1, 1, 10], ["0.01", "0.1", "1", "10"])
@@ -120,7 +131,7 @@ def summary(r: Imperfect) -> Table:
     for name, swept in r.sweeps.items():
         what, ratio = swept.what, at_target(swept)
         reaching = [f"{x:.2g}" if np.isfinite(x) else "–" for x in swept.reaching()]
-        at_limit = _at(swept, what.plausible)
+        at_limit = swept.at(what.plausible)
         reaches = "yes" if within_reach(swept) else "no"
         rows.append(
             (
@@ -141,18 +152,11 @@ def summary(r: Imperfect) -> Table:
         "RMSAE of sequences 1 to 4 at the end of the plausible range, then the level at which each reaches 1.5 deg "
         "(dash: not in the sweep), whether all do within the range, and how much the four sequences differ where their "
         "mean is 1.5 deg, or at the last level (largest over smallest RMSAE; table 1 has 1.07)."
-    )
+    ) + _unplayed(r)
     columns = (
         "imperfection", "to be expected", "why", "RMSAE there, deg", "1.5 deg at", "within", "largest / smallest",
     )  # fmt: skip
     return Table("imperfection-summary", "Imperfections in numbers", finding, text, columns, tuple(rows))
-
-
-def _at(swept: Swept, level: float) -> list[float]:
-    """Return RMSAE (4,) in deg at a level, interpolated in the logarithms."""
-    order = np.argsort(swept.levels)
-    x, y = np.log(swept.levels[order]), np.log(swept.rmsae()[order])
-    return [float(np.exp(np.interp(np.log(level), x, column))) for column in y.T]
 
 
 def tables(r: Imperfect) -> Table:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.reproduce.olsson2020 import imperfection_runs as runs
@@ -42,7 +43,20 @@ class Swept:
 
     what: Imperfection
     levels: Array  # (k,)
-    deviation: Array  # (seeds, k, 4 sequences, 2 estimates, starts, 2) rad
+    deviation: Array  # (seeds, k, 4 sequences, 2 estimates, starts, 2) rad; NaN where a rig could not be played
+
+    @property
+    def played(self) -> NDArray[np.bool_]:
+        """Which levels (k,) could be played with all seeds, bool."""
+        return np.asarray(np.isfinite(self.deviation).all(axis=(0, 2, 3, 4, 5)))
+
+    def at(self, level: float, estimate: int = 0) -> Array:
+        """Return RMSAE (4,) in deg at a level, interpolated in the logarithms between those that were played."""
+        order = [k for k in np.argsort(self.levels) if self.played[k]]
+        if not order:
+            return np.full(self.deviation.shape[2], np.nan)
+        x, y = np.log(self.levels[order]), np.log(self.rmsae(estimate)[order])
+        return np.array([float(np.exp(np.interp(np.log(level), x, column))) for column in y.T])
 
     def rmsae(self, estimate: int = 0) -> Array:
         """Return RMSAE (k, 4) in deg: of selected samples (0) or all (1)."""

@@ -211,7 +211,12 @@ IMPERFECTIONS: dict[str, Imperfection] = {
 
 
 def crossing(levels: Array, errors: Array, limit: float) -> float:
-    """Return where errors (k,) first reach `limit`, interpolated in the logarithms; NaN if nowhere."""
+    """Return where errors (k,) first reach `limit`, interpolated in the logarithms; NaN if nowhere.
+
+    Levels that could not be played, NaN, are left out.
+    """
+    played = np.isfinite(errors)
+    levels, errors = levels[played], errors[played]
     above = np.flatnonzero(errors >= limit)
     if not above.size:
         return float("nan")

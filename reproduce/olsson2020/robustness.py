@@ -2,13 +2,16 @@
 
 Every map is of the whole method, N_max = 500 samples and Algorithm 1, at the end of a sequence. A map is made once
 a seed, coarse to fine: a grid of every other level first, then the levels between, but only in those cells whose
-corners leave open on which side of LIMIT they lie. The others are interpolated.
+corners leave open on which side of LIMIT they lie. The others are interpolated. A point that cannot be played, because
+springs do not hold the sensor there, has no error: NaN.
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from imubench.arrays import Array
@@ -22,6 +25,7 @@ from imubench.scenarios.olsson2020.sequences import add_bias, join
 from imubench.scenarios.olsson2020.session import Session, record
 from imubench.score import axis_deviation, rmsae
 from imubench.sim.profiles import profile
+from imubench.sim.sprung import UnheldSensorError
 
 LIMIT = np.deg2rad(3.0)  # E_max of section 7.4
 OPEN = 0.4, 2.5  # of LIMIT: a cell with corners on both sides of these, or between them, is refined
@@ -34,7 +38,7 @@ DAMPING = (0.05, 0.1, 0.2, 0.4, 0.8)
 OFFSET = (-50.0, -40.0, -30.0, -20.0, -10.0, -5.0, 0.0, 5.0, 10.0, 20.0, 30.0, 40.0, 50.0)  # ms
 
 Point = Callable[[float, float], Array]
-"""RMSAE in rad for each sequence of SHOWN, at a point of a map."""
+"""RMSAE in rad for each sequence of SHOWN, at a point of a map; `UnheldSensorError` where that cannot be played."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +66,13 @@ class Map:
     name: str
     x: Array  # (a,)
     y: Array  # (b,)
-    error: Array  # (2, a, b) rad, for SHOWN; root mean square over the seeds
+    error: Array  # (2, a, b) rad, for SHOWN; root mean square over the seeds, NaN where one of them cannot be played
     computed: Array  # (a, b) part of the seeds for which the point was computed, not interpolated
+
+    @property
+    def played(self) -> NDArray[np.bool_]:
+        """Which points (a, b) have an error, bool."""
+        return np.asarray(np.isfinite(self.error[0]))
 
 
 def error_of(recording: Recording, rng: np.random.Generator) -> float:
@@ -114,22 +123,30 @@ def offset_line(seed: int, offset: tuple[float, ...]) -> Arrays:
 def coarse_to_fine(at: Point, x: Array, y: Array) -> Arrays:
     """Return `error` (2, a, b) over levels x (a,) and y (b,), and which points (a, b) were `computed`.
 
-    Every other level comes first, and the last; the others only where the corners around leave LIMIT open.
+    Every other level comes first, and the last; the others only where the corners around leave LIMIT open, or one of
+    them cannot be played. `error` is NaN at a point that cannot.
     """
     error = np.full((len(SHOWN), x.size, y.size), np.nan)
+    computed = np.zeros((x.size, y.size), dtype=bool)
+
+    def compute(i: int, k: int) -> None:
+        computed[i, k] = True
+        with suppress(UnheldSensorError):
+            error[:, i, k] = at(x[i], y[k])
+
     rows, columns = _every_other(x.size), _every_other(y.size)
     for i in rows:
         for k in columns:
-            error[:, i, k] = at(x[i], y[k])
+            compute(i, k)
     coarse = np.log(error[:, rows][:, :, columns])
     fine = np.stack(np.meshgrid(np.log(x), np.log(y), indexing="ij"), axis=-1)
     rough = np.array([RegularGridInterpolator((np.log(x[rows]), np.log(y[columns])), c)(fine) for c in coarse])
-    for i, k in np.argwhere(np.isnan(error[0])):
+    for i, k in np.argwhere(~computed):
         around = coarse[:, _neighbours(rows, i)][:, :, _neighbours(columns, k)].reshape(len(SHOWN), -1)
         low, high = around.min(axis=1), around.max(axis=1)
-        if ((low < np.log(OPEN[1] * LIMIT)) & (high > np.log(OPEN[0] * LIMIT))).any():
-            error[:, i, k] = at(x[i], y[k])
-    computed = ~np.isnan(error[0])
+        settled = (low >= np.log(OPEN[1] * LIMIT)) | (high <= np.log(OPEN[0] * LIMIT))  # not where one is NaN
+        if not settled.all():
+            compute(i, k)
     return {"error": np.where(computed, error, np.exp(rough)), "computed": computed.astype(float)}
 
 

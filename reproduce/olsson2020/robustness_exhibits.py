@@ -8,11 +8,13 @@ from imubench.arrays import Array
 from imubench.reproduce.olsson2020.robustness import LIMIT, SHOWN, Map
 from imubench.reproduce.olsson2020.style import QUIET, SEGMENT1, SEGMENT2, plain
 from imubench.reproduce.paper import Figure
+from imubench.sim.sprung import MOST_TURN
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
 SMALLEST, LARGEST = 0.03, 100.0  # deg, ends of the colour scale
+COLOURS = "YlGnBu"
 NAMES = {"sequence1": "sequence 1 (all motions)", "sequence3": "sequence 3 (20 s of motion 6)"}
 
 
@@ -22,13 +24,16 @@ def exhibits(maps: dict[str, Map]) -> tuple[Figure, ...]:
 
 
 def first_above(levels: Array, errors: Array) -> float:
-    """Return the level at which errors (k,) in rad first exceed LIMIT, interpolated in the logarithms; inf if never."""
-    above = np.flatnonzero(errors > LIMIT)
+    """Return the level at which errors (k,) in rad first exceed LIMIT, interpolated in the logarithms; inf if never.
+
+    A level that cannot be played (NaN) exceeds it, and nothing is interpolated up to there.
+    """
+    above = np.flatnonzero(~(errors <= LIMIT))
     if not above.size:
         return float("inf")
     k = int(above[0])
-    if k == 0:
-        return float(levels[0])
+    if k == 0 or np.isnan(errors[k]):
+        return float(levels[k])
     y = np.log(errors[k - 1 : k + 1] / LIMIT)
     part = -y[0] / (y[1] - y[0])
     return float(np.exp(np.log(levels[k - 1]) * (1 - part) + np.log(levels[k]) * part))
@@ -53,15 +58,19 @@ def bias_figure(m: Map) -> Figure:
 def soft_figure(m: Map) -> Figure:
     """Return the error over frequency and damping of soft mounts."""
     limits = [max(_softest(m, error[:, k]) for k in range(m.y.size)) for error in m.error]
-    finding = (
-        f"A mount must be stiffer than about {limits[0]:.1f} Hz, or {limits[1]:.1f} Hz with 20 s of useful motion, "
-        "whatever its damping"
-    )
+    words = [f"about {x:.1f} Hz" if x else f"less than {m.x.min():g} Hz" for x in limits]
+    finding = f"A mount must be stiffer than {words[0]}, or {words[1]} with 20 s of useful motion, whatever its damping"
     text = (
         "Both IMUs stand on springs along and about all axes, their centre of mass 7 mm above the surface; motions of "
         "10 s, motion 6 of 20 s. RMSAE against the nominal axis at the end of the sequence, N_max = 500. Thick: 3 deg; "
         "thin: 0.1, 0.3, 1, 10 and 30 deg."
     )
+    if not m.played.all():
+        text += (
+            f" Of {m.played.size} points {m.played.sum()} could be played (dots). At the crosses a sensor turns by "
+            f"over {MOST_TURN:g} rad, beyond the range of its springs: there is no error to show, and the mount "
+            "counts as too soft."
+        )
     return Figure("map-soft", "Robustness: soft mounts", finding, text, lambda: draw_soft(m))
 
 
@@ -114,32 +123,67 @@ def draw_bias(m: Map) -> "Drawing":
 
 
 def draw_soft(m: Map) -> "Drawing":
-    """Draw the soft-mount map of both sequences."""
-    return _panels(m, "natural frequency of the mounts, Hz", "damping ratio")[0]
+    """Draw the soft-mount map of both sequences; hatched with crosses is what cannot be played."""
+    from matplotlib.patches import Patch, Rectangle
+
+    figure, panels = _panels(m, "natural frequency of the mounts, Hz", "damping ratio")
+    if m.played.all():
+        return figure
+    x, y = (grid.ravel() for grid in np.meshgrid(m.x, m.y, indexing="ij"))
+    played = m.played.ravel()
+    look: dict[str, Any] = {"facecolor": "#eceeef", "hatch": "////", "edgecolor": "#c3c9cd", "lw": 0}
+    over: dict[str, Any] = {"zorder": 4, "clip_on": False}
+    for axes, error in zip(panels, np.rad2deg(m.error), strict=True):
+        for i, k in np.argwhere(~m.played):  # the cells at an unplayed corner, which no colour fills
+            (left, right), (low, high) = _beside(m.x, i), _beside(m.y, k)
+            axes.add_patch(Rectangle((left, low), right - left, high - low, zorder=0, **look))
+        axes.set(xlim=m.x[[0, -1]], ylim=m.y[[0, -1]])
+        shades = {"norm": _norm(), "cmap": COLOURS, "edgecolors": "black", "s": 36}
+        axes.scatter(x[played], y[played], c=error.ravel()[played], **shades, **over)
+        (crosses,) = axes.plot(x[~played], y[~played], "x", color="#8b2b20", ms=7, mew=1.8, **over)
+    share = f"{(~played).sum()} of {played.size} points"
+    names = [f"cannot be played ({share}): the sensor leaves its springs' range; hatched: open up to there"]
+    handles: list[Any] = [(Patch(**look), crosses)]  # one over the other
+    figure.legend(handles, names, loc="outside lower left", frameon=False)
+    return figure
+
+
+def _beside(levels: Array, at: int) -> tuple[float, float]:
+    """Return the levels before and after the one numbered `at`, or itself at an end."""
+    return float(levels[max(at - 1, 0)]), float(levels[min(at + 1, levels.size - 1)])
 
 
 def _panels(m: Map, x: str, y: str) -> "tuple[Drawing, Any]":
-    from matplotlib.colors import LogNorm
+    from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure as Canvas
 
     figure = Canvas(figsize=(12, 4.6), layout="constrained")
     panels = figure.subplots(1, len(SHOWN), sharey=True)
+    levels, limit = np.geomspace(SMALLEST, LARGEST, 33), float(np.rad2deg(LIMIT))
     for axes, name, error in zip(panels, SHOWN, np.rad2deg(m.error), strict=True):
-        norm = LogNorm(SMALLEST, LARGEST)
-        levels = np.geomspace(SMALLEST, LARGEST, 33)
-        filled = axes.contourf(m.x, m.y, error.T, levels=levels, norm=norm, cmap="YlGnBu", extend="both")
-        axes.contour(m.x, m.y, error.T, levels=[0.1, 0.3, 1.0, 10.0, 30.0], colors="#5b6b75", linewidths=0.5)
-        line = axes.contour(m.x, m.y, error.T, levels=[float(np.rad2deg(LIMIT))], colors="black", linewidths=2.2)
-        axes.clabel(line, fmt="3 deg", fontsize=9)
+        axes.contourf(m.x, m.y, error.T, levels=levels, norm=_norm(), cmap=COLOURS, extend="both")
+        within = [x for x in (0.1, 0.3, 1.0, limit, 10.0, 30.0) if np.nanmin(error) < x < np.nanmax(error)]
+        for level in within:  # matplotlib warns of lines that are nowhere
+            colour, width = ("black", 2.2) if level == limit else ("#5b6b75", 0.5)
+            line = axes.contour(m.x, m.y, error.T, levels=[level], colors=colour, linewidths=width)
+            if level == limit:
+                axes.clabel(line, fmt="3 deg", fontsize=9)
         axes.set(xscale="log", yscale="log", xlabel=x)
         axes.set_xticks(m.x, [f"{v:g}" for v in m.x])
         axes.set_yticks(m.y, [f"{v:g}" for v in m.y])
         axes.minorticks_off()
         axes.set_title(NAMES[name], fontsize=10)
     panels[0].set_ylabel(y)
-    bar = figure.colorbar(filled, ax=panels, label="RMSAE, deg", ticks=[0.1, 0.3, 1, 3, 10, 30, 100])
+    shades = ScalarMappable(_norm(), COLOURS)
+    bar = figure.colorbar(shades, ax=panels, label="RMSAE, deg", ticks=[0.1, 0.3, 1, 3, 10, 30, 100], extend="both")
     bar.ax.set_yticklabels(["0.1", "0.3", "1", "3", "10", "30", "100"])
     return figure, panels
+
+
+def _norm() -> Any:
+    from matplotlib.colors import LogNorm
+
+    return LogNorm(SMALLEST, LARGEST)
 
 
 def draw_offset(m: Map) -> "Drawing":

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from imubench.errors import InputError, unknown
+from imubench.inputs.toml import load_toml, parse_toml
 from imubench.scenarios.olsson2020.motions import MOTIONS
-from imubench.toml_file import load_toml, parse_toml
 
 TABLE_KEYS = ("summary", "pieces")
 PIECE_KEYS = ("motion", "seconds", "half", "repeat")
