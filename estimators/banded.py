@@ -29,9 +29,10 @@ NO_DIRECTION = "there is a direction in which the axes can move with no more cha
 def estimate(recording: Recording) -> Estimate:
     """Estimate the hinge axes (2, 3) from what both IMUs read below a band that it chooses.
 
-    The signs go together as `pairing` says; the common one is that which points along +y of the segments as the declared
-    mounts have them. `details` holds the band in Hz (0: all samples) and what chose it; `explained` says it in words. The
-    covariance is that of blocks of the recording, and of what is left beyond declared noise, were a third of it coherent.
+    The signs go together as `pairing` says; the common one is that which points along +y of the segments as the
+    declared mounts have them. `details` holds the band in Hz (0: all samples) and what chose it; `explained` says it in
+    words. The covariance is that of blocks of the recording, and of what is left beyond declared noise, were a third of
+    it coherent.
 
     Raises:
         InputError: fewer than two IMUs.
