@@ -402,4 +402,5 @@ def test_too_few_samples_are_refused():
     imu = Imu("imu1", t, np.zeros((30, 3)), np.tile(G, (30, 1)), RATE, *NOISE)
     recording = Recording("r", "pendulum", (imu,))
     assert sliding.estimate(recording).status == "not identifiable"
-    assert sliding.estimate_stream(recording).status == "not identifiable"
+    with pytest.raises(InputError, match=r"r: sliding-stream expected 2 s or more, got 0.29 s"):
+        sliding.estimate_stream(recording)
