@@ -1,8 +1,9 @@
 """Where plug and play stops: the error over sensor biases, over soft mounts, over a time offset between the IMUs.
 
-Every map is of the whole method, N_max = 500 samples and Algorithm 1, at the end of a sequence. A map is made once
-a seed, coarse to fine: a grid of every other level first, then the levels between, but only in those cells whose
-corners leave open on which side of LIMIT they lie. The others are interpolated.
+Every map but one is of the whole method, N_max = 500 samples and Algorithm 1, at the end of a sequence; that one has
+soft mounts again, with all samples below a band that `olsson2020-banded` chooses. A map is made once a seed, coarse to
+fine: a grid of every other level first, then the levels between, but only in those cells whose corners leave open on
+which side of LIMIT they lie. The others are interpolated.
 """
 
 from collections.abc import Callable, Mapping
@@ -12,6 +13,8 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 from imubench.arrays import Array
+from imubench.errors import InputError
+from imubench.estimators import banded
 from imubench.recording import Recording
 from imubench.reproduce.olsson2020.imperfection_runs import SHORT, end_axes
 from imubench.reproduce.olsson2020.imperfections import NOMINAL, soft_mounts
@@ -31,6 +34,7 @@ GYRO = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # deg/s
 ACCEL = (0.5, 1.0, 2.0, 4.0, 8.0, 11.0, 16.0)  # m/s^2
 FREQUENCY = (4.2, 5.0, 6.0, 7.1, 8.5, 12.0, 17.0)  # Hz; softer ones hang over by more than small angles
 DAMPING = (0.05, 0.1, 0.2, 0.4, 0.8)
+LOST = np.pi / 2  # rad; stated where a mount throws its sensor about, so that no axis is to be found
 OFFSET = (-50.0, -40.0, -30.0, -20.0, -10.0, -5.0, 0.0, 5.0, 10.0, 20.0, 30.0, 40.0, 50.0)  # ms
 
 Point = Callable[[float, float], Array]
@@ -95,10 +99,33 @@ def soft_map(seed: int, frequency: tuple[float, ...], damping: tuple[float, ...]
     """Return `error` (2, a, b) and `computed` (a, b) over frequency in Hz and damping ratio of both soft mounts."""
 
     def at(hertz: float, ratio: float) -> Array:
-        rig = paper_rig(mounts=soft_mounts(hertz, ratio))
-        return _of_session(record(seed, rig, durations=SHORTEST), seed)
+        session = _on_soft_mounts(seed, hertz, ratio)
+        return np.full(len(SHOWN), LOST) if session is None else _of_session(session, seed)
 
     return coarse_to_fine(at, np.array(frequency), np.array(damping))
+
+
+def banded_map(seed: int, frequency: tuple[float, ...], damping: tuple[float, ...]) -> Arrays:
+    """Return as `soft_map`, at every point, of `olsson2020-banded`: all samples, below a band of its own choosing."""
+
+    def at(hertz: float, ratio: float) -> Array:
+        session = _on_soft_mounts(seed, hertz, ratio)
+        if session is None:
+            return np.full(len(SHOWN), LOST)
+        axes = (banded.estimate(join(PLANS[n], session).recording).value for n in SHOWN)
+        return np.array([rmsae(axis_deviation(a, NOMINAL)) for a in axes])
+
+    error = np.array([[at(x, y) for y in damping] for x in frequency])
+    return {"error": np.moveaxis(error, -1, 0), "computed": np.ones((len(frequency), len(damping)))}
+
+
+def _on_soft_mounts(seed: int, hertz: float, ratio: float) -> Session | None:
+    """Return the session of a rig on soft mounts; None where they throw the sensors about."""
+    rig = paper_rig(mounts=soft_mounts(hertz, ratio))
+    try:
+        return record(seed, rig, durations=SHORTEST)
+    except InputError:
+        return None
 
 
 def offset_line(seed: int, offset: tuple[float, ...]) -> Arrays:
@@ -143,12 +170,21 @@ def _neighbours(places: list[int], at: int) -> list[int]:
     return [after] if places[after] == at else [after - 1, after]
 
 
+def banded_levels(e: Extent) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the frequencies in Hz and damping ratios of the banded map: every other one, and the last."""
+    x, y = (tuple(v[i] for i in _every_other(len(v))) for v in (e.frequency, e.damping))
+    return x, y
+
+
 def parts(e: Extent) -> list[Part]:
     """Return all the work of the maps."""
     todo = []
     for seed in range(e.soft_seeds):
         arguments = {"seed": seed, "frequency": e.frequency, "damping": e.damping}
         todo.append(Part(f"map-soft-{seed}", "soft-mount map", 5 * sum(e.frequency), soft_map, arguments))
+        x, y = banded_levels(e)
+        arguments = {"seed": seed, "frequency": x, "damping": y}
+        todo.append(Part(f"map-banded-{seed}", "soft-mount map", 10.0 * len(x) * len(y), banded_map, arguments))
     for seed in range(e.offset_seeds):
         arguments = {"seed": seed, "offset": e.offset}
         todo.append(Part(f"map-offset-{seed}", "time-offset map", 1.0 * len(e.offset), offset_line, arguments))
@@ -159,10 +195,11 @@ def parts(e: Extent) -> list[Part]:
 
 
 def gather(e: Extent, done: Mapping[str, Arrays]) -> dict[str, Map]:
-    """Return the maps `bias`, `soft` and `offset` from the finished parts."""
+    """Return the maps `bias`, `soft`, `banded` and `offset` from the finished parts."""
     grids = {
         "bias": (e.gyro, e.accel, e.bias_seeds),
         "soft": (e.frequency, e.damping, e.soft_seeds),
+        "banded": (*banded_levels(e), e.soft_seeds),
         "offset": (e.offset, (0.0,), e.offset_seeds),
     }
     maps = {}
