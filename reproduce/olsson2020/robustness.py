@@ -7,6 +7,7 @@ which side of LIMIT they lie. The others are interpolated.
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,7 +35,6 @@ GYRO = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # deg/s
 ACCEL = (0.5, 1.0, 2.0, 4.0, 8.0, 11.0, 16.0)  # m/s^2
 FREQUENCY = (4.2, 5.0, 6.0, 7.1, 8.5, 12.0, 17.0)  # Hz; softer ones hang over by more than small angles
 DAMPING = (0.05, 0.1, 0.2, 0.4, 0.8)
-LOST = np.pi / 2  # rad; stated where a mount throws its sensor about, so that no axis is to be found
 OFFSET = (-50.0, -40.0, -30.0, -20.0, -10.0, -5.0, 0.0, 5.0, 10.0, 20.0, 30.0, 40.0, 50.0)  # ms
 
 Point = Callable[[float, float], Array]
@@ -99,33 +99,25 @@ def soft_map(seed: int, frequency: tuple[float, ...], damping: tuple[float, ...]
     """Return `error` (2, a, b) and `computed` (a, b) over frequency in Hz and damping ratio of both soft mounts."""
 
     def at(hertz: float, ratio: float) -> Array:
-        session = _on_soft_mounts(seed, hertz, ratio)
-        return np.full(len(SHOWN), LOST) if session is None else _of_session(session, seed)
+        rig = paper_rig(mounts=soft_mounts(hertz, ratio))
+        return _of_session(record(seed, rig, durations=SHORTEST), seed)
 
     return coarse_to_fine(at, np.array(frequency), np.array(damping))
 
 
 def banded_map(seed: int, frequency: tuple[float, ...], damping: tuple[float, ...]) -> Arrays:
-    """Return as `soft_map`, at every point, of `olsson2020-banded`: all samples, below a band of its own choosing."""
+    """Return as `soft_map`, at every point, of `olsson2020-banded`: all samples, below a band of its own choosing.
 
-    def at(hertz: float, ratio: float) -> Array:
-        session = _on_soft_mounts(seed, hertz, ratio)
-        if session is None:
-            return np.full(len(SHOWN), LOST)
-        axes = (banded.estimate(join(PLANS[n], session).recording).value for n in SHOWN)
-        return np.array([rmsae(axis_deviation(a, NOMINAL)) for a in axes])
-
-    error = np.array([[at(x, y) for y in damping] for x in frequency])
-    return {"error": np.moveaxis(error, -1, 0), "computed": np.ones((len(frequency), len(damping)))}
-
-
-def _on_soft_mounts(seed: int, hertz: float, ratio: float) -> Session | None:
-    """Return the session of a rig on soft mounts; None where they throw the sensors about."""
-    rig = paper_rig(mounts=soft_mounts(hertz, ratio))
-    try:
-        return record(seed, rig, durations=SHORTEST)
-    except InputError:
-        return None
+    `error` is NaN at a point that cannot be played.
+    """
+    error = np.full((len(SHOWN), len(frequency), len(damping)), np.nan)
+    for i, hertz in enumerate(frequency):
+        for k, ratio in enumerate(damping):
+            with suppress(InputError):  # springs that do not hold the sensor
+                session = record(seed, paper_rig(mounts=soft_mounts(hertz, ratio)), durations=SHORTEST)
+                axes = [banded.estimate(join(PLANS[n], session).recording).value for n in SHOWN]
+                error[:, i, k] = [rmsae(axis_deviation(a, NOMINAL)) for a in axes]
+    return {"error": error, "computed": np.ones((len(frequency), len(damping)))}
 
 
 def offset_line(seed: int, offset: tuple[float, ...]) -> Arrays:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.reproduce.olsson2020.robustness import LIMIT, LOST, SHOWN, Map
+from imubench.reproduce.olsson2020.robustness import LIMIT, SHOWN, Map
 from imubench.reproduce.olsson2020.style import QUIET, SEGMENT1, SEGMENT2, plain
 from imubench.reproduce.paper import Figure
 
@@ -74,7 +74,7 @@ def banded_figure(m: Map, plain: Map) -> Figure:
     """Return the error over frequency and damping of soft mounts below a band, beside that of the method as it is."""
     rows, columns = np.isin(plain.x, m.x), np.isin(plain.y, m.y)
     before = plain.error[:, rows][:, :, columns]
-    told = np.maximum(before, m.error) < LOST
+    told = np.isfinite(before) & np.isfinite(m.error)
     parts = [float(np.exp(np.log(a[t] / b[t]).mean())) for a, b, t in zip(m.error, before, told, strict=True)]
     finding = (
         f"Below a band that the data choose the error of soft mounts is {parts[0]:.2f} times as large, and "
