@@ -3,6 +3,7 @@
 Each run is another rig, hand and IMU pair: every fifth rig is rigid, every fifth has IMUs on springs that let them
 shift, the others have IMUs that rock, at 5 to 20 Hz, damped by 0.03 to 0.5. Hands move up to 0.5, 1 or 2 Hz, with or
 without a tremor. The truth is the mean axis: a mount that gives way takes the axis along.
+`python -m benchmarks.banded filtering` prints what filters alone do to rigid rigs without noise.
 """
 
 import sys
@@ -15,8 +16,12 @@ from benchmarks.table import Row
 from imubench.arrays import Array
 from imubench.estimate import Estimate
 from imubench.estimators import banded, olsson2020
+from imubench.estimators.band_fits import band_fit, gyro_noise
+from imubench.estimators.carried import below, filtered, runs_below
 from imubench.estimators.olsson2020 import deviation
+from imubench.paired import paired
 from imubench.recording import Recording
+from imubench.run import estimate
 from imubench.scenarios.scenario import declared_mounts
 from imubench.sim.imu_model import Declared, observe
 from imubench.sim.motion import AngleMotion
@@ -141,6 +146,49 @@ def run(count: int = RUNS) -> list[Row]:
     return rows
 
 
+HANDS, BANDS = (0.5, 1.0, 2.0, 4.0), (8.0, 4.0, 3.0, 2.0, 1.0)  # Hz
+
+
+def filtering(seeds: int) -> None:
+    """Print what a filter does to rigid rigs without noise, each sensor in its own axes, and carried into one frame."""
+    print("| hand, Hz | what |" + "".join(f" {hz:g} Hz |" for hz in BANDS))
+    print("|---|---|" + "---:|" * len(BANDS))
+    for bandwidth in HANDS:
+        found = np.array([[_filtered(seed, bandwidth, hz) for hz in BANDS] for seed in range(seeds)])
+        names = (
+            "own axes: error, deg",
+            "own axes: hinge leaves, rad/s",
+            "carried: error, deg",
+            "carried: hinge leaves, rad/s",
+            "accelerations along the axis differ by, m/s^2",
+        )
+        for name, values in zip(names, np.median(found, axis=0).T, strict=True):
+            print(f"| {bandwidth:g} | {name} |" + "".join(f" {v:.2g} |" for v in values), flush=True)
+
+
+def _filtered(seed: int, bandwidth: float, hz: float) -> tuple[float, ...]:
+    rng = np.random.default_rng([63, seed])
+    rig = random_hinge(rng)
+    truth = play(rig, _motion(rng, 30.0, bandwidth, 0.0), 30.0, RATE, threads=1)
+    imu = replace(profile("perfect"), rate=100.0)
+    recording = observe(truth, imu, rng, "clean", Declared(mounts=declared_mounts(rig, rng)))
+    axes = np.stack([s.joint_axis[0] for s in truth.sensors if s.joint_axis is not None])
+    own = estimate("seel2012", recording, hz)
+    carried = band_fit(paired(recording), hz, gyro_noise(recording))
+    mine = np.degrees(np.arccos(np.clip(np.abs(np.sum(own.value * axes, axis=1)), 0.0, 1.0)).max())
+    pieces = runs_below(paired(recording), hz)
+    frames = np.stack([np.linalg.qr(np.c_[axis, np.eye(3)[:, :2]])[0].T for axis in axes])
+    frames *= np.sign(np.sum(frames[:, :1] * axes[:, None], axis=2, keepdims=True))
+    frames[:, 2] = np.cross(frames[:, 0], frames[:, 1])
+    at = below(pieces, frames)
+    left = np.linalg.norm(at.rates[0, :, 1:], axis=1) - np.linalg.norm(at.rates[1, :, 1:], axis=1)
+    few = filtered(pieces)
+    apart = np.linalg.norm(np.cross(few.gyro1, axes[0]), axis=1) - np.linalg.norm(np.cross(few.gyro2, axes[1]), axis=1)
+    forces = at.forces[0, :, 0] - at.forces[1, :, 0]
+    rms = [float(np.sqrt(np.mean(x**2))) for x in (apart, left, forces)]
+    return float(mine), rms[0], float(np.degrees(deviation(carried.axes, axes))), rms[1], rms[2]
+
+
 def main(count: int, first: int) -> None:
     """Print every run, then the rows."""
     print("| seed | kind | hand, Hz | band, Hz | error, deg | of all samples | 2 sigma, deg | inside |")
@@ -156,5 +204,7 @@ def main(count: int, first: int) -> None:
         )
 
 
-if __name__ == "__main__":
+if __name__ == "__main__" and sys.argv[1:2] == ["filtering"]:
+    filtering(int(sys.argv[2]) if len(sys.argv) > 2 else 5)
+elif __name__ == "__main__":
     main(*(int(x) for x in (*sys.argv[1:], *("60", "0")[len(sys.argv) - 1 :])))

@@ -59,6 +59,7 @@ class BandFit:
     known: bool  # whether the motion shows the axes
     settled: bool  # whether descending and carrying both ended
     turning: bool  # whether the segments turn across the axis by more than noise
+    signs_shown: bool  # whether they then share clearly more of it than with one axis reversed
     shared: Shared
     all_shared: Shared  # at the same axes, of all samples
     excess: float  # of the residuals' power that is no noise, 0 to 1
@@ -158,6 +159,9 @@ def _judged(pieces: Runs, hz: float | None, noise: Noise, samples: Paired, found
     excess = max(0.0, 1.0 - expected / max((s.gyro_std / W_GYRO) ** 2, 1e-300))
     random, blocks = block_spread(found.below, c, s, hz)
     white = covariance(c, s)
+    across = shared(pieces, frames)
+    turning = _above_noise(across, pieces, noise)
+    reversed_axis = shared(pieces, frames * np.array([np.ones(3), [-1.0, 1.0, -1.0]])[:, :, None])
     return BandFit(
         hz=hz,
         axes=frames[:, 0],
@@ -167,10 +171,11 @@ def _judged(pieces: Runs, hz: float | None, noise: Noise, samples: Paired, found
         solution=s,
         random=random,
         coherent=None if white is None else COHERENCE**2 * excess * c.gyro_count * white,
-        turning=_above_noise(found_across := shared(pieces, frames), pieces, noise),
+        turning=turning,
+        signs_shown=turning and across.coherence > reversed_axis.coherence + LESS_SHARED,
         known=identifiable(c, s),
         settled=found.settled,
-        shared=found_across,
+        shared=across,
         all_shared=shared(runs_below(samples, None), frames),
         excess=excess,
         blocks=blocks,

@@ -11,7 +11,8 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.estimate import Estimate, Status
 from imubench.estimators.band_fits import CHI_SQUARE, BandFit, band_fit, gyro_noise, ladder
-from imubench.estimators.olsson2020 import W_ACCEL, W_GYRO
+from imubench.estimators.extent import too_short
+from imubench.estimators.olsson2020 import UNKNOWNS, W_ACCEL, W_GYRO
 from imubench.estimators.pairing import paired_axes
 from imubench.estimators.uncertainty import two_sigma
 from imubench.paired import paired
@@ -51,10 +52,11 @@ def chosen_fit(recording: Recording) -> tuple[BandFit, list[BandFit]]:
 def answer(recording: Recording, chosen: BandFit, fits: list[BandFit]) -> Estimate:
     """Return the estimate of a fit, one of `fits`."""
     details, samples = details_of(chosen, fits), paired(recording)
-    axes, pairing = paired_axes(recording, chosen.axes, samples.accel1, samples.accel2)
+    axes, pairing = paired_axes(recording, chosen.axes, samples.accel1, samples.accel2, chosen.signs_shown)
     p = chosen.covariance
-    if not chosen.known or p is None:
-        why = NO_DIRECTION
+    why = too_short(samples.time, UNKNOWNS)
+    if why or not chosen.known or p is None:
+        why = why or NO_DIRECTION
         return Estimate("joint_axis", NAME, axes, None, why, "not identifiable", details=details, pairing="unknown")
     status: Status = "converged" if chosen.settled else "not converged"
     spread = of_axes(p, chosen, axes)

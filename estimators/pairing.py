@@ -49,13 +49,17 @@ def told_by_mounts(recording: Recording, axes: Array) -> bool:
     return all(std is not None and angle + SURE * std < np.pi / 2 for std, angle in zip(stds, off, strict=True))
 
 
-def paired_axes(recording: Recording, axes: Array, accel1: Array, accel2: Array) -> tuple[Array, Pairing]:
+def paired_axes(
+    recording: Recording, axes: Array, accel1: Array, accel2: Array, turning: bool = False
+) -> tuple[Array, Pairing]:
     """Return axes (2, 3) with their signs, and what says how these go together.
 
     The data where they can tell, with the signs as given; else the declared mounts; else nothing, as given. The common
-    sign, which means nothing, is that of +y of the segments by the declared mounts.
+    sign, which means nothing, is that of +y of the segments by the declared mounts. `turning` says that how the
+    segments turn has told the signs already.
     """
-    if not told_by_data(accel1, accel2, axes) and told_by_mounts(recording, axes):
+    told = turning or told_by_data(accel1, accel2, axes)
+    if not told and told_by_mounts(recording, axes):
         return toward_y(recording, axes), "from declared mounts"
     signed = axes if along_y(recording, axes).sum() >= 0 else -axes
-    return signed, "from data" if told_by_data(accel1, accel2, axes) else "unknown"
+    return signed, "from data" if told else "unknown"

@@ -41,7 +41,7 @@ BENT = np.arange(TURN.start, LAG + 1)  # numbers that do not act linearly
 STRAIGHT = np.setdiff1d(np.arange(COUNT), BENT)
 FARTHEST = 1.0  # standard deviations before any sample, of a step of a number that does not act linearly
 STEPS = 25  # at most
-ENOUGH = 0.01  # nat, for a step to be worth equations anew: 0.14 standard deviations of a number
+ENOUGH = 1e-5  # nat, for a step to be worth equations anew: where numbers bend, much may be left after a small one
 NEAR = 0.5  # nat, likewise for a window that follows on another
 PROMISE = 5.0  # times what the next step promises; a rival that would need more is given up
 

@@ -37,8 +37,11 @@ def main(words: list[str] | None = None) -> int:
         print(table.markdown())
         total = sum(row.inputs for row in table.rows.values())
         print(f"\n{total:,} inputs of {len(table.rows)} readers, seed {asked.seed}, {monotonic() - start:.0f} s")
-        for failure in table.failures.values():
-            _tell(failure, pool, None if asked.keep_nothing else asked.corpus)
+        kept: set[str] = set()
+        for failure in table.failures.values():  # one of each kind is kept: readers share code
+            what = failure.outcome.what
+            _tell(failure, pool, None if asked.keep_nothing or what in kept else asked.corpus)
+            kept.add(what)
     return int(bool(table.failures))
 
 

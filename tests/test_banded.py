@@ -17,6 +17,7 @@ from imubench.estimators.carried import below, filtered, runs_below, shared
 from imubench.estimators.olsson2020 import deviation
 from imubench.estimators.spherical import coordinates
 from imubench.paired import Paired
+from imubench.rotations import multiply
 from imubench.run import estimate
 from imubench.score import axis_deviation
 from tests import command
@@ -184,11 +185,23 @@ def test_imus_that_rock_are_right_below_the_band_and_inside_the_region(seed):
 def test_fast_hands_do_not_turn_the_pairing_round():
     """Lever arms in fast motion have the accelerometers pair the signs wrongly; the hinge's angle tells them right."""
     one = case(1000)
-    run = Run(one, banded.estimate(one.recording), olsson2020.estimate(one.recording))
+    undeclared = replace(one.recording, imus=tuple(replace(i, mount_rotation_std=None) for i in one.recording.imus))
+    one = replace(one, recording=undeclared)
+    run = Run(one, banded.estimate(undeclared), olsson2020.estimate(undeclared))
     ours, plain = run.errors
-    assert plain > 90.0
-    assert ours < 1.0
+    assert ours < 1.0 and plain > 90.0  # deg
+    assert run.banded.pairing == "from data"
     assert run.inside
+
+
+def test_mounts_declared_the_wrong_way_round_do_not_turn_it_either():
+    one = case(1000)
+    imu1, imu2 = (replace(i, mount_rotation_std=0.05) for i in one.recording.imus)
+    about_x = np.array([0.0, 1.0, 0.0, 0.0])  # by half a turn: +y of the segment becomes -y
+    imu2 = replace(imu2, mount_quaternion=multiply(about_x, imu2.mount_quaternion))
+    answer = banded.estimate(replace(one.recording, imus=(imu1, imu2)))
+    assert answer.pairing == "from data"
+    assert np.rad2deg(deviation(answer.value, one.axes)) < 1.0
 
 
 def test_a_wider_search_says_which_band_and_why():

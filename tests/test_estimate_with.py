@@ -202,7 +202,7 @@ def test_a_diagnosis_of_another_recording_is_refused(tmp_path):
     for folder, message in (
         (other, "expected that of a recording of name 'case', got of 'other'"),
         (same_name, "got 7 from 0.0 s on: the diagnosis of another recording"),
-        (tmp_path / "none", "expected a readable diagnosis, got: No such file"),
+        (tmp_path / "none", "expected a file, got nothing of that name"),
     ):
         with pytest.raises(InputError, match=message):
             estimate_on_disk("seel2012", tmp_path / "raw", tmp_path / "out", diagnosis=folder)

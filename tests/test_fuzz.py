@@ -62,18 +62,21 @@ OWN = {
     "imubench.sim.compile:_template": "the package's own rigs",
     "imubench.sim.profiles:<module>": "the package's own profiles",
     "imubench.scenarios.olsson2020.plan:<module>": "the package's own sequences",
-    "imubench.estimators.arve:<module>": "the package's own covariances",
+    "imubench.scenarios.olsson2020.plan:parse": "the package's own sequences",
+    "imubench.estimators.centre_ekf:stored": "the package's own covariances",
     "imubench.diagnosis.report.page:page": "the package's own style sheet",
     "imubench.reproduce.report:page": "the package's own style sheet",
     "imubench.trials.report:page": "the package's own style sheet",
     "imubench.trials.figures:figures": "the package's own limits",
     "imubench.reproduce.parts:sources": "the package's own code, for its hash",
     "imubench.reproduce.parts:run_parts": "through `Store.load`, which a reader reaches",
-    "imubench.trials.prove:prove": "what `publish` and `publish_sealed` have just written or read",
+    "imubench.trials.prove:_proved": "what `publish` and `publish_sealed` have just written or read",
     "imubench.trials.guard:watch": "opens a note for writing",
     "imubench.trials.blind:diagnosed": "what the diagnosis that was started printed, shown as text",
     "imubench.atomic:_flush": "opens what was just written, to flush it",
     "imubench.terminal:_failed": "opens the null device",
+    "imubench.main:_open_streams": "opens the null device",
+    "imubench.diagnosis.splines:_weigh": "stamps in memory, as the key of a cache",
 }
 """Functions that read nothing that somebody hands over, each with the reason."""
 

@@ -7,13 +7,21 @@ import pytest
 
 from imubench import rotations
 from imubench.errors import InputError
+from imubench.estimators import banded
 from imubench.reproduce.olsson2020 import imperfection_results, joint_play, robustness, robustness_exhibits
 from imubench.reproduce.olsson2020.imperfection_exhibits import exhibits as imperfection_exhibits
 from imubench.reproduce.olsson2020.imperfection_runs import SHAPES, end_axes, sweep, table_at_end
-from imubench.reproduce.olsson2020.imperfections import IMPERFECTIONS, NOMINAL, crossing, record_with
+from imubench.reproduce.olsson2020.imperfections import (
+    IMPERFECTIONS,
+    NOMINAL,
+    crossing,
+    record_with,
+    soft_mounts,
+)
 from imubench.reproduce.olsson2020.robustness_exhibits import exhibits as map_exhibits
 from imubench.scenarios.olsson2020.motions import MOTIONS, paper_rig
-from imubench.scenarios.olsson2020.sequences import assemble
+from imubench.scenarios.olsson2020.plan import SEQUENCES as PLANS
+from imubench.scenarios.olsson2020.sequences import assemble, join
 from imubench.scenarios.olsson2020.session import record
 from imubench.score import axis_deviation, rmsae
 from imubench.sim.play import play
@@ -199,6 +207,15 @@ def test_a_map_computes_only_where_the_limit_is_open():
     assert found["computed"][1].sum() == 0 and found["computed"][3].all()
 
 
+def test_the_banded_map_is_of_the_banded_estimate():
+    found = robustness.banded_map(1, (4.2, 8.5), (0.05, 0.2))
+    assert np.isnan(found["error"][:, 0, 0]).all()  # springs that do not hold the sensor
+    session = record(1, paper_rig(mounts=soft_mounts(8.5, 0.2)), durations=robustness.SHORTEST)
+    recording = join(PLANS["sequence1"], session).recording
+    expected = rmsae(axis_deviation(banded.estimate(recording).value, NOMINAL))
+    assert found["error"][0, 1, 1] == expected
+
+
 def test_an_offset_of_nothing_is_the_plain_sequence():
     line = robustness.offset_line(4, (0.0,))
     sequence = assemble("sequence1", 4, durations=robustness.SHORTEST)
@@ -257,17 +274,19 @@ def test_maps_say_where_they_cross_the_limit():
     maps = {
         "bias": drawn("bias", x, y, robustness.LIMIT * np.hypot(x[:, None] / 8.0, y / 100.0)),
         "soft": drawn("soft", x, y, robustness.LIMIT * (6.0 / x[:, None]) ** 2 * np.ones(3)),
+        "banded": drawn("banded", x[::2], y[::2], robustness.LIMIT * (3.0 / x[::2, None]) ** 2 * np.ones(2)),
         "offset": drawn(
             "offset", np.array([-40.0, 0.0, 40.0]), np.zeros(1), robustness.LIMIT * np.array([[2], [0], [1.6]])
         ),
     }
-    bias, soft, offset = map_exhibits(maps)
+    bias, soft, below, offset = map_exhibits(maps)
     assert bias.finding == (
         "Alone, a gyroscope bias stops it from 8 deg/s on, an accelerometer bias from more than 8 m/s² on"
     )
     assert soft.finding.startswith("A mount must be stiffer than about 6.0 Hz, or about 6.0 Hz")
+    assert below.finding.startswith("Below a band that the data choose the error of soft mounts is 0.25 times as large")
     assert offset.finding.startswith("A time offset is harmless up to 20 ms with all motions, and up to 20 ms")
-    for figure in (bias, soft, offset):
+    for figure in (bias, soft, below, offset):
         assert figure.draw().axes
 
 
@@ -335,4 +354,4 @@ def test_a_quick_study_and_quick_maps_run_from_end_to_end():
         "Of 3 imperfections, within plausible limits only socket tilt brings all four sequences to 1.5 deg alike"
     )
     maps = robustness.gather(robustness.QUICK, _done(robustness.parts(robustness.QUICK)))
-    assert len(map_exhibits(maps)) == 3
+    assert len(map_exhibits(maps)) == 4

@@ -103,7 +103,7 @@ def test_claims_are_read(tmp_path):
     [
         ('unit = "deg"\n', "", "claims.toml: one: expected the key 'unit'"),
         ("limit = 2.5", 'limit = "2.5"', "claims.toml: one.limit: expected a finite number, got '2.5'"),
-        ("limit = 2.5", "limit = nan", "claims.toml: one.limit: expected a finite number, got nan"),
+        ("limit = 2.5", "limit = nan", "claims.toml, key 'one.limit': expected a finite number, got nan"),
         ("limit = 2.5", "limit = true", "claims.toml: one.limit: expected a finite number, got True"),
         ("promise = true", "promise = 1", "claims.toml: one.promise: expected true or false, got 1"),
         ('basis = "stated"', 'basis = ""', "claims.toml: one.basis: expected a text"),

@@ -391,7 +391,8 @@ def test_a_stream_refuses_a_time_that_stands():
 def test_samples_that_are_not_even_are_refused():
     t = np.arange(100) / RATE
     t[50:] += 0.03
-    imu = Imu("imu1", t, np.zeros((100, 3)), np.tile(G, (100, 1)), RATE, *NOISE)
+    rate = np.random.default_rng(0).standard_normal((100, 3))
+    imu = Imu("imu1", t, rate, np.tile(G, (100, 1)), RATE, *NOISE)
     with pytest.raises(InputError, match=r"sliding: expected samples 0.01 s apart, got 0.04 s before row 50"):
         sliding.estimate(Recording("r", "pendulum", (imu,)))
 
@@ -399,7 +400,7 @@ def test_samples_that_are_not_even_are_refused():
 def test_too_few_samples_are_refused():
     t = np.arange(30) / RATE
     imu = Imu("imu1", t, np.zeros((30, 3)), np.tile(G, (30, 1)), RATE, *NOISE)
-    with pytest.raises(InputError, match="sliding: expected 40 samples or more, got 30"):
-        sliding.estimate(Recording("r", "pendulum", (imu,)))
+    recording = Recording("r", "pendulum", (imu,))
+    assert sliding.estimate(recording).status == "not identifiable"
     with pytest.raises(InputError, match=r"r: sliding-stream expected 2 s or more, got 0.29 s"):
-        sliding.estimate_stream(Recording("r", "pendulum", (imu,)))
+        sliding.estimate_stream(recording)

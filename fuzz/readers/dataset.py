@@ -16,6 +16,7 @@ from imubench.dataset.playing import make
 from imubench.dataset.reading import indices, read
 from imubench.dataset.spec import load_spec
 from imubench.lock import locked
+from imubench.sim.profiles import load_profiles
 
 PLAYED = 3_000  # samples of a recording that a fuzzer waits for
 
@@ -34,6 +35,11 @@ def drawn(f: Path, o: Path) -> object:
 def generated(f: Path, o: Path) -> list[str]:
     """Return the words that make a dataset of one recording."""
     return ["generate", str(f / "spec.toml"), "--count", "1", "--workers", "0", "--out", str(o)]
+
+
+def profiled(f: Path, o: Path) -> object:
+    """Read IMU profiles alone, as from Python."""
+    return load_profiles(f / "profiles.toml")
 
 
 def verified(f: Path, o: Path) -> object:
@@ -103,6 +109,7 @@ MANIFEST, ROWS, SAMPLES = "data/manifest.json", "recordings/part-00000.parquet",
 READERS = (
     Reader("spec-toml", "spec.toml", datasets.spec, toml.mutate, drawn, generated, long),
     Reader("spec-profiles-toml", "profiles.toml", datasets.spec, toml.mutate, drawn, generated, long),
+    Reader("profiles-toml", "profiles.toml", datasets.spec, toml.mutate, profiled),
     Reader("spec-motion-csv", "moves.csv", datasets.spec, csv.mutate, drawn, generated, long),
     Reader("spec-motion-parquet", "moves.parquet", datasets.spec_parquet, parquet.mutate, drawn, generated, long),
     Reader("manifest-verify", MANIFEST, datasets.finished, json.mutate, verified, verify_words),

@@ -13,6 +13,7 @@ from imubench.arrays import Array
 
 RATE = 50.0  # Hz
 SECONDS = 4.0
+EPOCH = 1_700_000_000_000.0  # ms since 1970, as loggers count: more digits than a number in s holds
 UP = np.array([0.0, 0.0, 9.81])  # m/s^2
 
 
@@ -32,7 +33,7 @@ def readings(time: Array) -> tuple[Array, Array]:
 
 def _csv(path: Path, columns: dict[str, Array], above: str = "") -> None:
     rows = np.stack(list(columns.values()), axis=1)
-    lines = [",".join("" if np.isnan(x) else f"{x:.9g}" for x in row) for row in rows]
+    lines = [",".join("" if np.isnan(x) else f"{x:.14g}" for x in row) for row in rows]
     path.write_text(above + "\n".join([",".join(columns), *lines]) + "\n", encoding="utf-8")
 
 
@@ -46,7 +47,7 @@ def csv(folder: Path) -> None:
     time = np.arange(round(SECONDS * RATE)) / RATE
     gyro, accel = readings(time)
     for name in ("a.csv", "b.csv"):
-        _csv(folder / name, {"t": time * 1e3} | _named("w", np.rad2deg(gyro)) | _named("a", accel / 9.80665))
+        _csv(folder / name, {"t": EPOCH + time * 1e3} | _named("w", np.rad2deg(gyro)) | _named("a", accel / 9.80665))
     names = "time=t," + ",".join(
         f"{ours}_{c}={theirs}_{c}" for ours, theirs in (("gyr", "w"), ("acc", "a")) for c in "xyz"
     )

@@ -1,9 +1,10 @@
 """Where plug and play stops: the error over sensor biases, over soft mounts, over a time offset between the IMUs.
 
-Every map is of the whole method, N_max = 500 samples and Algorithm 1, at the end of a sequence. A map is made once
-a seed, coarse to fine: a grid of every other level first, then the levels between, but only in those cells whose
-corners leave open on which side of LIMIT they lie. The others are interpolated. A point that cannot be played, because
-springs do not hold the sensor there, has no error: NaN.
+Every map but one is of the whole method, N_max = 500 samples and Algorithm 1, at the end of a sequence; that one has
+soft mounts again, with all samples below a band that `olsson2020-banded` chooses. A map is made once a seed, coarse to
+fine: a grid of every other level first, then the levels between, but only in those cells whose corners leave open on
+which side of LIMIT they lie. The others are interpolated. A point that cannot be played, because springs do not hold
+the sensor there, has no error: NaN.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from imubench.arrays import Array
+from imubench.estimators import banded
 from imubench.recording import Recording
 from imubench.reproduce.olsson2020.imperfection_runs import SHORT, end_axes
 from imubench.reproduce.olsson2020.imperfections import NOMINAL, soft_mounts
@@ -110,6 +112,21 @@ def soft_map(seed: int, frequency: tuple[float, ...], damping: tuple[float, ...]
     return coarse_to_fine(at, np.array(frequency), np.array(damping))
 
 
+def banded_map(seed: int, frequency: tuple[float, ...], damping: tuple[float, ...]) -> Arrays:
+    """Return as `soft_map`, at every point, of `olsson2020-banded`: all samples, below a band of its own choosing.
+
+    `error` is NaN at a point that cannot be played.
+    """
+    error = np.full((len(SHOWN), len(frequency), len(damping)), np.nan)
+    for i, hertz in enumerate(frequency):
+        for k, ratio in enumerate(damping):
+            with suppress(UnheldSensorError):
+                session = record(seed, paper_rig(mounts=soft_mounts(hertz, ratio)), durations=SHORTEST)
+                axes = [banded.estimate(join(PLANS[n], session).recording).value for n in SHOWN]
+                error[:, i, k] = [rmsae(axis_deviation(a, NOMINAL)) for a in axes]
+    return {"error": error, "computed": np.ones((len(frequency), len(damping)))}
+
+
 def offset_line(seed: int, offset: tuple[float, ...]) -> Arrays:
     """Return `error` (2, a, 1) over the offset in ms of imu2's stamps, and `computed` (a, 1), all ones."""
     errors = []
@@ -160,12 +177,21 @@ def _neighbours(places: list[int], at: int) -> list[int]:
     return [after] if places[after] == at else [after - 1, after]
 
 
+def banded_levels(e: Extent) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the frequencies in Hz and damping ratios of the banded map: every other one, and the last."""
+    x, y = (tuple(v[i] for i in _every_other(len(v))) for v in (e.frequency, e.damping))
+    return x, y
+
+
 def parts(e: Extent) -> list[Part]:
     """Return all the work of the maps."""
     todo = []
     for seed in range(e.soft_seeds):
         arguments = {"seed": seed, "frequency": e.frequency, "damping": e.damping}
         todo.append(Part(f"map-soft-{seed}", "soft-mount map", 5 * sum(e.frequency), soft_map, arguments))
+        x, y = banded_levels(e)
+        arguments = {"seed": seed, "frequency": x, "damping": y}
+        todo.append(Part(f"map-banded-{seed}", "soft-mount map", 10.0 * len(x) * len(y), banded_map, arguments))
     for seed in range(e.offset_seeds):
         arguments = {"seed": seed, "offset": e.offset}
         todo.append(Part(f"map-offset-{seed}", "time-offset map", 1.0 * len(e.offset), offset_line, arguments))
@@ -176,10 +202,11 @@ def parts(e: Extent) -> list[Part]:
 
 
 def gather(e: Extent, done: Mapping[str, Arrays]) -> dict[str, Map]:
-    """Return the maps `bias`, `soft` and `offset` from the finished parts."""
+    """Return the maps `bias`, `soft`, `banded` and `offset` from the finished parts."""
     grids = {
         "bias": (e.gyro, e.accel, e.bias_seeds),
         "soft": (e.frequency, e.damping, e.soft_seeds),
+        "banded": (*banded_levels(e), e.soft_seeds),
         "offset": (e.offset, (0.0,), e.offset_seeds),
     }
     maps = {}

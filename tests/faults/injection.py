@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tests.faults.commands import COMMANDS, Command
+from tests.faults.commands import COMMANDS, Command, given
 from tests.faults.content import content
 
 HERE = Path(__file__).parent
@@ -34,10 +34,10 @@ HIDDEN = re.compile(r"(^|/)\.[^/]*(\.partial|\.old|\.lock)(\.|/|$)|\.generate/lo
 
 FREE = re.compile(r"\.[0-9a-f]{8}\.")  # what names of partial files are made of
 IMPORTED = (
-    "numpy", "scipy.optimize", "scipy.interpolate", "scipy.signal", "scipy.spatial", "scipy.stats", "scipy.io",
-    "mujoco", "pyarrow.parquet", "pyarrow.csv", "typer", "rich.progress", "matplotlib.figure",
-    "matplotlib.backends.backend_agg", "threadpoolctl", "imubench.cli", "imubench.estimators", "imubench.scenarios",
-    "imubench.format1", "imubench.dataset.generate", "imubench.effects",
+    "matplotlib.backends.backend_agg", "pyarrow.csv", "scipy.io", "imubench.cli_generate", "imubench.convert",
+    "imubench.dataset.exports", "imubench.diagnosis.corrected", "imubench.diagnosis.diagnose",
+    "imubench.diagnosis.report", "imubench.estimators", "imubench.listing", "imubench.reproduce.reproduce",
+    "imubench.scenarios", "imubench.trials.prove", "imubench.trials.sealed",
 )  # fmt: skip
 
 
@@ -87,6 +87,7 @@ class Trial:
     fault: str
     at: int
     call: str
+    code: int = 0  # of the exit
     wrong: list[str] = field(default_factory=list)
 
 
@@ -191,10 +192,10 @@ def in_session(session: int) -> tuple[int, ...]:
 class Injection:
     """A command whose writes fail one after the other."""
 
-    def __init__(self, command: Command, warm: Warm, given: Path, older: Path, home: Path) -> None:
-        """`older` is a finished folder of another command."""
-        self.command, self.warm, self.given, self.older, self.home = command, warm, given, older, home
-        self.line = command.line(given)
+    def __init__(self, command: Command, warm: Warm, made: Path, older: Path, home: Path) -> None:
+        """`made` is what `given` made, `older` a finished folder of another command."""
+        self.command, self.warm, self.made, self.older, self.home = command, warm, made, older, home
+        self.line = command.line(made)
         home.mkdir()
         work, self.before = self._set_up("whole", replacing=False)
         self.first = warm.run(self.line, work, command.prelude)
@@ -209,7 +210,7 @@ class Injection:
         work = self.home / name
         work.mkdir()
         for folder in self.command.copied:
-            shutil.copytree(self.given / folder, work / folder)
+            shutil.copytree(self.made / folder, work / folder)
         if replacing:
             shutil.copytree(self.older, work / "out")
         return work, content(work)
@@ -259,6 +260,7 @@ class Injection:
         replacing = self.command.replaces and bool(at % 2)
         work, before = self._set_up("work", replacing)
         ended = self.warm.run(self.line, work, self.command.prelude, fault, at)
+        done.code = ended.code
         done.wrong += self._said(ended, fault)
         after = content(work)
         if ended.code == self.code:
@@ -315,23 +317,31 @@ class Injection:
         return f"different: {sorted(odd)[:6]}"
 
 
+class Injections:
+    """Injections into commands by name, in a folder of their own."""
+
+    def __init__(self, home: Path) -> None:
+        self.home, self.made, self.warm = home, given(home / "given"), Warm(home)
+        (home / "older").mkdir()
+        self.warm.run(COMMANDS["list"].line(self.made), home / "older")
+
+    def into(self, name: str) -> Injection:
+        """Return a command after its first, undisturbed run."""
+        folder = self.home / name.replace(" ", "_")
+        return Injection(COMMANDS[name], self.warm, self.made, self.home / "older" / "out", folder)
+
+
 def main(words: list[str]) -> int:
     """Do so many trials of each of the named commands, of all without a name, and print what was wrong."""
     from tempfile import TemporaryDirectory
 
-    from tests.faults.commands import given
-
     wrong = 0
     most = int(words[0]) if words and words[0].isdigit() else None
-    names = words[most is not None :]
     with TemporaryDirectory() as temporary:
-        home = Path(temporary).resolve()
-        made, warm = given(home / "given"), Warm(home)
-        (home / "older").mkdir()
-        warm.run(COMMANDS["list"].line(made), home / "older")
-        for number, name in enumerate(names or COMMANDS):
+        all_of_them = Injections(Path(temporary).resolve())
+        for name in words[most is not None :] or COMMANDS:
             begun = time.monotonic()
-            one = Injection(COMMANDS[name], warm, made, home / "older" / "out", home / f"{number}")
+            one = all_of_them.into(name)
             plan = one.plan() if most is None else one.sample(most)
             print(f"{name}: {len(one.first.calls)} calls, {len(plan)} trials, {one.first.seconds:.1f} s", flush=True)
             for at, fault in plan:
@@ -340,7 +350,7 @@ def main(words: list[str]) -> int:
                 for what in done.wrong:
                     print(f"  {fault.name} at {at} ({done.call}): {what}", flush=True)
             print(f"  {time.monotonic() - begun:.0f} s", flush=True)
-        warm.close()
+        all_of_them.warm.close()
     print(f"{wrong} trials with something wrong")
     return int(wrong > 0)
 

@@ -41,7 +41,7 @@ class Kills:
         home.mkdir(parents=True)
         work, self.before = self._set_up("whole")
         begun = time.monotonic()
-        done = self._start(work)
+        done = self.start(work)
         _, errors = done.communicate(timeout=LIMIT)
         self.seconds, self.code = time.monotonic() - begun, done.returncode
         if self.code not in (0, 1) or errors:
@@ -54,7 +54,8 @@ class Kills:
             folder.mkdir()
         return work, content(work)
 
-    def _start(self, work: Path) -> "subprocess.Popen[bytes]":
+    def start(self, work: Path) -> "subprocess.Popen[bytes]":
+        """Start the command in the folder `work`, with `work`-tmp for temporary files."""
         temporary = str(work.with_name(f"{work.name}-tmp"))
         environment = {**environment_of_a_command(), "TMPDIR": temporary}
         start = "import tests.faults.commands as c; c.tiny(); " if self.command.prelude else ""
@@ -75,7 +76,7 @@ class Kills:
     def kill(self, number: signal.Signals, moment: float, group: bool) -> Killed:
         """Start the command, signal it or its whole group after `moment` s, and look at what is left."""
         work, _ = self._set_up("work")
-        process = self._start(work)
+        process = self.start(work)
         time.sleep(moment)
         if process.poll() is None:
             (os.killpg if group else os.kill)(process.pid, number)
@@ -94,7 +95,7 @@ class Kills:
         done.wrong += self._left(after, temporary, number, process.returncode)
         if after != self.before or temporary:
             done.again = True
-            second = self._start(work)
+            second = self.start(work)
             errors = second.communicate(timeout=LIMIT)[1].decode(errors="replace")
             if second.returncode != self.code or errors:
                 done.wrong.append(f"again: {second.returncode} {errors[:300]}")
