@@ -43,7 +43,7 @@ class Budget:
 
     @contextmanager
     def part(self, share: float, what: str) -> Iterator[None]:
-        """Let a block run until a share of the limit is spent since the beginning; then note `what` and go on after it.
+        """Let a block run until a share of the limit is spent, from the beginning on; then note `what` and go on.
 
         What the block has assigned by then stays.
         """

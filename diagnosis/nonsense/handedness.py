@@ -85,7 +85,7 @@ def handedness(samples: Samples) -> Handedness | None:
 
 
 def _left(gyro: Array, accel: Array, step: float) -> Array:
-    """Return the velocities (windows, n, 3) m/s that no lever arm and no bias explains; rate and force (n, 3)."""
+    """Return the velocities (windows, n, 3) m/s that no lever arm and no bias explains; readings are (n, 3)."""
     turn = rotations.to_matrix(integrated(gyro, step))
     force = np.einsum("nij,nj->ni", turn, accel)
     swept = np.cross(gyro[:, None], np.eye(3)[None]).transpose(0, 2, 1)  # w x e_k as columns
