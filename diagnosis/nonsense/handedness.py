@@ -27,7 +27,7 @@ WINDOW = (
 )
 SHORTEST = 5.0  # s under which nothing is said
 LEVER, BIAS = 0.3, 0.03  # m, rad/s: the size of a lever arm and of a bias, as priors
-RATIO = 2.0  # times the velocity of the best other axes: 1.5 at most in 420 recordings whose axes were right
+RATIO = 2.0  # times the velocity of the best other axes: 1.54 at most of 625 IMUs whose axes were right
 LEAST = 0.1  # m/s: what a degree of tilt makes in a second; below, a resting sensor's drift decides
 FALSE_ALARM = 1e-3  # of an F test over all 47 other ways
 

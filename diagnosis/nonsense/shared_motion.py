@@ -27,7 +27,7 @@ HIGHEST = 0.999  # correlation: beyond, z grows without end
 CHANCE = 3.0  # standard deviations of Fisher's z above the surrogates' mean, within which a pair is as good as chance
 ALIKE = 0.7
 """Correlation under which sensors are told apart: of 295 pairs on one hinge the least had 0.76, in 10 s of a loose one,
-of 340 pairs from different recordings of 20 s two had more."""
+of 343 pairs from different recordings of 20 s one had more."""
 
 
 @dataclass(frozen=True)
