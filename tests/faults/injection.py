@@ -235,23 +235,25 @@ class Injection:
 
     def plan(self) -> list[tuple[int, Fault]]:
         """Return every fault at every place that it may happen at."""
-        kinds = {number: call.split()[0] for number, call in enumerate(self.first.calls, 1)}
-        return [(n, f) for n in self.places() for f in FAULTS if not f.kinds or kinds[n] in f.kinds]
+        return [(n, f) for n in self.places() for f in FAULTS if not f.kinds or self._kind(n) in f.kinds]
 
     def sample(self, count: int) -> list[tuple[int, Fault]]:
-        """Return so many of the plan, every kind of fault and of call among them."""
-        everything = self.plan()
-        random.Random(1).shuffle(everything)
-        seen: Counter[str] = Counter()
+        """Return so many of the plan: every fault as often as any other, and every kind of call as often as can be."""
+        left = self.plan()
+        random.Random(1).shuffle(left)
+        faults: Counter[str] = Counter()
+        kinds: Counter[str] = Counter()
+        chosen = []
+        while left and len(chosen) < count:
+            number, fault = min(left, key=lambda one: (faults[one[1].name], kinds[self._kind(one[0])]))
+            left.remove((number, fault))
+            chosen.append((number, fault))
+            faults[fault.name] += 1
+            kinds[self._kind(number)] += 1
+        return chosen
 
-        def rarity(entry: tuple[int, Fault]) -> int:
-            number, fault = entry
-            names = (fault.name, self.first.calls[number - 1].split()[0])
-            rank = sum(seen[name] for name in names)
-            seen.update(names)
-            return rank
-
-        return sorted(everything, key=rarity)[:count]
+    def _kind(self, number: int) -> str:
+        return self.first.calls[number - 1].split()[0]
 
     def trial(self, at: int, fault: Fault, again: bool = True) -> Trial:
         """Have a call fail, look at what is left, and give the command once more."""
