@@ -125,6 +125,14 @@ def held_rows(imu: Imu, count: int) -> NDArray[np.intp]:
 def _truth(stored: Stored) -> Truth:
     if stored.truth is None:
         raise InputError('export: expected a dataset with truth = "full", got less')
+    count = stored.truth.time.size
+    for imu in stored.recording.imus:
+        rows = rows_of(imu.time, imu.rate)
+        if not (rows[0] >= 0 and rows[-1] < count):
+            raise InputError(
+                f"{stored.recording.name}: expected samples of {imu.name} within the {count} rows of truth, got them "
+                f"from row {rows[0]} to {rows[-1]}"
+            )
     return stored.truth
 
 

@@ -41,9 +41,9 @@ class MotionRange(Protocol):
 def parse_motion(table: Mapping[str, Any], where: str, files: Files, seconds: Range) -> MotionRange:
     """Return one `[[motion]]`; `InputError` says what is wrong with it."""
     kind = table.get("kind")
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise unknown(f"{where}.kind", kind, KINDS)
-    return KINDS[str(kind)](table, where, files, seconds)
+    return KINDS[kind](table, where, files, seconds)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Exports hold the same recordings in the conventions of who reads them."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -106,6 +107,16 @@ def test_ring_arrays_are_in_its_conventions(folder, exported):
 def test_lost_samples_repeat_the_one_before():
     imu = Imu("imu1", np.array([0.02, 0.03, 0.06]), np.zeros((3, 3)), np.zeros((3, 3)), 100.0)
     assert held_rows(imu, 8).tolist() == [0, 0, 0, 1, 1, 1, 2, 2]
+
+
+@pytest.mark.parametrize("name", EXPORTS)
+@pytest.mark.parametrize("shift", [-10.0, 10.0])
+def test_samples_beyond_the_truth_are_refused_in_one_line(name, shift, folder, tmp_path):
+    stored = read(folder, 0)
+    imus = tuple(replace(imu, time=imu.time + shift) for imu in stored.recording.imus)
+    odd = replace(stored, recording=replace(stored.recording, imus=imus))
+    with pytest.raises(InputError, match="expected samples of imu1 within the .* rows of truth, got them from row"):
+        EXPORTS[name](iter([odd]), tmp_path)
 
 
 def test_less_truth_cannot_be_exported(tmp_path):
