@@ -115,7 +115,7 @@ def test_samples_beyond_the_truth_are_refused_in_one_line(name, shift, folder, t
     stored = read(folder, 0)
     imus = tuple(replace(imu, time=imu.time + shift) for imu in stored.recording.imus)
     odd = replace(stored, recording=replace(stored.recording, imus=imus))
-    with pytest.raises(InputError, match="expected samples of imu1 within the .* rows of truth, got them from row"):
+    with pytest.raises(InputError, match=r"expected samples of imu1 within the .* rows of truth, got them from row"):
         EXPORTS[name](iter([odd]), tmp_path)
 
 
