@@ -15,6 +15,7 @@ from fuzz.table import Failure, Table
 from fuzz.worker import Task
 
 ENDLESS = 10**9
+TOLD = 5_000  # inputs after which progress is told
 
 
 def main(words: list[str] | None = None) -> int:
@@ -34,9 +35,10 @@ def main(words: list[str] | None = None) -> int:
         for task, outcome in pool.run(_tasks(names, asked, each, deadline)):
             if table.add(task, outcome):
                 print(f"failed: {task.reader} --first {task.index}: {outcome.what}", file=sys.stderr, flush=True)
+            if (done := table.inputs) % TOLD == 0:
+                print(f"{done:,} inputs, {monotonic() - start:.0f} s", file=sys.stderr, flush=True)
         print(table.markdown())
-        total = sum(row.inputs for row in table.rows.values())
-        print(f"\n{total:,} inputs of {len(table.rows)} readers, seed {asked.seed}, {monotonic() - start:.0f} s")
+        print(f"\n{table.inputs:,} inputs of {len(table.rows)} readers, seed {asked.seed}, {monotonic() - start:.0f} s")
         kept: set[str] = set()
         for failure in table.failures.values():  # one of each kind is kept: readers share code
             what = failure.outcome.what

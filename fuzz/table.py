@@ -52,6 +52,11 @@ class Table:
         self.failures[key] = Failure(task, outcome)
         return True
 
+    @property
+    def inputs(self) -> int:
+        """How many were counted."""
+        return sum(row.inputs for row in self.rows.values())
+
     def markdown(self) -> str:
         """Return the counts as a table."""
         lines = [

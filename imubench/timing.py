@@ -114,13 +114,12 @@ def optical_timing(pairs: Sequence[tuple[Imu, Array, Array]]) -> Timing:
     the spans of all IMUs, each by its own scatter; first the offset alone, then with a drift. The stds are those of a
     sandwich whose blocks of 4 s hold all IMUs. Raises `InputError` when too little is in view.
     """
-    spans = [_spans(*pair) for pair in pairs]
+    spans = [_spans(*pair) for pair in pairs if min(pair[0].time.size, pair[1].size) > 1]
     counts = [one.start.size for one in spans]
     spans = [one for one, count in zip(spans, counts, strict=True) if count >= FEWEST]
     if not spans:
-        raise InputError(
-            f"optical record of {pairs[0][0].name}: expected {FEWEST} frames or more in view, got {max(counts)}"
-        )
+        most = max(counts, default=0)
+        raise InputError(f"optical record of {pairs[0][0].name}: expected {FEWEST} frames or more in view, got {most}")
     middle = 0.5 * (min(s.start[0] for s in spans) + max(s.end[-1] for s in spans))
     begin, contrast = _coarse(spans)
     offset, offset_cov, misfit = _fit(spans, np.array([begin]), middle)
@@ -161,7 +160,10 @@ def on_imu_clock(
 
 
 def _spans(imu: Imu, time: Array, quaternion: Array) -> _Spans:
-    step = max(1, round(SPAN / float(np.median(np.diff(time)))))
+    period = float(np.median(np.diff(time)))
+    if not period > 0:
+        raise InputError(f"optical record of {imu.name}: expected stamps that rise, got a median step of {period:g} s")
+    step = max(1, round(SPAN / period))
     start, end, rate = optical_rate(time, quaternion, step)
     inside = (start > imu.time[0] - FARTHEST) & (end < imu.time[-1] + FARTHEST)
     turned = CubicSpline(imu.time, cumulative_trapezoid(imu.gyro, imu.time, axis=0, initial=0))

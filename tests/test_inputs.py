@@ -190,6 +190,15 @@ def test_a_parquet_file_that_unpacks_to_gigabytes_is_not_read(good):
     refused(good, f"rec/imu1.parquet: expected at most {rows - 1:,} rows of 7 columns, got {rows:,} or more")
 
 
+@pytest.mark.parametrize(
+    "kind", [pa.list_(pa.float64(), 5000), pa.binary(5000), pa.struct([("a", pa.list_(pa.list_(pa.int8(), 100), 50))])]
+)
+def test_a_parquet_column_whose_every_row_is_wide_is_refused_before_it_is_read(kind, tmp_path):
+    """Two nulls of a list of fixed size whose damaged type says 34 million took 1 GB."""
+    pa.parquet.write_table(pa.table({"wide": pa.nulls(2, kind)}), tmp_path / "t.parquet")
+    says("column 'wide': expected at most 4,096 values a row, got 5,000", read_table, tmp_path / "t.parquet", ["wide"])
+
+
 def test_a_parquet_column_of_something_else_is_refused(tmp_path):
     pa.parquet.write_table(pa.table({"time": ["a"]}), tmp_path / "t.parquet")
     says("column 'time': expected numbers, got string", read_table, tmp_path / "t.parquet", ["time"])

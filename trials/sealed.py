@@ -138,7 +138,7 @@ def opened(folder: Path, cases: list[str]) -> tuple[dict[str, Truth], dict[str, 
         if not isinstance(content, dict) or not isinstance(content.get("salt"), str):
             raise InputError(f"{file}: expected the keys salt and truth")
         truths[name], salts[name] = checked(content.get("truth"), str(file)), content["salt"]
-        if folder_hash(folder / name) != truths[name]["recording"]:
+        if folder_hash(folder / name) != truths[name].get("recording"):
             raise InputError(f"{folder / name}: expected the recording that was sealed, got one with another hash")
     return truths, salts
 

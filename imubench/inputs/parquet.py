@@ -53,7 +53,23 @@ def opened_parquet(source: Path | IO[bytes], where: str) -> Iterator[Any]:
 def _within(table: Any, where: str) -> Any:
     if table.metadata.num_columns > COLUMNS:
         raise InputError(f"{where}: expected at most {COLUMNS:,} columns, got {table.metadata.num_columns:,}")
+    for field in table.schema_arrow:
+        if (width := _width(field.type)) > COLUMNS:  # a null of such a list takes as much memory as its numbers would
+            raise InputError(
+                f"{where}, column '{field.name}': expected at most {COLUMNS:,} values a row, got {width:,}"
+            )
     return table
+
+
+def _width(kind: Any) -> int:
+    """Return how many values, or bytes, a row of this type takes at least, whatever it holds."""
+    if pa.types.is_fixed_size_binary(kind):
+        return int(kind.byte_width)
+    if pa.types.is_fixed_size_list(kind):
+        return int(kind.list_size) * _width(kind.value_type)
+    if pa.types.is_struct(kind):
+        return sum(_width(kind.field(i).type) for i in range(kind.num_fields))
+    return 1
 
 
 def read_parquet(path: Path, choose: Callable[[Sequence[str]], list[str]], content: bytes | None = None) -> Table:
