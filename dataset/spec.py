@@ -152,7 +152,7 @@ def _check_fits(spec: Spec, where: str) -> None:
 
 def _tables(table: Mapping[str, Any], key: str, where: str, default: object) -> Sequence[Mapping[str, Any]]:
     given = table.get(key, default)
-    if given is None or (given == [] and default is None):
+    if given is None or (given == [] and default != []):
         raise InputError(f"{where}: expected one [[{key}]] or more, got none")
     if not isinstance(given, list) or not all(isinstance(t, dict) for t in given):
         raise InputError(f"{where}: {key}: expected [[{key}]] tables, got {given!r}")

@@ -46,6 +46,8 @@ def test_a_family_is_enough():
         (RIG + "rocking = { com = [-0.02, 0.02] }", r"rig\[0\].rocking.com: expected numbers >= -0.006 and <= 0.006"),
         (RIG + "soft_probability = 1.5", r"soft_probability: expected numbers >= 0 and <= 1, got 1.5"),
         (RIG + "[[motion]]\nkind = 'dance'", r"motion\[0\].kind 'dance'; known: random, olsson2020, pendulum, file"),
+        ("imu = []\n" + RIG, r"expected one \[\[imu\]\] or more, got none"),
+        ("motion = []\n" + RIG, r"expected one \[\[motion\]\] or more, got none"),
         (RIG + "[[motion]]\nkind = ['random']", r"motion\[0\].kind '\['random'\]'; known: random"),
         (RIG + "[[motion]]\nkind = 'pendulum'", r"rig\[0\]: expected a motion that a free hinge can do, got pendulum"),
         (RIG + "[[motion]]\nkind = 'olsson2020'\nnumbers = [15]", "unknown motion in .*numbers '15'; known: 1, 2"),
