@@ -87,7 +87,13 @@ def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
     effects = {}
     for i, table in enumerate(_tables(content, "effect", path)):
         where = f"{path}, effect[{i}]"
-        effects[_text(table, "name", where), _text(table, "at", where)] = _parameters(table, where)
+        effect = _text(table, "name", where)
+        effects[effect, _text(table, "at", where)] = values = _parameters(table, where)
+        law = sensor_law(effect, values)
+        for p in law.parameters if law else ():
+            if values[p.name].size != p.width:
+                got = values[p.name].size
+                raise InputError(f"{where}, key 'parameters.{p.name}': expected {p.width} of {effect}, got {got}")
     if not stamps:
         raise InputError(f"{path}: expected an [[imu]] or an [[encoder]], got none")
     start, end = min(t[0] for t in stamps.values()), max(t[-1] for t in stamps.values())

@@ -104,7 +104,7 @@ class ImuProfile:
             raise InputError(f"{where}.dropout_fraction: expected a fraction below 1, got {self.dropout_fraction:g}")
         if self.dropout_mode not in DROPOUT_MODES:
             raise unknown("dropout_mode", self.dropout_mode, DROPOUT_MODES)
-        if not np.isfinite(self.clock_offset):
+        if np.ndim(self.clock_offset) or not np.isfinite(self.clock_offset):
             raise InputError(f"{where}.clock_offset: expected a finite number of seconds, got {self.clock_offset}")
-        if not abs(self.clock_skew) < 0.5:
+        if np.ndim(self.clock_skew) or not abs(self.clock_skew) < 0.5:
             raise InputError(f"{where}.clock_skew: expected a number between -0.5 and 0.5, got {self.clock_skew}")
