@@ -59,10 +59,15 @@ class Remote(Place):
 
     @contextmanager
     def reading(self, name: str) -> Iterator[IO[bytes]]:
-        """Hand out the open file, which fetches what is asked for."""
+        """Hand out the open file, which fetches what is asked for; `InputError` where there is none."""
+        where = f"{self.path}/{name}"
         if self.size(name) is None:  # such as a pipe, which whoever opens it would wait for
-            raise FileNotFoundError(f"{self.path}/{name}: expected a file, got none")
-        with self.system.open(self._at(name), "rb") as file:
+            raise InputError(f"{where}: expected a file, got none")
+        try:
+            file = self.system.open(self._at(name), "rb")
+        except OSError as error:
+            raise InputError(f"{where}: expected a readable file, got: {first_line(error)}") from None
+        with file:
             yield file
 
     def read(self, name: str) -> bytes:

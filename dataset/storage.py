@@ -34,7 +34,7 @@ class Place(ABC):
 
     @abstractmethod
     def reading(self, name: str) -> AbstractContextManager[Path | IO[bytes]]:
-        """Hand out what Parquet readers take, without reading it; `OSError` where there is none."""
+        """Hand out what Parquet readers take, without reading it; `InputError` from a place that has none."""
 
     @abstractmethod
     def read(self, name: str) -> bytes:
