@@ -1,5 +1,6 @@
 """Parquet tables, whose sizes are read from their footer before any row is."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from io import BytesIO
