@@ -2,10 +2,12 @@
 
 SIGKILL and every second SIGTERM go to the command alone, the others to its whole group, as a terminal's Ctrl-C does. A
 command is given again afterwards unless the kill left nothing at all, which makes the next call a first one. An hour.
+`python -m benchmarks.kills NAME ...` does some commands.
 """
 
 import signal
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,7 +24,7 @@ LONGER = {
     "estimate": "estimate olsson2020 {given}/minute --out out",
     "convert csv": "convert csv {given}/table.csv --option rig=free --out out",
     "diagnose": "diagnose {given}/pendulum --out out",
-    "reproduce": "reproduce arve --quick --out out",
+    "reproduce": COMMANDS["reproduce"].words,  # of a paper whose parts take a second
     "generate, 2 workers": "generate {given}/spec.toml --count 60 --seed 3 --workers 2 --out out",
     "export opensim": "export opensim {given}/dataset --out out",
     "prove": "prove --cases 3 --seed 5 --seconds 6 --workers 2 --out out --diagnosis",
@@ -35,7 +37,8 @@ def to_group(sent: signal.Signals, number: int) -> bool:
     return sent == signal.SIGINT or (sent == signal.SIGTERM and number % 2 == 1)
 
 
-def run() -> list[Row]:
+def run(names: Sequence[str] = ()) -> list[Row]:
+    """Return a row for each command and signal."""
     rows = []
     with TemporaryDirectory() as temporary:
         home = Path(temporary).resolve()
@@ -43,8 +46,8 @@ def run() -> list[Row]:
         make_case(made / "minute", "hinge", [], 5, seconds=60.0)
         program = made / "silent.py"
         program.write_text(SLOWER + program.read_text())
-        for number, (name, words) in enumerate(LONGER.items()):
-            command = replace(COMMANDS[name], words=words, prelude="")
+        for number, name in enumerate(names or LONGER):
+            command = replace(COMMANDS[name], words=LONGER[name], prelude=COMMANDS[name].prelude)
             kills = Kills(command, made, home / str(number))
             for sent in SIGNALS:
                 done = [kills.kill(sent, t, to_group(sent, i)) for i, t in enumerate(moments(kills, MOMENTS, sent))]
@@ -57,3 +60,8 @@ def run() -> list[Row]:
                 rows.append(Row(what, ours, "-", "-", "0", not wrong))
                 print(rows[-1], file=sys.stderr, flush=True)
     return rows
+
+
+if __name__ == "__main__":
+    for row in run(sys.argv[1:]):
+        print(f"| {row.what} | {row.ours} | {row.peer} | {row.ratio} | {row.required} | {row.met} |", flush=True)

@@ -199,6 +199,11 @@ def test_a_parquet_column_whose_every_row_is_wide_is_refused_before_it_is_read(k
     says("column 'wide': expected at most 4,096 values a row, got 5,000", read_table, tmp_path / "t.parquet", ["wide"])
 
 
+def test_a_parquet_column_that_is_there_twice_is_refused(tmp_path):
+    pa.parquet.write_table(pa.Table.from_arrays([pa.array([1.0]), pa.array([2.0])], ["a", "a"]), tmp_path / "t.parquet")
+    says("expected each column once, got 'a' more often", read_table, tmp_path / "t.parquet", ["a"])
+
+
 def test_a_parquet_column_of_something_else_is_refused(tmp_path):
     pa.parquet.write_table(pa.table({"time": ["a"]}), tmp_path / "t.parquet")
     says("column 'time': expected numbers, got string", read_table, tmp_path / "t.parquet", ["time"])

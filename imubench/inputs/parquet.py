@@ -54,11 +54,14 @@ def opened_parquet(source: Path | IO[bytes], where: str) -> Iterator[Any]:
 def _within(table: Any, where: str) -> Any:
     if table.metadata.num_columns > COLUMNS:
         raise InputError(f"{where}: expected at most {COLUMNS:,} columns, got {table.metadata.num_columns:,}")
+    names = table.schema_arrow.names
+    if twice := [name for name, count in Counter(names).items() if count > 1]:
+        raise InputError(f"{where}: expected each column once, got '{twice[0]}' more often")
     for field in table.schema_arrow:
-        if (width := _width(field.type)) > COLUMNS:  # a null of such a list takes as much memory as its numbers would
-            raise InputError(
-                f"{where}, column '{field.name}': expected at most {COLUMNS:,} values a row, got {width:,}"
-            )
+        width = _width(field.type)
+        if width > COLUMNS:  # a null of such a list takes as much memory as its numbers would
+            at = f"{where}, column '{field.name}'"
+            raise InputError(f"{at}: expected at most {COLUMNS:,} values a row, got {width:,}")
     return table
 
 
