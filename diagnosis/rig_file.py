@@ -26,6 +26,8 @@ def read_rig(path: Path, family: str) -> Rig:
     if missing:
         raise InputError(f"{path}: expected a body '{missing[0]}', got {', '.join(sorted(bodies - {'world'}))}")
     joints = {model.joint(i).name: i for i in range(model.njnt)}
+    if family == "hinge" and "hinge" not in joints:
+        raise InputError(f"{path}: expected a joint 'hinge', got {', '.join(sorted(joints)) or 'none'}")
     mounts = tuple(_mount(model, name, joints) for name in ("imu1", "imu2") if name in bodies)
     segments = tuple(_segment(model, name) for name in RIGS[family])
     hinge = model.joint("hinge").dofadr[0] if "hinge" in joints else model.nv - 1

@@ -58,8 +58,13 @@ class Kills:
         """Start the command in the folder `work`, with `work`-tmp for temporary files."""
         temporary = str(work.with_name(f"{work.name}-tmp"))
         environment = {**environment_of_a_command(), "TMPDIR": temporary}
-        start = "import tests.faults.commands as c; c.tiny(); " if self.command.prelude else ""
-        begin = ["-c", f"{start}from imubench.main import main; main()"] if start else ["-m", "imubench"]
+        begin = ["-m", "imubench"]
+        if self.command.prelude:  # what it imports is not the command's: signals end it as they end any program
+            default = "import signal; signal.signal(signal.SIGINT, signal.SIG_DFL)"
+            begin = [
+                "-c",
+                f"{default}; import tests.faults.commands as c; c.tiny(); from imubench.main import main; main()",
+            ]
         return subprocess.Popen(
             [sys.executable, *begin, *self.line],
             cwd=work,
