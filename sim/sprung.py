@@ -49,10 +49,14 @@ def sprung_motion(
 
     The third is the trajectory at those times. `model` is that of the rig with its joints driven; `longest` is the
     longest step in s, None: the default.
-    Raises `UnheldSensorError` where springs do not hold the sensor.
+    Raises `UnheldSensorError` where springs do not hold the sensor, `InputError` where they are too quick for the rate.
     """
     stepping = stepping_model(model, rate, longest)
     split = round(1.0 / (rate * stepping.opt.timestep))
+    if split > CHUNK:  # 25 kHz at 50 samples a second: no mount, and more memory than a chunk has
+        raise InputError(
+            f"sprung mount: expected springs and dampers that take at most {CHUNK:,} steps a sample, got {split:,}"
+        )
     parts = list(_chunks(rig, stepping, motion, (count - 1) * split, split, rate))
     positions, velocities, trajectories = zip(*parts, strict=True)
     joined = {f.name: np.concatenate([getattr(t, f.name) for t in trajectories]) for f in fields(Trajectory)}

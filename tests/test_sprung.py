@@ -203,6 +203,12 @@ def test_springs_that_do_not_hold_the_sensor_are_refused():
         play(sprung_hinge(rotation=springs(5.0, 0.02)), shaken, 4.0, 100.0)
 
 
+def test_dampers_too_quick_for_the_rate_are_refused_before_they_take_memory():
+    quick = springs(10.0, 1e7)
+    with pytest.raises(InputError, match=r"expected springs and dampers that take at most 4,096 steps a sample, got"):
+        play(sprung_hinge(rotation=quick), AngleMotion(spin=Sines(1.0, 0.5)), 1.0, 50.0)
+
+
 def test_a_recording_of_one_sample_is_at_rest_on_its_springs(random_motion):
     rig = sprung_hinge(translation=springs(8.0, 0.1), rotation=springs(20.0, 0.1))
     one, many = (play(rig, random_motion(3), seconds, 100.0).sensors[1] for seconds in (0.01, 1.0))
