@@ -131,6 +131,9 @@ def finished(job: Job, number: int) -> Receipt | None:
     whole = whole and receipt.number == number and are_counts(receipt.splits) and are_files(receipt.files)
     if not whole or set(receipt.files) != set(names(number)):  # not what we write
         return None
+    counts = receipt.splits
+    if not receipt.recordings == len(job.indices(number)) == sum(counts.values()) or set(counts) - set(job.spec.splits):
+        return None
     return receipt if is_there(job, receipt) else None
 
 

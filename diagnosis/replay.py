@@ -8,6 +8,7 @@ from scipy.interpolate import make_interp_spline
 from imubench.arrays import Array
 from imubench.diagnosis.evidence import Played
 from imubench.diagnosis.kinematics import attitude
+from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.sim.imu_sampling import interpolate
 from imubench.sim.motion import Trajectory
@@ -42,7 +43,10 @@ class SplineMotion:
         fine = np.linspace(time[0], time[-1], FINE * (time.size - 1) + 1)
         turn, _, _ = attitude(*(Jet(self.turns(fine, order)) for order in range(3)))
         force = Jet(make_interp_spline(time, motion.force, DEGREE)(fine))
-        accel = make_interp_spline(fine, turn.forth(force).value - [0.0, 0.0, gravity], DEGREE)
+        pushed = turn.forth(force).value - [0.0, 0.0, gravity]
+        if not np.isfinite(pushed).all():
+            raise InputError("motion: expected quaternions and forces of a usual size, got ones that overflow")
+        accel = make_interp_spline(fine, pushed, DEGREE)
         away = accel.antiderivative(2)
         mean = (away(fine[-1]) - away(fine[0])) / (fine[-1] - fine[0])
         self.place = make_interp_spline(fine, away(fine) - fine[:, None] * mean, DEGREE)

@@ -46,6 +46,9 @@ def _run() -> int:
 
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # what a user must know is said in words
+    os.environ.setdefault(
+        "MUJOCO_GL", "disable"
+    )  # nothing is rendered, and to find a window's library starts a process
     os.environ.setdefault("RUST_LOG", "error")  # so is what Rerun has to say; it reads this when it is imported
     from imubench.terminal import guard_streams
 

@@ -21,6 +21,8 @@ from imubench.recording import Imu
 FARTHEST = 0.5  # s, searched on both sides: devices that a person starts on one signal are closer
 COARSE = 0.005  # s between the offsets that are tried first: a tenth of a hand's fastest period and less
 SPAN = 0.1  # s over which turns are compared: shorter than a hand's strokes, longer than what a soft mount rocks in
+FASTEST = 1e6  # rad/s: a thousand times what any gyroscope reads; the turns of such a one add up to numbers
+SHORTEST = 1e-6  # s between samples: no IMU has a megahertz
 FEWEST = 50  # spans in view of an IMU before it counts
 ENOUGH = 2000  # spans of an IMU that the grid is tried on
 BLOCK = 4.0  # s; errors of different blocks are taken for independent
@@ -163,9 +165,13 @@ def _spans(imu: Imu, time: Array, quaternion: Array) -> _Spans:
     period = float(np.median(np.diff(time)))
     if not period > 0:
         raise InputError(f"optical record of {imu.name}: expected stamps that rise, got a median step of {period:g} s")
-    step = max(1, round(SPAN / period))
-    start, end, rate = optical_rate(time, quaternion, step)
+    start, end, rate = optical_rate(time, quaternion, max(1, round(SPAN / period)))
     inside = (start > imu.time[0] - FARTHEST) & (end < imu.time[-1] + FARTHEST)
+    quickest, step = float(np.abs(imu.gyro).max()), float(np.diff(imu.time).min())
+    if not quickest < FASTEST:
+        raise InputError(f"{imu.name}: expected rates below {FASTEST:g} rad/s, got {quickest:g} rad/s")
+    if not step > SHORTEST:
+        raise InputError(f"{imu.name}: expected samples over {SHORTEST:g} s apart, got {step:g} s")
     turned = CubicSpline(imu.time, cumulative_trapezoid(imu.gyro, imu.time, axis=0, initial=0))
     speed = np.linalg.norm(rate[inside], axis=1)
     return _Spans(start[inside], end[inside], speed, turned, float(imu.time[0]), float(imu.time[-1]), imu.rate)

@@ -34,6 +34,7 @@ CHUNK = 4096  # integration steps at once: memory does not grow with the duratio
 STEPS = 8  # a period of the fastest mode, if nothing else is said
 LIGHT = 0.005, 0.05  # damping ratios between which lighter dampers take smaller steps
 LONGEST_STEP = 5e-3  # s: a motion's own bandwidth is not known; at 20 Hz this leaves some 1e-3 of the response
+SHORTEST_STEP = 1e-5  # s: modes of 4 kHz and more; a tenth of that is rigid to any IMU
 BRIEF = 1e-4  # s, for the rate of a load
 MOST_TURN = 1.4  # rad, about each axis: beyond, a linear rotational spring means nothing and its axes line up
 
@@ -49,13 +50,14 @@ def sprung_motion(
 
     The third is the trajectory at those times. `model` is that of the rig with its joints driven; `longest` is the
     longest step in s, None: the default.
-    Raises `UnheldSensorError` where springs do not hold the sensor, `InputError` where they are too quick for the rate.
+    Raises `UnheldSensorError` where springs do not hold the sensor, `InputError` where they are too quick to integrate.
     """
     stepping = stepping_model(model, rate, longest)
     split = round(1.0 / (rate * stepping.opt.timestep))
-    if split > CHUNK:  # 25 kHz at 50 samples a second: no mount, and more memory than a chunk has
+    if longest is None and stepping.opt.timestep < SHORTEST_STEP:
         raise InputError(
-            f"sprung mount: expected springs and dampers that take at most {CHUNK:,} steps a sample, got {split:,}"
+            f"sprung mount: expected springs and dampers that are integrated in steps of {SHORTEST_STEP:g} s or more, "
+            f"got {stepping.opt.timestep:.2g} s"
         )
     parts = list(_chunks(rig, stepping, motion, (count - 1) * split, split, rate))
     positions, velocities, trajectories = zip(*parts, strict=True)

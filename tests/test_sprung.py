@@ -203,9 +203,12 @@ def test_springs_that_do_not_hold_the_sensor_are_refused():
         play(sprung_hinge(rotation=springs(5.0, 0.02)), shaken, 4.0, 100.0)
 
 
-def test_dampers_too_quick_for_the_rate_are_refused_before_they_take_memory():
-    quick = springs(10.0, 1e7)
-    with pytest.raises(InputError, match=r"expected springs and dampers that take at most 4,096 steps a sample, got"):
+@pytest.mark.parametrize(("frequency", "damping"), [(10.0, 1e7), (1e5, 0.1)])
+def test_springs_too_quick_to_integrate_are_refused_before_they_take_time_or_memory(frequency, damping):
+    quick = springs(frequency, damping)
+    with pytest.raises(
+        InputError, match=r"expected springs and dampers that are integrated in steps of 1e-05 s or more"
+    ):
         play(sprung_hinge(rotation=quick), AngleMotion(spin=Sines(1.0, 0.5)), 1.0, 50.0)
 
 

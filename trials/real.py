@@ -11,7 +11,7 @@ import numpy as np
 
 from imubench import format1
 from imubench.diagnosis.result import Diagnosis, Finding, Parameter
-from imubench.errors import InputError
+from imubench.errors import InputError, first_line
 from imubench.proof.added import add, addable, copy, options_of, read_header, read_samples
 from imubench.proof.options import Effect, stream
 from imubench.proof.ranges import STRENGTHS
@@ -53,9 +53,18 @@ def questions(folder: Path, seed: int, n: int) -> dict[str, Added]:
     for recording in recordings:
         if not format1.read(recording)[0].imus:  # what is broken is said here, before anything is written
             raise InputError(f"{recording}: expected an IMU to add effects to, got none")
-        for imu in read_header(recording)["imu"]:
-            if not imu["file"].endswith(".csv") or not (recording / imu["file"]).is_file():
+        try:
+            header = read_header(recording)
+        except ValueError as error:  # which our own reader may take, as a mark of the byte order
+            raise InputError(f"{recording}: expected plain TOML to add effects to, got: {first_line(error)}") from None
+        for imu in header["imu"]:
+            file = recording / imu["file"]
+            if file.suffix != ".csv" or not file.is_file():
                 raise InputError(f"{recording}: expected CSV files to add effects to, got '{imu['file']}'")
+            try:
+                read_samples(file)
+            except (ValueError, LookupError) as error:
+                raise InputError(f"{file}: expected a plain CSV table to add to, got: {first_line(error)}") from None
     rng = stream(seed, "added")
     recordings = recordings[: max(n, 1)]
     names = [f"{i:03d}" for i in rng.permutation(len(recordings) + n)]

@@ -14,6 +14,7 @@ from imubench.inputs.tables import listed
 
 HEADER = 128  # bytes before the first element
 DIMENSIONS, MATRIX, COMPRESSED = 5, 14, 15  # miINT32, miMATRIX, miCOMPRESSED
+KNOWN = frozenset((*range(1, 8), 9, *range(12, 19)))  # kinds of data elements; SciPy trusts any other one's number
 CHUNK = 1 << 20
 UNPACKED_BYTES = 8 * NUMBERS
 
@@ -99,10 +100,12 @@ def _elements(view: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
 
 
 def _check_elements(path: Path, view: memoryview, order: str, depth: int = 0) -> None:
-    """Raise `InputError` where an array has more entries than the bytes that are to hold them, or lies too deep."""
+    """Raise `InputError` for data of no known kind, too deep cells, and arrays with more entries than bytes."""
     if depth > DEPTH:
         raise InputError(f"{path}: expected cells at most {DEPTH} deep, got deeper ones")
     for kind, body in _elements(view, order):
+        if kind not in KNOWN:
+            raise InputError(f"{path}: expected data of a kind that MATLAB 5 knows, got {kind}")
         if kind != MATRIX:
             continue
         parts = list(_elements(body, order))

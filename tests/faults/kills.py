@@ -18,6 +18,7 @@ from tests.faults.injection import HIDDEN, environment_of_a_command
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 AFTER = 5.0  # s after which nothing may be running any more
 LIMIT = 600.0  # s for an undisturbed command; the longest takes 30 s on an idle machine
+PYTHONS_OWN = "Fatal Python error: init_import_site"  # what the interpreter says, interrupted before it is ready
 EARLY = {signal.SIGTERM: -signal.SIGTERM, signal.SIGINT: -signal.SIGINT}  # exit codes before our code has run
 
 
@@ -92,7 +93,7 @@ class Kills:
             os.killpg(process.pid, signal.SIGKILL)
             errors = process.communicate()[1].decode(errors="replace")
             done.wrong.append("did not end in 65 s")
-        done.phase = self._phase(process.returncode, number, moment)
+        done.phase = self._phase(process.returncode, number, moment, errors)
         done.wrong += self._ended(process.returncode, errors, number, done.phase)
         if left := running(self.home):
             done.wrong.append(f"running after {AFTER:g} s: {left[:3]}")
@@ -112,7 +113,9 @@ class Kills:
             shutil.rmtree(folder)
         return done
 
-    def _phase(self, code: int, number: signal.Signals, moment: float) -> str:
+    def _phase(self, code: int, number: signal.Signals, moment: float, errors: str) -> str:
+        if errors.startswith(PYTHONS_OWN):
+            return "start-up"
         if code == self.code:
             return "ended"
         return "start-up" if code == EARLY.get(number) or (code == -signal.SIGKILL and moment < 0.1) else "at work"
@@ -120,7 +123,7 @@ class Kills:
     def _ended(self, code: int, errors: str, number: signal.Signals, phase: str) -> list[str]:
         lines = errors.splitlines()
         if number == signal.SIGKILL or phase != "at work":
-            fits = code in (self.code, -number)
+            fits = code in (self.code, -number) or errors.startswith(PYTHONS_OWN)
             return [] if fits and not (phase == "ended" and errors) else [f"exit code {code}: {errors[-500:]}"]
         word = {signal.SIGTERM: "terminated", signal.SIGINT: "interrupted"}[number]
         if code != 128 + number or len(lines) != 1 or not lines[0].startswith(f"imubench: {word}; "):
