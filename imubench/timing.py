@@ -22,7 +22,7 @@ FARTHEST = 0.5  # s, searched on both sides: devices that a person starts on one
 COARSE = 0.005  # s between the offsets that are tried first: a tenth of a hand's fastest period and less
 SPAN = 0.1  # s over which turns are compared: shorter than a hand's strokes, longer than what a soft mount rocks in
 FASTEST = 1e6  # rad/s: a thousand times what any gyroscope reads; the turns of such a one add up to numbers
-SHORTEST = 1e-6  # s between samples: no IMU has a megahertz
+SHORTEST, LONGEST = 1e-6, 1e5  # s between samples: no IMU gives a million a second, or waits for more than a day
 FEWEST = 50  # spans in view of an IMU before it counts
 ENOUGH = 2000  # spans of an IMU that the grid is tried on
 BLOCK = 4.0  # s; errors of different blocks are taken for independent
@@ -167,11 +167,12 @@ def _spans(imu: Imu, time: Array, quaternion: Array) -> _Spans:
         raise InputError(f"optical record of {imu.name}: expected stamps that rise, got a median step of {period:g} s")
     start, end, rate = optical_rate(time, quaternion, max(1, round(SPAN / period)))
     inside = (start > imu.time[0] - FARTHEST) & (end < imu.time[-1] + FARTHEST)
-    quickest, step = float(np.abs(imu.gyro).max()), float(np.diff(imu.time).min())
+    quickest, steps = float(np.abs(imu.gyro).max()), np.diff(imu.time)
     if not quickest < FASTEST:
         raise InputError(f"{imu.name}: expected rates below {FASTEST:g} rad/s, got {quickest:g} rad/s")
-    if not step > SHORTEST:
-        raise InputError(f"{imu.name}: expected samples over {SHORTEST:g} s apart, got {step:g} s")
+    if not SHORTEST < steps.min() <= steps.max() < LONGEST:
+        got = f"{steps.min():g} to {steps.max():g}"
+        raise InputError(f"{imu.name}: expected samples {SHORTEST:g} to {LONGEST:g} s apart, got {got} s")
     turned = CubicSpline(imu.time, cumulative_trapezoid(imu.gyro, imu.time, axis=0, initial=0))
     speed = np.linalg.norm(rate[inside], axis=1)
     return _Spans(start[inside], end[inside], speed, turned, float(imu.time[0]), float(imu.time[-1]), imu.rate)
