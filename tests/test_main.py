@@ -162,3 +162,22 @@ def test_a_signal_while_a_context_is_left_leaves_nothing(tmp_path):
             "out/.imubench.json",
             "out/list.json",
         ]
+
+
+def test_a_command_starts_no_process_to_look_for_a_windows_library(tmp_path):
+    """MuJoCo's import would start a Python for it; an interrupt that reached that one made it print a trace."""
+    code = """
+    import sys
+    started = []
+    sys.addaudithook(lambda event, args: started.append(args) if event == "subprocess.Popen" else None)
+    sys.argv = ["imubench", "run", "hinge-hand", "--out", "out"]
+    from imubench.main import main
+    try:
+        main()
+    finally:
+        print(len(started), "glfw" in sys.modules, file=sys.stderr)
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert done.stderr.splitlines() == ["0 False"]
