@@ -16,6 +16,11 @@ def is_amount(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and value >= 0
 
 
+def lasts(value: object) -> bool:
+    """Return whether a JSON value is a number of seconds that a recording may last: a spec allows 1 s or more."""
+    return is_amount(value) and float(value) >= 1.0  # type: ignore[arg-type]
+
+
 def are_counts(value: object) -> bool:
     """Return whether a JSON value is an object of whole numbers from 0 on."""
     return isinstance(value, dict) and all(is_whole(n) for n in value.values())

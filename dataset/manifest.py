@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import imubench
-from imubench.dataset.checks import are_counts, are_files, is_amount, is_count, is_whole
+from imubench.dataset.checks import are_counts, are_files, is_count, is_whole, lasts
 from imubench.dataset.remote import place
 from imubench.dataset.shard import RECEIPTS, Job, Receipt
 from imubench.dataset.spec import SPEC_FILE
@@ -108,7 +108,7 @@ KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
     "recordings_per_file": (is_count, "a number of recordings"),
     "rigs": (is_whole, "a number of rigs"),
     "recordings": (are_counts, "recordings by split"),
-    "seconds": (is_amount, "a number of seconds"),
+    "seconds": (lasts, "1 s or more"),
     "samples": (is_whole, "a number of samples"),
     "files": (are_files, "the hash and size of each file"),
 }
