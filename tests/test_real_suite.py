@@ -8,6 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from benchmarks.real import steps
+from benchmarks.real.__main__ import DOCS, HEADING, KNOWN, line, shown
 from benchmarks.real.cases import Case, cases, chosen
 from benchmarks.real.facts import fact_of, facts
 from benchmarks.real.repeat import moved, repeated
@@ -15,8 +17,8 @@ from benchmarks.real.required import rows
 from benchmarks.real.said import Said, read_said
 from benchmarks.real.scoring import AxisError, CaseScore, scored
 from benchmarks.real.sources import Source, knee
-from benchmarks.real.steps import _done, kept
-from benchmarks.real.table import Halves, Line, cases_table, halves_table, replaced
+from benchmarks.real.steps import _done, answered, kept
+from benchmarks.real.table import Halves, Line, cases_table, facts_table, halves_table, replaced
 from imubench.diagnosis.result import (
     Change,
     Diagnosis,
@@ -233,6 +235,12 @@ def test_a_section_is_replaced_and_its_neighbours_stay():
     assert replaced(replaced(text, "## A", "x"), "## A", "new\n") == replaced(text, "## A", "new\n")
 
 
+def test_the_documentation_has_what_is_known_as_the_suite_has_it():
+    text = DOCS.read_text(encoding="utf-8")
+    assert replaced(text, KNOWN, facts_table(facts())) == text  # python -m benchmarks.real --table --write
+    assert all(heading in file.read_text(encoding="utf-8") for file, heading in HEADING.items())
+
+
 LINES = [
     Line("diodem/trial1/3-4-foam/whole", "foam", "", scored(said(rocking("imu1")), FOAM), 130.0, 1.5),
     Line("diodem/trial1/3-4-foam/half1", "foam", "no diagnosis: ended with -24", None, 720.0, 2.0),
@@ -291,6 +299,28 @@ def test_what_an_interrupted_run_was_doing_is_done_again(tmp_path):
     assert not (tmp_path / "cut.step.json").exists()
     nothing = kept(Case(COLLECTION[0], "whole", 0.0, 66.0), tmp_path)
     assert (nothing.diagnosed, nothing.why_not, nothing.estimates("raw")) == (False, "not run yet", {})
+
+
+def test_a_case_that_cannot_be_asked_says_why_and_stops_nothing(tmp_path, monkeypatch):
+    def broken():
+        raise InputError("imu1.csv: expected numbers, got none")
+
+    case = Case(Source("diodem/trial7/3-4-foam", 66.0, broken), "whole", 0.0, 66.0)
+    answer = answered(case, tmp_path, 5.0, Children())
+    assert answer.why_not == "not converted: imu1.csv: expected numbers, got none" and not answer.diagnosed
+    assert line(answer).failed == answer.why_not and line(answer).score is None
+    given = replace(case, baseline="broad/02_undisturbed/80-120")
+    for known, why in ((False, "imubench diagnose takes no --baseline"), (True, f"no diagnosis of {given.baseline}")):
+        monkeypatch.setattr(steps, "knows_baselines", lambda known=known: known)
+        assert answered(given, tmp_path, 5.0, Children()).why_not == why
+
+
+def test_messages_in_the_tables_name_no_folder_of_this_machine(tmp_path, monkeypatch):
+    monkeypatch.setenv("IMUBENCH_DATA", "/lab/recordings")
+    text = shown(
+        f"{tmp_path}/case/recording: beside /lab/recordings/broad, in {steps.ROOT}/benchmarks", tmp_path / "case"
+    )
+    assert text == "/recording: beside IMUBENCH_DATA/broad, in /benchmarks"
 
 
 EXPORT = """sep=,

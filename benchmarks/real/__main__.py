@@ -11,14 +11,14 @@ from pathlib import Path
 
 from benchmarks.__main__ import processor
 from benchmarks.real.cases import Case, cases, chosen
-from benchmarks.real.facts import fact_of
+from benchmarks.real.facts import fact_of, facts
 from benchmarks.real.repeat import moved, repeated
 from benchmarks.real.required import rows
 from benchmarks.real.said import read_said
 from benchmarks.real.scoring import scored
 from benchmarks.real.sources import sources
 from benchmarks.real.steps import ROOT, Answer, answered, kept
-from benchmarks.real.table import Halves, Line, cases_table, halves_table, replaced, rows_table
+from benchmarks.real.table import Halves, Line, cases_table, facts_table, halves_table, replaced, rows_table
 from imubench.atomic import atomic_file
 from imubench.errors import InputError
 from imubench.format1 import read
@@ -28,7 +28,9 @@ from imubench.trials.blind import Children
 from imubench.workers import cores
 
 LIMIT = 600.0  # s of processor time of a diagnosis: what `imubench diagnose` takes where nobody says
-HEADING = {ROOT / "benchmarks" / "RESULTS.md": "## Real recordings", ROOT / "docs" / "real.md": "## Results"}
+RESULTS, DOCS = ROOT / "benchmarks" / "RESULTS.md", ROOT / "docs" / "real.md"
+HEADING = {RESULTS: "## Real recordings", DOCS: "## Results"}
+KNOWN = "## What is known"
 
 
 def main(words: Sequence[str]) -> int:
@@ -83,6 +85,7 @@ def _suite(asked: argparse.Namespace, say: Terminal) -> int:
     if asked.write or not (asked.only or asked.table):
         for file, heading in HEADING.items():
             _write(file, replaced(file.read_text(encoding="utf-8"), heading, text))
+        _write(DOCS, replaced(DOCS.read_text(encoding="utf-8"), KNOWN, facts_table(facts())))
     return int(not all(r.met for r in required))
 
 

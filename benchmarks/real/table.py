@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from benchmarks.real.axes import ESTIMATORS
+from benchmarks.real.facts import Disturbance, Fact, Name
 from benchmarks.real.repeat import Repeated
 from benchmarks.real.scoring import AxisError, CaseScore, degrees
 from benchmarks.table import Row
@@ -93,6 +94,27 @@ def halves_table(halves: Sequence[Halves]) -> str:
         )
         out.append(f"| {h.name} | {kept} of {len(h.findings)} | {_cell(broken)} | {axes or '-'} |")
     return "\n".join(out) + "\n"
+
+
+def facts_table(known: Sequence[Fact]) -> str:
+    """Return the table of what is known of each recording; the first row whose pattern fits a case counts."""
+    out = ["| cases | known | how | named by | may be there, too | all that matters |", "|:--|:--|:--|:--|:--|:--|"]
+    for fact in known:
+        there = "; ".join(f"{t.what}: {names_in_words(t.names, ' or ')}{band(t)}" for t in fact.there)
+        may, whole = names_in_words(fact.may, ", "), "yes" if fact.complete else "no"
+        cells = (f"`{fact.cases}`", fact.known, fact.source, there or "-", may or "-", whole)
+        out.append("| " + " | ".join(_cell(c) for c in cells) + " |")
+    return "\n".join(out) + "\n"
+
+
+def names_in_words(names: Sequence[Name], between: str) -> str:
+    """Return effects with their places."""
+    return between.join(f"{effect} at {at}" for effect, at in names)
+
+
+def band(there: Disturbance) -> str:
+    """Return where an unknown has to be so that it locates a disturbance, behind what names it."""
+    return f", or an unknown at {there.at}" + (f" from {there.above_hz:g} Hz or more on" if there.above_hz else "")
 
 
 def rows_table(rows: Sequence[Row]) -> str:
