@@ -2,7 +2,7 @@
 
 import json
 import signal
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import pairwise
 
 import numpy as np
@@ -313,6 +313,25 @@ def test_a_case_that_cannot_be_asked_says_why_and_stops_nothing(tmp_path, monkey
     for known, why in ((False, "imubench diagnose takes no --baseline"), (True, f"no diagnosis of {given.baseline}")):
         monkeypatch.setattr(steps, "knows_baselines", lambda known=known: known)
         assert answered(given, tmp_path, 5.0, Children()).why_not == why
+
+
+def test_an_answer_that_cannot_be_read_is_a_line_of_the_table(tmp_path):
+    case = Case(COLLECTION[1], "0-20", 0.0, 20.0)
+    folder = tmp_path / case.name
+    (folder / "diagnosis").mkdir(parents=True)
+    (folder / "known.json").write_text(json.dumps({"hinge": True, "axes": AXES.tolist(), "seconds": 20.0}))
+    (folder / "diagnosis" / "diagnosis.json").write_text(json.dumps(as_dict(said().diagnosis)))
+    for name, code in (("diagnose", 0), ("axes-with", -24)):
+        step = steps.Step(code, 9.0, 0.5, 600.0, "abc")
+        (folder / f"{name}.step.json").write_text(json.dumps(asdict(step)))
+    (folder / "axes-raw.json").write_text(json.dumps(estimates(1.0)))
+    one = line(kept(case, tmp_path))
+    assert (one.score.verdict, one.score.silent, one.seconds) == ("no mismatch", None, 9.0)  # 2-3: play is known
+    before, after = one.score.axes["seel2012"]
+    assert np.degrees(before.off) == pytest.approx([1.0, 1.0]) and after == AxisError(None, "ended with -24")
+    (folder / "diagnosis" / "diagnosis.json").write_text("{}")
+    broken = line(kept(case, tmp_path))
+    assert broken.failed == "diagnosis cannot be read: /diagnosis/diagnosis.json: key 'format': expected, got none"
 
 
 def test_messages_in_the_tables_name_no_folder_of_this_machine(tmp_path, monkeypatch):

@@ -77,7 +77,8 @@ def _suite(asked: argparse.Namespace, say: Terminal) -> int:
     out.mkdir(parents=True, exist_ok=True)
     with locked(out / ".lock", asked.out):
         answers = [kept(c, out) for c in some] if asked.table else run(some, out, asked.time_limit, asked.workers, say)
-    lines, halves = [line(a) for a in answers], both_halves(answers)
+    lines = [line(a) for a in answers]
+    halves = both_halves([a for a, one in zip(answers, lines, strict=True) if one.score is not None])
     required = rows(lines, halves)
     text = "\n".join([head(answers, asked), rows_table(required), cases_table(lines), halves_table(halves)])
     print(text)
@@ -124,7 +125,11 @@ def line(answer: Answer) -> Line:
     if not answer.diagnosed:
         why = shown(f"no diagnosis: {step.failed or 'nothing written'}", answer.folder)
         return Line(answer.case.name, fact.known, why, None, step.seconds, step.memory)
-    said = read_said(answer.folder / "diagnosis")
+    try:
+        said = read_said(answer.folder / "diagnosis")
+    except InputError as error:
+        why = shown(f"diagnosis cannot be read: {error}", answer.folder)
+        return Line(answer.case.name, fact.known, why, None, step.seconds, step.memory)
     score = scored(said, fact, answer.estimates("raw"), answer.estimates("with"), answer.axes)
     return Line(answer.case.name, fact.known, "", score, step.seconds, step.memory)
 
@@ -153,8 +158,8 @@ def in_a_line(one: Line) -> str:
 
 
 def both_halves(answers: Sequence[Answer]) -> list[Halves]:
-    """Return what the halves of each recording say of one another, where both were diagnosed."""
-    by_name = {a.case.name: a for a in answers if a.diagnosed}
+    """Return what the halves of each recording say of one another, where both are among the answers."""
+    by_name = {a.case.name: a for a in answers}
     out = []
     for name, one in by_name.items():
         other = by_name.get(name.replace("/half1", "/half2"))

@@ -77,9 +77,14 @@ class Answer:
         return None if known is None else np.array(known)
 
     def estimates(self, which: str) -> dict[str, Any]:
-        """Return what estimators say of the recording, `raw` or `with` the diagnosis; {} where they were not asked."""
-        file = self.folder / f"axes-{which}.json"
-        return load_table(file) if file.is_file() else {}
+        """Return what estimators say of the recording, `raw` or `with` the diagnosis; {} where they were not asked.
+
+        What the diagnosis found cannot be taken out: "refused" says why.
+        """
+        file, step = self.folder / f"axes-{which}.json", _finished(self.folder / f"axes-{which}.step.json")
+        if file.is_file():
+            return load_table(file)
+        return {"refused": step.failed} if which == "with" and step is not None else {}
 
 
 def knows_baselines() -> bool:
