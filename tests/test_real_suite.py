@@ -2,6 +2,8 @@
 
 import json
 import signal
+import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 from itertools import pairwise
 
@@ -294,9 +296,15 @@ def test_a_process_is_measured_bounded_and_not_run_again(tmp_path):
 
 def test_what_an_interrupted_run_was_doing_is_done_again(tmp_path):
     children = Children()
-    children.stop()
-    _done("cut", ["-c", "import time; time.sleep(60)"], tmp_path, 20.0, 0.0, children)
-    assert not (tmp_path / "cut.step.json").exists()
+    with ThreadPoolExecutor(1) as pool:
+        words = ["-c", "import time; print('begun', flush=True); time.sleep(60)"]
+        running = pool.submit(_done, "cut", words, tmp_path, 20.0, 0.0, children)
+        while not (tmp_path / "cut.txt").is_file() or not (tmp_path / "cut.txt").read_text():
+            time.sleep(0.01)
+        children.stop()
+        assert running.result().code == -signal.SIGKILL
+    _done("next", words, tmp_path, 20.0, 0.0, children)
+    assert [p.name for p in tmp_path.iterdir()] == ["cut.txt"]  # not begun, and nothing finished
     nothing = kept(Case(COLLECTION[0], "whole", 0.0, 66.0), tmp_path)
     assert (nothing.diagnosed, nothing.why_not, nothing.estimates("raw")) == (False, "not run yet", {})
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.real.said import Said
-from benchmarks.real.scoring import CONFIDENT, names
+from benchmarks.real.scoring import CONFIDENT, answers, names
 from imubench.arrays import Array
 from imubench.diagnosis.result import Finding
 from imubench.score import line_deviation
@@ -39,8 +39,7 @@ def _confirmed(one: Said, other: Said, rate: float) -> Iterator[Repeated]:
         what = f"{f.effect} at {f.at}"
         same = next((g for g in other.sure if (g.effect, g.at) == (f.effect, f.at)), None)
         if same is None:
-            twins = [(x.effect, x.at) for x in (f, *f.equivalent)]
-            twin = next((g for g in other.sure if g.named and names(g, twins)), None)
+            twin = next((g for g in other.sure if g.named and names(g, answers(f))), None)
             yield Repeated(what, "" if twin is not None else "not there")
         else:
             yield Repeated(what, apart(f, same, rate))

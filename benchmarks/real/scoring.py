@@ -130,8 +130,12 @@ def matched(there: Sequence[Disturbance], findings: Sequence[Finding]) -> dict[D
 
 def names(finding: Finding, right: Sequence[Name], direct: bool = False) -> bool:
     """Return whether a finding, or unless `direct` one of its equivalents, is among some names."""
-    more = () if direct else finding.equivalent
-    return any((x.effect, x.at) in right for x in (finding, *more))
+    return any(name in right for name in answers(finding)[: 1 if direct else None])
+
+
+def answers(finding: Finding) -> list[Name]:
+    """Return what a finding says: its own name and place, then those of its equivalents."""
+    return [(finding.effect, finding.at), *((e.effect, e.at) for e in finding.equivalent)]
 
 
 def _located(finding: Finding, there: Disturbance, where: Sequence[Where]) -> bool:

@@ -7,6 +7,7 @@ NAME.step.json with its exit code, processor time and largest memory, written la
 import inspect
 import os
 import resource
+import signal
 import subprocess
 import sys
 import threading
@@ -162,6 +163,8 @@ def _done(name: str, words: Sequence[str], folder: Path, limit: float, more: flo
     earlier = _finished(note)
     if earlier is not None:
         return earlier
+    if children.stopped:
+        return Step(-signal.SIGKILL, 0.0, 0.0, limit, commit(), "interrupted")
     with output.open("wb") as stream:
         child = subprocess.Popen(
             [sys.executable, *words],
