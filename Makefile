@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test test-all lint bench fuzz clean
+.PHONY: demo test test-all lint bench real fuzz clean
 
 demo: $(VENV)/.demo
 	$(BIN)/python -m imubench.demo
@@ -25,6 +25,12 @@ lint: $(VENV)/.lint
 
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks
+
+# What else it takes: make real REAL="--only 'broad/*' --workers 1", or `.venv/bin/python -m benchmarks.real --help`.
+REAL ?=
+
+real: $(VENV)/.test
+	$(BIN)/python -m benchmarks.real $(REAL)
 
 # What else it takes: make fuzz FUZZ="--inputs 100000 --each 3000", or `.venv/bin/python -m fuzz --help`.
 FUZZ ?= --seconds 600

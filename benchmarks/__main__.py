@@ -50,7 +50,7 @@ def main(names: list[str]) -> int:
     text = HEAD.format(
         date=f"{datetime.now(UTC):%Y-%m-%d}",
         cores=os.cpu_count(),
-        processor=_processor(),
+        processor=processor(),
         python=platform.python_version(),
         system=platform.system(),
     )
@@ -66,7 +66,8 @@ def main(names: list[str]) -> int:
     return int(not all(r.met for r in rows))
 
 
-def _processor() -> str:
+def processor() -> str:
+    """Return the name of this machine's processor."""
     info = Path("/proc/cpuinfo")
     if info.exists():
         for line in info.read_text().splitlines():
