@@ -1,4 +1,4 @@
-"""A minute's part of the suite of real recordings, from files to scores, in every run of the tests.
+"""A minute's part of the suite of real recordings, from files to scores: `.ci/run` has it, `make test` has not.
 
 What a diagnosis says in so little time is not asked here, only that nothing which it says is wrong: `make real` judges.
 """
@@ -17,6 +17,7 @@ LIMITS = {"diodem/trial1/3-4-rigid/20-40": 10.0, "broad/24_*/40-80": 15.0}  # s 
 WRITING = 15.0  # s of processor time for a diagnosis' report, model and log, on a machine half as fast as ours
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pattern", LIMITS)
 def test_a_part_of_the_suite(pattern, recordings, tmp_path):
     some = chosen(cases(list(sources(recordings))), [pattern])
