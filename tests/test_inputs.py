@@ -181,6 +181,15 @@ def test_lines_of_every_kind_of_end_are_counted(tmp_path):
         says("line 6, column 'time': expected increasing time", read_table, path, ["time", "x"])
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("last", ["", "1", "3"])
+def test_lines_of_every_kind_of_end_are_read(end, last, tmp_path):
+    """Ends of an old system, and blank lines at the end of a file, which may be a block of their own."""
+    (tmp_path / "t.csv").write_bytes((end.join(["time,a", "0,1", "1,2"]) + end * int(last or 0)).encode())
+    table = read_table(tmp_path / "t.csv", ["time", "a"])
+    assert table.columns["a"].tolist() == [1.0, 2.0]
+
+
 def test_a_parquet_file_that_unpacks_to_gigabytes_is_not_read(good):
     (good / "imu1.csv").unlink()
     rows = NUMBERS // len(COLUMNS) + 1

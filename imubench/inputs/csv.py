@@ -67,8 +67,9 @@ def read_csv(
             columns = _parsed(path, block, header, names, form)
             block.rows, block.text = rows, b""
             blocks.append(block)
-            found.append(columns)
-            rows += len(columns[0]) if columns else 0
+            if columns:  # a block may hold blank lines alone
+                found.append(columns)
+                rows += len(columns[0])
             check_size(path, rows, len(names))
     if not rows:
         raise InputError(f"{path}: expected rows of numbers below the header, got none")
