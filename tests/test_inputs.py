@@ -3,6 +3,7 @@
 import io
 import os
 import resource
+import struct
 import zlib
 from pathlib import Path
 
@@ -257,6 +258,17 @@ def test_a_matlab_file_that_unpacks_to_gigabytes_is_not_read(tmp_path):
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     says("expected at most 305 MB when unpacked, got more", read_mat, path, ["x"])
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB: unpacked a megabyte at a time
+
+
+@pytest.mark.parametrize("kind", [0, 8, 19, 4000])
+def test_matlab_data_of_no_known_kind_is_refused_before_scipy_sees_it(kind, tmp_path):
+    """SciPy looks such a number up in a table and ends the interpreter."""
+    savemat(tmp_path / "a.mat", {"x": np.arange(100.0) + 0.1})
+    content = (tmp_path / "a.mat").read_bytes()
+    tag = struct.pack("<II", 9, 800)  # miDOUBLE
+    assert content.count(tag) == 1
+    (tmp_path / "a.mat").write_bytes(content.replace(tag, struct.pack("<II", kind, 800)))
+    says(f"expected data of a kind that MATLAB 5 knows, got {kind}", read_mat, tmp_path / "a.mat", ["x"])
 
 
 def test_a_damaged_matlab_file_is_one_line(tmp_path):
