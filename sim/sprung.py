@@ -54,11 +54,6 @@ def sprung_motion(
     """
     stepping = stepping_model(model, rate, longest)
     split = round(1.0 / (rate * stepping.opt.timestep))
-    if longest is None and stepping.opt.timestep < SHORTEST_STEP:
-        raise InputError(
-            f"sprung mount: expected springs and dampers that are integrated in steps of {SHORTEST_STEP:g} s or more, "
-            f"got {stepping.opt.timestep:.2g} s"
-        )
     parts = list(_chunks(rig, stepping, motion, (count - 1) * split, split, rate))
     positions, velocities, trajectories = zip(*parts, strict=True)
     joined = {f.name: np.concatenate([getattr(t, f.name) for t in trajectories]) for f in fields(Trajectory)}
@@ -70,7 +65,13 @@ def stepping_model(model: Any, rate: float, longest: float | None = None) -> Any
     model = copy(model)
     model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-    longest = longest or _default_step(model)
+    if longest is None:
+        longest = _default_step(model)
+        if not longest >= SHORTEST_STEP:  # NaN where numbers overflow
+            raise InputError(
+                "sprung mount: expected springs and dampers that are integrated in steps of "
+                f"{SHORTEST_STEP:g} s or more, got {longest:.2g} s"
+            )
     model.opt.timestep = 1.0 / (rate * int(np.ceil(1.0 / (rate * longest) - 1e-9)))
     return model
 

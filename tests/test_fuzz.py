@@ -127,6 +127,7 @@ def writes(call: ast.Call) -> bool:
     return any(isinstance(m, str) and set(m) <= set("rwabtx+") and set(m) & set("wax") for m in modes)
 
 
+@pytest.mark.slow
 def test_every_function_that_reads_is_reached_by_a_reader():
     """Run the valid input of each reader and a few broken ones, and look which functions of the package they enter."""
     code = "from tests.reached import reached; print('\\n'.join(sorted(reached())))"

@@ -117,6 +117,7 @@ def test_a_strong_effect_is_no_nonsense(made, rig, effect):
     assert nonsense(made(rig, 3, [effect])) == ()
 
 
+@pytest.mark.slow
 def test_real_recordings_make_sense(recordings):
     """The six hinges of `diodem`, screwed on and on foam, and the six trials of `broad`, 30 s of each."""
     found = {}
