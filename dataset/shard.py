@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
 from imubench.dataset import columns, rows
-from imubench.dataset.checks import are_counts, are_files, is_amount, is_whole
+from imubench.dataset.checks import are_counts, are_files, is_whole, lasts
 from imubench.dataset.playing import make
 from imubench.dataset.remote import place
 from imubench.dataset.spec import Spec, parse_spec
@@ -127,7 +127,7 @@ def finished(job: Job, number: int) -> Receipt | None:
     if found is None or set(found) != {f.name for f in Receipt.__dataclass_fields__.values()}:
         return None
     receipt = Receipt(**found)
-    whole = all(map(is_whole, (receipt.number, receipt.recordings, receipt.samples))) and is_amount(receipt.seconds)
+    whole = all(map(is_whole, (receipt.number, receipt.recordings, receipt.samples))) and lasts(receipt.seconds)
     whole = whole and receipt.number == number and are_counts(receipt.splits) and are_files(receipt.files)
     if not whole or set(receipt.files) != set(names(number)):  # not what we write
         return None
