@@ -47,7 +47,7 @@ def run(names: Sequence[str] = ()) -> list[Row]:
         program = made / "silent.py"
         program.write_text(SLOWER + program.read_text())
         for number, name in enumerate(names or LONGER):
-            command = replace(COMMANDS[name], words=LONGER[name], prelude=COMMANDS[name].prelude)
+            command = replace(COMMANDS[name], words=LONGER[name])
             kills = Kills(command, made, home / str(number))
             for sent in SIGNALS:
                 done = [kills.kill(sent, t, to_group(sent, i)) for i, t in enumerate(moments(kills, MOMENTS, sent))]

@@ -11,14 +11,9 @@ def is_count(value: object) -> bool:
     return is_whole(value, 1)
 
 
-def is_amount(value: object) -> bool:
-    """Return whether a JSON value is a number from 0 on."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and value >= 0
-
-
 def lasts(value: object) -> bool:
     """Return whether a JSON value is a number of seconds that a recording may last: a spec allows 1 s or more."""
-    return is_amount(value) and float(value) >= 1.0  # type: ignore[arg-type]
+    return isinstance(value, int | float) and not isinstance(value, bool) and value >= 1
 
 
 def are_counts(value: object) -> bool:

@@ -161,7 +161,7 @@ def _judged(pieces: Runs, hz: float | None, noise: Noise, samples: Paired, found
     white = covariance(c, s)
     across = shared(pieces, frames)
     turning = _above_noise(across, pieces, noise)
-    reversed_axis = shared(pieces, frames * np.array([np.ones(3), [-1.0, 1.0, -1.0]])[:, :, None])
+    reversed_axis = frames * np.array([np.ones(3), [-1.0, 1.0, -1.0]])[:, :, None]  # of imu2
     return BandFit(
         hz=hz,
         axes=frames[:, 0],
@@ -172,7 +172,7 @@ def _judged(pieces: Runs, hz: float | None, noise: Noise, samples: Paired, found
         random=random,
         coherent=None if white is None else COHERENCE**2 * excess * c.gyro_count * white,
         turning=turning,
-        signs_shown=turning and across.coherence > reversed_axis.coherence + LESS_SHARED,
+        signs_shown=turning and across.coherence > shared(pieces, reversed_axis).coherence + LESS_SHARED,
         known=identifiable(c, s),
         settled=found.settled,
         shared=across,

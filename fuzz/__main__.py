@@ -9,10 +9,11 @@ from time import monotonic
 from fuzz import inputs
 from fuzz.corpus import CORPUS, LARGEST, keep
 from fuzz.minimise import minimised
-from fuzz.pool import Pool, cores
+from fuzz.pool import Pool
 from fuzz.readers import READERS
 from fuzz.table import Failure, Table
 from fuzz.worker import Task
+from imubench.workers import cores
 
 ENDLESS = 10**9
 TOLD = 5_000  # inputs after which progress is told

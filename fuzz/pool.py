@@ -3,7 +3,7 @@
 import multiprocessing
 import os
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from functools import partial
 from multiprocessing.connection import wait
 from pathlib import Path
@@ -11,6 +11,7 @@ from time import monotonic
 
 from fuzz.verdict import Outcome
 from fuzz.worker import ENVIRONMENT, Limits, Task, work
+from imubench.workers import environment
 
 MUTATING = 4 << 30  # bytes that a process may have before it reads
 STARTING = 60.0  # s of processor time for its imports, its valid inputs and a mutation
@@ -27,7 +28,7 @@ class Worker:
         self.limits = limits
         context = multiprocessing.get_context("spawn")
         self.connection, theirs = context.Pipe()
-        with _environment():
+        with environment(ENVIRONMENT):
             self.process = context.Process(target=work, args=(theirs, limits, readers))
             self.process.start()
         theirs.close()
@@ -161,22 +162,3 @@ class Pool:
         new = self._make()
         self.workers[self.workers.index(old)] = new
         return new
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-@contextmanager
-def _environment() -> Iterator[None]:
-    before = {key: os.environ.get(key) for key in ENVIRONMENT}
-    os.environ.update(ENVIRONMENT)
-    try:
-        yield
-    finally:
-        for key, value in before.items():
-            if value is None:
-                os.environ.pop(key, None)
-            else:
-                os.environ[key] = value

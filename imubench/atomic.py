@@ -25,7 +25,7 @@ from pathlib import Path
 from uuid import uuid4
 
 from imubench.errors import InputError
-from imubench.inputs.files import real, what_is
+from imubench.inputs.files import NOTHING, real, what_is
 from imubench.inputs.json import load_table
 from imubench.inputs.limits import JSON_BYTES
 from imubench.leftovers import undone
@@ -62,7 +62,7 @@ def atomic_files(*paths: Path) -> Iterator[tuple[Path, ...]]:
     partials = [target.parent / f".{uuid4().hex[:8]}.partial.{target.name}" for target in targets]
     with ExitStack() as stack:
         for path, target, partial in zip(paths, targets, partials, strict=True):
-            if what_is(target) not in ("a file", "nothing of that name"):
+            if what_is(target) not in ("a file", NOTHING):
                 raise InputError(f"{path}: expected a file to write, got {what_is(target)}")
             for context in (writing(Path(path)), _parents(Path(path), target), _temporary(partial)):
                 stack.enter_context(context)

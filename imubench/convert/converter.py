@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from imubench.errors import InputError, unknown
+from imubench.inputs.files import NOTHING, what_is
 from imubench.recording import Recording, positive
 from imubench.reference import Reference
 
@@ -45,14 +46,14 @@ class Converter:
         """Return the recordings in `source`, a file or a folder."""
         values = {key: self.parse(key, value) for key, value in options.items()}
         source = Path(source)
-        if not there(source):
+        if what_is(source) == NOTHING:
             raise InputError(f"{source}: expected a file or folder for converter {self.name}, got nothing of that name")
         return self.convert(source, **values)
 
     def files(self, source: Path, options: Mapping[str, object]) -> list[Path]:
         """Return the further files that options name, beside the source or anywhere."""
         named = [str(options[key]) for key, option in self.options.items() if option.file and options.get(key)]
-        return [path for name in named for path in (Path(source).parent / name, Path(name)) if there(path)]
+        return [path for name in named for path in (Path(source).parent / name, Path(name)) if what_is(path) != NOTHING]
 
     def parse(self, key: str, value: object) -> object:
         """Return the value of one option; text and numbers are parsed, anything else is taken as it is."""
@@ -63,14 +64,6 @@ class Converter:
     def default(self, key: str) -> object:
         """Return what an option is when it is not given, for help texts."""
         return inspect.signature(self.convert).parameters[key].default
-
-
-def there(path: Path) -> bool:
-    """Return whether there is anything of that name; not of one that is too long for the file system."""
-    try:
-        return path.exists()
-    except OSError:
-        return False
 
 
 def choice(kind: str, known: tuple[str, ...]) -> Callable[[str], object]:

@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from imubench.arrays import Array, frozen_time
-from imubench.convert.converter import Converted, Converter, Option, choice, number, there
+from imubench.convert.converter import Converted, Converter, Option, choice, number
 from imubench.convert.stamps import TIME_UNITS, Stamps, in_seconds
 from imubench.convert.table import read_columns, read_header, stack
 from imubench.errors import InputError, unknown
+from imubench.inputs.files import NOTHING, what_is
 from imubench.inputs.tables import listed
 from imubench.recording import RIGS, STANDARD_GRAVITY, Imu, Recording
 
@@ -53,7 +54,7 @@ def convert(
     files = [(source, columns or {})]
     if second:
         beside = source.parent / second
-        files.append((beside if there(beside) else Path(second), columns2 or columns or {}))
+        files.append((beside if what_is(beside) != NOTHING else Path(second), columns2 or columns or {}))
     read = [_read(path, names, rate) for path, names in files]
     moved, note = in_seconds([stamps for stamps, _, _ in read if isinstance(stamps, Stamps)], time_unit)
     stamped, imus = iter(moved), []

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from imubench.errors import InputError, shown, unknown
-from imubench.inputs.files import below, what_is
+from imubench.inputs.files import NOTHING, below, what_is
 from imubench.inputs.toml import load_toml
 
 FILE_NAME = "recording.toml"
@@ -99,7 +99,7 @@ def read_declared(folder: Path) -> Declared:
     """
     folder = Path(folder)
     path = folder / FILE_NAME
-    if what_is(path) == "nothing of that name":
+    if what_is(path) == NOTHING:
         got = "one without" if what_is(folder) == "a folder" else what_is(folder)
         raise InputError(f"{folder}: expected a folder with {FILE_NAME}, got {got}")
     content = load_toml(path)

@@ -11,6 +11,7 @@ from typing import Any
 from imubench.errors import InputError, shown
 from imubench.inputs.limits import NAME_CHARACTERS, TEXT_BYTES
 
+NOTHING = "nothing of that name"
 KINDS = {
     stat.S_IFDIR: "a folder",
     stat.S_IFIFO: "a pipe",
@@ -29,7 +30,7 @@ def what_is(path: Path) -> str:
     try:
         mode = Path(path).stat().st_mode
     except (OSError, ValueError):  # ValueError: a null character
-        return "nothing of that name"
+        return NOTHING
     return KINDS.get(stat.S_IFMT(mode), "a file")
 
 
@@ -60,7 +61,7 @@ def opened(path: Path, most: int, content: bytes | None = None) -> Iterator[Any]
     except IsADirectoryError:
         raise InputError(f"{path}: expected a file, got a folder") from None
     except (OSError, ValueError) as error:  # ValueError: a null character
-        if what_is(path) not in ("a file", "nothing of that name"):
+        if what_is(path) not in ("a file", NOTHING):
             raise InputError(f"{path}: expected a file, got {what_is(path)}") from None
         raise InputError(f"{path}: expected a readable file, got: {getattr(error, 'strerror', error)}") from None
     try:
