@@ -100,3 +100,24 @@ def test_too_little_in_view():
     pairs = pairs_of(gaps=((0.5, 39.9),))
     with pytest.raises(InputError, match=r"optical record of segment 1: expected 50 frames or more in view, got \d+"):
         optical_timing(pairs)
+
+
+@pytest.mark.parametrize(
+    ("times", "turns", "said"),
+    [
+        (1e-6, 1.0, "expected samples 1e-06 to 100000 s apart"),
+        (1e200, 1.0, "expected samples 1e-06 to 100000 s apart"),  # squares of such steps overflow
+        (1.0, 1e9, "expected rates below 1e\\+06 rad/s"),
+    ],
+)
+def test_steps_and_rates_of_no_imu_are_refused(times, turns, said):
+    ((imu, stamps, q),) = pairs_of(segments=(0,))
+    odd = Imu(imu.name, imu.time * times, imu.gyro * turns, imu.accel, imu.rate)
+    with pytest.raises(InputError, match=f"segment 1: {said}"):
+        optical_timing([(odd, stamps, q)])
+
+
+def test_one_frame_times_nothing():
+    ((imu, stamps, q),) = pairs_of(segments=(0,))
+    with pytest.raises(InputError, match="expected 50 frames or more in view, got 0"):
+        optical_timing([(imu, stamps[:1], q[:1])])
