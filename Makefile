@@ -12,7 +12,7 @@ demo: $(VENV)/.demo
 test test-all: export OMP_NUM_THREADS := 1
 
 test: $(VENV)/.test
-	$(BIN)/python -m pytest -n auto --dist loadfile --durations 25 -m "not slow"
+	$(BIN)/python -m pytest -n auto --dist loadfile --durations 25 -m "not slow and not long"
 
 test-all: $(VENV)/.test
 	$(BIN)/python -m pytest -n auto --dist loadfile

@@ -155,6 +155,7 @@ def test_rigid_rigs_lose_nothing(seed):
     assert sure.max() < np.deg2rad(1.0)  # noise alone: hundredths, in planar motion tenths
 
 
+@pytest.mark.long
 def test_regions_hold_the_truth_as_often_as_they_say():
     """Chi-square of four degrees over 20 rigs whose noise is declared; `benchmarks.banded` has soft ones."""
     squares = []

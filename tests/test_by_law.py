@@ -1,5 +1,7 @@
 """What a pivot that moves as it likes explains of a lone IMU, and a filter beside a scale too."""
 
+import pytest
+
 from imubench.diagnosis.by_law import led_by_law
 from imubench.diagnosis.columns import Base
 from imubench.diagnosis.hypothesis import Hypothesis
@@ -29,6 +31,7 @@ def trials_of(folder, effects):
     return fit, [h for h in candidates(fit.model) if not h.effect.states], ways
 
 
+@pytest.mark.long
 def test_a_filter_and_a_scale_stand_before_a_pivot_that_explains_less_than_both(tmp_path):
     fit, plain, (pivot, slow) = trials_of(tmp_path / "r", FILTERED)
     assert slow.evidence < pivot.evidence
@@ -37,6 +40,7 @@ def test_a_filter_and_a_scale_stand_before_a_pivot_that_explains_less_than_both(
     assert led_by_law(fit, fit, [slow, pivot], plain, lambda _: None) is None  # that with a law is the first anyhow
 
 
+@pytest.mark.long
 def test_a_pivot_that_moves_keeps_its_place(tmp_path):
     fit, plain, (pivot, slow) = trials_of(tmp_path / "r", MOVED)
     assert led_by_law(fit, fit, [pivot, slow], plain, lambda _: None) is None

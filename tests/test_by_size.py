@@ -53,6 +53,7 @@ def test_only_laws_that_are_straight_in_their_numbers_are_asked(fit):
     assert not names & {"soft_mount", "low_pass", "vibration", "mount_shift"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effect", "numbers", "equal"),
     [

@@ -19,6 +19,7 @@ def swinging(tmp_path, rig, effects, seed, **options):
     return truth, read(tmp_path / "r")[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [221, pytest.param(213, marks=pytest.mark.slow)])
 def test_a_pendulums_stop_is_found_where_it_pushes_back(seed, tmp_path):
     """The other way round along its axis the angle has the other sign: the heading is not known."""

@@ -50,13 +50,13 @@ def test_something_in_the_place_of_a_file(reader, place, pool):
 
 
 SHOWN = {bomb: name for name, reader in reversed(READERS.items()) for bomb in BOMBS.get(reader.mutate, ())}
-"""The first reader of each kind of file; the others read it through the same module, and are marked slow."""
+"""The first reader of each kind of file; the others read it through the same module, and are marked long."""
 
 
 @pytest.mark.parametrize(
     ("reader", "bomb"),
     [
-        pytest.param(name, bomb, marks=() if SHOWN[bomb] == name else pytest.mark.slow)
+        pytest.param(name, bomb, marks=() if SHOWN[bomb] == name else pytest.mark.long)
         for name, reader in READERS.items()
         for bomb in BOMBS.get(reader.mutate, ())
     ],

@@ -11,8 +11,8 @@ from tests.faults.commands import COMMANDS
 from tests.faults.injection import FAULTS, Injections, why_not
 
 pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
-SHORT = ("list", "convert csv", "generate")
-"""Commands whose sample takes under 10 s; the others are marked slow."""
+SHORT = {"list": (), "convert csv": (), "generate": pytest.mark.long}
+"""Commands whose sample takes seconds, and their marks; the others are marked slow."""
 
 
 @pytest.fixture(scope="module")
@@ -22,9 +22,7 @@ def injections(tmp_path_factory):
     found.warm.close()
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in SHORT else pytest.param(name, marks=pytest.mark.slow) for name in COMMANDS]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=SHORT.get(name, pytest.mark.slow)) for name in COMMANDS])
 def test_a_fault_at_a_write_is_one_line_leaves_nothing_and_the_command_goes_on(name, injections):
     one = injections.into(name)
     done = [one.trial(at, fault) for at, fault in one.sample(len(FAULTS) if name in SHORT else 3 * len(FAULTS))]

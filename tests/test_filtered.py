@@ -106,6 +106,7 @@ def test_a_filter_far_above_the_motion_is_equal_to_a_delay_at_the_imu_that_is_la
     assert ("low_pass", "imu1") in {(r.effect, r.at) for r in alike(fit, OFFSET)}
 
 
+@pytest.mark.long
 def test_a_quick_filter_is_found_before_anything_is_laid_over_what_its_delay_leaves(tmp_path):
     """It had been called a delay of 10 ms, beside a rocking mount at the other IMU."""
     told = {"seconds": 15.0, "gyro_noise": 0.00282, "accel_noise": 0.026, "colour": 0.1, "position_std": 0.00335}
@@ -121,6 +122,7 @@ def test_a_quick_filter_is_found_before_anything_is_laid_over_what_its_delay_lea
     assert misfit(after) < 1.1
 
 
+@pytest.mark.long
 def test_what_a_quick_filter_does_beside_delaying_is_taken_again_from_the_motion_it_leaves(tmp_path):
     fit = with_an_offset(tmp_path, [("low_pass", "imu2", {"cutoff": 9.4, "channels": BOTH})], 61, band=4.6)
     right, (k,) = quickly(fit, [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())], lambda _: None)

@@ -127,7 +127,7 @@ def writes(call: ast.Call) -> bool:
     return any(isinstance(m, str) and set(m) <= set("rwabtx+") and set(m) & set("wax") for m in modes)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_function_that_reads_is_reached_by_a_reader():
     """Run the valid input of each reader and a few broken ones, and look which functions of the package they enter."""
     code = "from tests.reached import reached; print('\\n'.join(sorted(reached())))"
@@ -150,6 +150,7 @@ def fingerprint() -> str:
     return found.hexdigest()
 
 
+@pytest.mark.long
 def test_inputs_follow_from_seed_reader_and_number_alone():
     """In another process, whose hashes of texts and whose clock are others, the same bytes come."""
     code = "from tests.test_fuzz import fingerprint; print(fingerprint())"

@@ -243,6 +243,7 @@ def test_real_imus_on_foam_are_refused(recordings, segments, options):
     assert not any(careful.accepted for _, careful in both(samples, replace(at_rate(samples), **options)))
 
 
+@pytest.mark.long
 def test_what_is_refused_is_offered_below_a_band_and_labelled_so(recordings):
     """On foam: with the guard's consent only what is right; the rest is offered, too, but is not `converged`."""
     status = {}

@@ -207,6 +207,7 @@ def test_a_map_computes_only_where_the_limit_is_open():
     assert found["computed"][1].sum() == 0 and found["computed"][3].all()
 
 
+@pytest.mark.long
 def test_the_banded_map_is_of_the_banded_estimate():
     found = robustness.banded_map(1, (4.2, 8.5), (0.05, 0.2))
     assert np.isnan(found["error"][:, 0, 0]).all()  # springs that do not hold the sensor

@@ -37,5 +37,6 @@ def test_the_jerk_of_letting_go_leaves_nothing_but_noise(made):
     assert np.mean(power[near]) < 1.6 * np.mean(power[~near])
 
 
+@pytest.mark.long
 def test_nothing_is_said_of_it(made):
     assert diagnose(made[0])[0].findings == ()

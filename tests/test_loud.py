@@ -46,6 +46,7 @@ def test_what_is_declared_is_not_loud(clean):
     assert loud(nominal_fit(clean), [WHERE], set()) == []
 
 
+@pytest.mark.long
 def test_what_is_left_over_is_what_costs_more_than_noise_may(clean):
     assert left_over(nominal_fit(clean)) == 0.0
     fit = noisier(clean, lambda i: 0.02 * np.sin(2 * np.pi * 31.0 * i.time)[:, None] * np.ones(3))

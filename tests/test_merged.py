@@ -31,6 +31,7 @@ def names_of(fit, kept):
     return held
 
 
+@pytest.mark.long
 def test_an_axis_that_turns_and_a_centre_that_moves_are_one_imu_that_slides(tmp_path):
     parts = [("axis_coupling", "joint"), ("moving_centre", "joint")]
     fit, kept = fitted_with(tmp_path, [SLIDING], parts)
@@ -39,6 +40,7 @@ def test_an_axis_that_turns_and_a_centre_that_moves_are_one_imu_that_slides(tmp_
     assert said == ["trying skin_sliding@imu2 in the place of axis_coupling@joint and moving_centre@joint"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "asked",
     [

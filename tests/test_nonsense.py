@@ -117,7 +117,7 @@ def test_a_strong_effect_is_no_nonsense(made, rig, effect):
     assert nonsense(made(rig, 3, [effect])) == ()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_real_recordings_make_sense(recordings):
     """The six hinges of `diodem`, screwed on and on foam, and the six trials of `broad`, 30 s of each."""
     found = {}
@@ -187,6 +187,7 @@ def test_axes_that_differ_between_gyroscope_and_accelerometer_are_said(made):
     assert said(mirrored(swapped_axes)) == ["imu2 looks mirrored: its y and z axes have changed places"]
 
 
+@pytest.mark.long
 def test_two_imus_mirrored_alike_are_both_named(made):
     mirror = flip(2)
     recording = changed(changed(made("hinge", 1), "imu1", mirror, mirror), "imu2", mirror, mirror)

@@ -43,6 +43,7 @@ def test_no_clock_stays_in_a_fit_that_began_with_two(tmp_path):
     assert not kept and not left.model.hypotheses
 
 
+@pytest.mark.long
 def test_a_filter_that_delays_by_nothing_is_dropped_as_worth_nothing(tmp_path):
     """Far above the motion its states are what they are driven by: the samples do not know its cutoff."""
     fit = fitted_with(tmp_path, [("low_pass", "imu2")])

@@ -17,7 +17,7 @@ LIMITS = {"diodem/trial1/3-4-rigid/20-40": 10.0, "broad/24_*/40-80": 15.0}  # s 
 WRITING = 15.0  # s of processor time for a diagnosis' report, model and log, on a machine half as fast as ours
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("pattern", LIMITS)
 def test_a_part_of_the_suite(pattern, recordings, tmp_path):
     some = chosen(cases(list(sources(recordings))), [pattern])

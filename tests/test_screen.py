@@ -57,6 +57,7 @@ def test_the_right_law_is_refitted_from_near_its_parameter(fitted, effect, at, k
         assert 0.1 < best.amount < 2.0  # 1 by the law; the fit's motion has taken most of a stiff spring in
 
 
+@pytest.mark.long
 def test_a_clean_recording_promises_no_state(fitted):
     _, fit, _ = fitted()
     assert screen(fit, lively(fit))[0].evidence < 0
@@ -111,6 +112,7 @@ def test_variants_of_one_effect_count_as_one_that_is_tried():
     assert promising([*play, *filters], 5.0, lone=False)[0] == [*play, *filters[:2]]
 
 
+@pytest.mark.long
 def test_play_about_one_axis_is_looked_at_in_eight_directions(tmp_path):
     """And not beside play about any axis, which has twice the states, where it promises nearly as much."""
     play = ("joint_play", "joint", {"range": 0.006, "direction": 2.0, "kind": "free"})

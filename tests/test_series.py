@@ -50,6 +50,7 @@ def test_springs_above_what_samples_show_are_a_series(tmp_path, frequency, slow)
     assert rings(Trial(h, begun, 70.0)) == slow
 
 
+@pytest.mark.long
 def test_what_series_took_the_place_of_is_not_in_the_way_of_laws_and_a_law_not_of_the_next(tmp_path, monkeypatch):
     make_case(tmp_path / "r", "hinge", [], 3, seconds=4.0, rate=40.0)
     late, off = Hypothesis(EFFECTS["time_offset"], "imu2"), Hypothesis(EFFECTS["accel_bias"], "imu1")

@@ -39,6 +39,7 @@ def test_a_slip_of_a_body_whose_pose_is_measured_is_dated(watched):
     assert slip(Base.of(watched), "imu1") == pytest.approx(TURN["time"] - watched.model.start, abs=0.1)
 
 
+@pytest.mark.long
 def test_a_slip_of_a_hinge_is_dated(tmp_path):
     truth = make_case(tmp_path / "r", "hinge", [("mount_shift", "imu2")], 100, seconds=15.0)
     fit = nominal_fit(read(tmp_path / "r")[0])

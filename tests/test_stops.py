@@ -50,6 +50,7 @@ def test_contacts_are_cut_out_of_swings():
     assert stop.swings(((1.0, 4.0), (4.5, 6.0))) == ((1.0, 1.9), (2.2, 3.0), (5.0, 6.0))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [203, pytest.param(213, marks=pytest.mark.slow)])
 def test_a_pendulum_stops_about_the_axis_on_which_its_knocks_agree(seed, tmp_path):
     """The fit does not know where the world's y points: the stop is the same about the opposite axis."""
@@ -97,6 +98,7 @@ def test_a_limb_does_not_pass_its_stop_by_much_of_its_swing(angle, stops, tmp_pa
     assert (stop_of(fit, samples) is not None) == stops
 
 
+@pytest.mark.long
 def test_an_angle_that_is_another_without_the_knocks_is_no_stop(tmp_path, monkeypatch):
     """Of eight knocks on a sensor most agreed about some axis, at an angle known within 0.15 rad."""
     make_case(tmp_path / "r", "pendulum", [("end_stop", "joint")], 203, seconds=15.0, swing=True)

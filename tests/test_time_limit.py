@@ -113,6 +113,7 @@ def test_a_single_fit_is_stopped_between_its_steps(biased):
     assert budget.not_tried == ["the fit"]
 
 
+@pytest.mark.long
 def test_a_search_that_is_stopped_hands_on_what_it_has(fit):
     whole = select(fit)
     assert {k.hypothesis.effect.name for k in whole.kept} == {"gyro_bias", "accel_scale"}
@@ -124,6 +125,7 @@ def test_a_search_that_is_stopped_hands_on_what_it_has(fit):
     assert nothing.kept == ()
 
 
+@pytest.mark.long
 def test_what_a_search_found_before_it_was_stopped_is_kept(fit, monkeypatch):
     """The first look at whether each finding is needed comes too late: everything found before stays."""
 

@@ -140,6 +140,7 @@ def test_a_scale_that_stood_in_for_a_cubic_sensor_gives_way(tmp_path):
     assert {h.effect.name for h in after.model.hypotheses} == {UNKNOWN}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("options", [{}, {"colour": 0.2}, {"rig": "pendulum", "colour": 0.2}])
 def test_noise_alone_raises_nothing(tmp_path, options):
     assert unknowns(fitted(tmp_path, [], 31, **options)).findings == ()
