@@ -7,6 +7,7 @@ from fuzz.mutate import nasty
 
 TOKEN = re.compile(r"-?\d+\.?\d*(?:[eE][-+]?\d+)?|\"[^\"\n]*\"|'[^'\n]*'|[A-Za-z_]+")
 LINES = 200_000  # that one line may become
+MOST = 10_000_000  # characters that repeated lines add: a file of one line, doubled and doubled, would fill the memory
 
 
 def mutate(content: bytes, rng: Random) -> bytes:
@@ -53,7 +54,8 @@ def _lines(text: str, rng: Random) -> str:
         lines[at] = lines[at][: rng.randint(0, len(lines[at]))]
     elif kind == 5:
         line = lines[rng.randrange(len(lines))]
-        lines += [line] * rng.choice((1, 1_000, LINES if rng.random() < 0.02 else 10))
+        often = rng.choice((1, 1_000, LINES if rng.random() < 0.02 else 10))
+        lines += [line] * min(often, max(1, MOST // max(1, len(line))))
     elif kind == 6:
         lines.insert(
             at, rng.choice(("\n", "#\n", "# note\n", "\x00\n", ";\n", "=\n", ",,,,\n", "x" * nasty.CELL + "\n"))

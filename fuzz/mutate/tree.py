@@ -8,6 +8,7 @@ from fuzz.mutate import nasty
 
 MILD = 0.4  # of the changes leave a tree that its reader may well accept: what follows reading is tried too
 FACTORS = (-1.0, 0.0, 0.1, 0.5, 2.0, 10.0, 1e-6, 1e6)
+MOST = 10_000_000  # characters that one change adds: copies of copies would fill the memory
 Place = tuple[Any, Any]
 """A table or list and the key or index in it."""
 
@@ -47,7 +48,8 @@ def _change(top: dict[str, Any], place: Place, rng: Random, raw: tuple[str, ...]
         name = nasty.text(rng) if rng.random() < 0.5 else rng.choice(list(holder))
         holder[name] = holder.pop(key)
     elif kind == 7 and isinstance(holder, list):
-        holder.extend(deepcopy(value) for _ in range(rng.choice((1, 2, 1_000))))
+        often = min(rng.choice((1, 2, 1_000)), max(1, MOST // _size(value)))
+        holder.extend(deepcopy(value) for _ in range(often))
     elif kind == 8:
         holder[key] = rng.choice(([value], {"value": value}, [value, value], [[value]], {nasty.text(rng): value}))
     elif kind == 9 and isinstance(value, dict | list) and value:
@@ -86,6 +88,13 @@ def _leaves(value: Any) -> list[Any]:
     if isinstance(value, dict | list):
         return [leaf for v in (value.values() if isinstance(value, dict) else value) for leaf in _leaves(v)]
     return [value]
+
+
+def _size(value: Any) -> int:
+    """Return about how many characters a tree is as text."""
+    if isinstance(value, dict):
+        return 2 + sum(len(str(key)) + _size(v) for key, v in value.items())
+    return 2 + sum(map(_size, value)) if isinstance(value, list) else 2 + len(value) if isinstance(value, str) else 8
 
 
 def _value(rng: Random, raw: tuple[str, ...]) -> Any:
