@@ -3,7 +3,7 @@
 At rest a sensor reads its noise, a constant rate that is its bias, and gravity. The quietest moment of a moving hand,
 or of foam in one, looks much the same to a threshold, so a rest is taken for one only if
 
-- it lasts: windows of a second or more, `LONGEST_NEEDED` s of them together;
+- it lasts: a second or more at a time, and `FEWEST` samples;
 - it does not turn: a mean rate above `MOST_BIAS` is more than a bias;
 - both triples are as quiet as an IMU at rest may be, `MOST`;
 - both are white: what moves a sensor (a hand sways at 1 to 4 Hz, trembles at 6 to 12, foam rings at 10 to 20) repeats
@@ -28,7 +28,7 @@ p. 17), the loudest gyroscope of the project's profiles, gives 0.028 rad/s; an a
 m/s^2, seven times the 300 ug/sqrt(Hz) of the MPU-9250 (PS-MPU-9250A-01, table 2), four times its total of 8 mg RMS.
 """
 MOST_BIAS = 0.1  # rad/s: +-5 deg/s is the zero-rate tolerance of the MPU-9250 (PS-MPU-9250A-01, table 1)
-LONGEST_NEEDED = 2.0  # s: at 40 Hz the std is then known within 5 %, and chance correlates by 0.06
+FEWEST = 40  # samples: of three axes, the std is then known within 7 %, and chance correlates by 0.1
 LAG = 0.15  # s: a period of 7 Hz, and the rise of anything slower
 ALIKE = 0.3  # correlation at any lag up to that
 
@@ -50,7 +50,7 @@ def rest_noise(imu: Imu, windows: Windows, steps: Mapping[str, Array]) -> dict[s
         steps: the steps (3,) that each triple's readings are multiples of, 0 for none.
     """
     spans = [(imu.time >= start) & (imu.time <= end) for start, end in windows]
-    if sum(end - start for start, end in windows) < LONGEST_NEEDED:
+    if sum(int(s.sum()) for s in spans) < FEWEST:
         return {}
     if np.linalg.norm(np.median(np.concatenate([imu.gyro[s] for s in spans]), axis=0)) > MOST_BIAS:
         return {}
