@@ -152,7 +152,9 @@ def _counting(fit: Fit, finding: Finding, samples: Sampled) -> Fit:
 def _reading(fit: Fit, at: str, readings: Mapping[str, Array]) -> Fit:
     """Return the fit of other readings (n, 3) of one IMU."""
     model: Model = fit.model
-    imus = tuple(replace(i, **readings) if i.name == at else i for i in model.recording.imus)
+    imu = model.recording.imu(at)
+    imu = replace(imu, gyro=readings.get("gyro", imu.gyro), accel=readings.get("accel", imu.accel))
+    imus = tuple(imu if i.name == at else i for i in model.recording.imus)
     model = replace(model, recording=replace(model.recording, imus=imus))
     return solve(model, fit.state, fit.noise, fit.anchor, steps=STEPS)
 
