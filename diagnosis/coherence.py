@@ -16,7 +16,7 @@ from scipy.stats import chi2
 
 from imubench.arrays import Array
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.quiet import quiet_level
+from imubench.diagnosis.rest_noise import quiet_noise
 from imubench.recording import Imu
 
 LAGS = (-6, -3, -1, 0, 1, 3, 6)  # samples
@@ -72,7 +72,7 @@ def clear_in(fit: Fit, imu: Imu, part: str) -> float:
     moving = tuple(h for h in fit.model.hypotheses if h.effect.states)
     splines = replace(fit, model=replace(fit.model, hypotheses=moving))
     signal = _motion(splines, imu, even_stamps(imu))[SENSED[part]]
-    quiet = quiet_level(imu.time, getattr(imu, part))
+    quiet = quiet_noise(imu, part)
     noise = min(fit.noise.get(f"{imu.name}.{part}", quiet), quiet)  # not in the fit where no sample counts
     return clear_of_noise(signal, noise, imu.rate)
 

@@ -1,6 +1,7 @@
 """From a recording to a diagnosis: fit the motion, weigh what is left, locate it, say what it is."""
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from time import perf_counter
 
 from imubench.diagnosis import gather
@@ -20,22 +21,45 @@ from imubench.diagnosis.nonsense.dead_end import dead_end
 from imubench.diagnosis.nonsense.permuted import permuted
 from imubench.diagnosis.rattles import rattling
 from imubench.diagnosis.regressors import regressors
-from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Verdict, Where
+from imubench.diagnosis.result import (
+    NOT_KNOWN,
+    TOLERANCE,
+    UNKNOWN,
+    Diagnosis,
+    Finding,
+    FitQuality,
+    Move,
+    Pair,
+    Verdict,
+    Where,
+)
 from imubench.diagnosis.rounded import beside_rounding, sharp
+from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.select import FURTHER, Selection, select
 from imubench.diagnosis.series import named_by_law
 from imubench.diagnosis.stopped import NAMELESS as UNNAMED
 from imubench.diagnosis.stopped import doubted, not_fitted, verdict_when_stopped, with_rest
 from imubench.diagnosis.struck import struck_again
 from imubench.diagnosis.unknown import Unknowns, unknowns
-from imubench.diagnosis.verdict import beside, beside_hum, missing, surest_first, verdict_of, with_samples
+from imubench.diagnosis.verdict import (
+    beside,
+    beside_hum,
+    missing,
+    noise_not_shown,
+    surest_first,
+    verdict_of,
+    with_samples,
+)
 from imubench.diagnosis.where import locate
+from imubench.diagnosis.without import moves_of, with_moves
 from imubench.effects.effect import Effect
 from imubench.progress import Step, silent
 from imubench.recording import Recording, require_known_rig
 
 
-def diagnose(recording: Recording, step: Step = silent, budget: Budget | None = None) -> tuple[Diagnosis, Evidence]:
+def diagnose(
+    recording: Recording, step: Step = silent, budget: Budget | None = None, tolerance: Pair = TOLERANCE
+) -> tuple[Diagnosis, Evidence]:
     """Return what a recording says about the model it was declared with, and what shows it.
 
     Args:
@@ -43,6 +67,7 @@ def diagnose(recording: Recording, step: Step = silent, budget: Budget | None = 
         step: told what is being done.
         budget: the processor time that it may take; None: as much as it takes. Where that is spent, what is known by
             then is returned, with what was not tried.
+        tolerance: deg and mm; a finding that moves less of all that a user asks for is not material.
 
     Raises:
         InputError: for a rig of one's own.
@@ -53,7 +78,8 @@ def diagnose(recording: Recording, step: Step = silent, budget: Budget | None = 
     with step("hold the sensors against each other"):
         wrong = nonsense(recording)
     if wrong:
-        return dead_end(recording, wrong, clock)
+        said, shown = dead_end(recording, wrong, clock)
+        return replace(said, tolerance=tolerance), shown
     start = begun(recording, step, budget)
     samples, first, fit = start.samples, start.first, start.fit
     unseen = missing(recording) if start.finished else not_fitted(budget)
@@ -88,6 +114,10 @@ def diagnose(recording: Recording, step: Step = silent, budget: Budget | None = 
             named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()
         named = surest_first(rattling(beside_rounding(named, recording, samples.humming), recording))
         traces = gather.traces(before, after if named or rest else None)
+    with step("see what each finding moves"):
+        named, rest = material(named, rest, best, samples, recording, budget, tolerance)
+    noise = gather.noise_of(before.levels, samples.rest)
+    nobody = [name for name, level in noise.items() if level.source == NOT_KNOWN]
     evidence = Evidence(
         recording,
         traces,
@@ -101,9 +131,11 @@ def diagnose(recording: Recording, step: Step = silent, budget: Budget | None = 
             *samples.notes,
         ),
     )
-    verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest)
+    verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest, nobody)
     if partly:
-        verdict, unseen = verdict_when_stopped(named, rest, after)
+        verdict, unseen = verdict_when_stopped(named, rest, after, nobody)
+    if nobody and verdict == "partly explained":
+        unseen = (*unseen, noise_not_shown(nobody))
     quality = FitQuality((before.left_out, after.left_out))
     if named or rest:
         with budget.part(NUMBERS, "channels left out"):
@@ -123,8 +155,27 @@ def diagnose(recording: Recording, step: Step = silent, budget: Budget | None = 
         permuted((*named, *rest), recording),
         budget.stopped,
         tuple(budget.not_tried),
+        noise,
+        tolerance,
     )
     return diagnosis, evidence
+
+
+def material(
+    named: tuple[Finding, ...],
+    rest: tuple[Finding, ...],
+    fit: Fit,
+    samples: Sampled,
+    recording: Recording,
+    budget: Budget,
+    tolerance: Pair,
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """Return findings with and without a name, with what each moves and whether that is material."""
+    moves: dict[int, dict[str, Move]] = {}
+    with budget.part(NUMBERS, "what each finding moves"):
+        for finding, known in moves_of((*named, *rest), fit, samples, recording):
+            moves[id(finding)] = known
+    return with_moves(named, moves, tolerance), with_moves(rest, moves, tolerance)
 
 
 def with_unknowns(chosen: Selection, where: Sequence[Where], budget: Budget) -> tuple[Selection, Unknowns]:

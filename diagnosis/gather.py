@@ -1,6 +1,6 @@
 """A fit's residuals, motion, mounts and noise levels, as the report shows them."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,8 @@ from imubench.diagnosis.evidence import Comparison, Level, Played, Pose, Trace
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import FORCE, HINGE
 from imubench.diagnosis.noise import levels
-from imubench.diagnosis.quiet import quiet_level
+from imubench.diagnosis.rest_noise import quiet_noise
+from imubench.diagnosis.result import NOT_KNOWN, Noise
 from imubench.diagnosis.rows import Rows
 
 CHANNELS = {
@@ -52,8 +53,8 @@ class Weighed:
 def weighed(fit: Fit, known: Mapping[str, float], seen: Mapping[str, float] | None = None) -> Weighed:
     """Return a fit beside the noise by group: the known level, else what the samples have `seen`, or the quietest's."""
     left, leverage = levels(fit)
-    quiet = {f"{i.name}.gyro": quiet_level(i.time, i.gyro) for i in fit.model.recording.imus}
-    quiet |= {f"{i.name}.accel": quiet_level(i.time, i.accel) for i in fit.model.recording.imus}
+    imus = fit.model.recording.imus
+    quiet = {f"{i.name}.{part}": quiet_noise(i, part) for i in imus for part in ("gyro", "accel")}
     table = []
     for rows in fit.measured:
         least = min(quiet.get(rows.name, np.inf), float(left[rows.name]))
@@ -61,6 +62,15 @@ def weighed(fit: Fit, known: Mapping[str, float], seen: Mapping[str, float] | No
         unit = CHANNELS[rows.name.split(".")[1]][1]
         table.append(Level(rows.name, unit, known.get(rows.name), used, float(left[rows.name])))
     return Weighed(fit, leverage, tuple(table))
+
+
+def noise_of(levels: Sequence[Level], rested: Collection[str] = ()) -> dict[str, Noise]:
+    """Return the noise that counts by triple, and how it is known; `rested` names those that have shown it at rest."""
+
+    def source(level: Level) -> str:
+        return "declared" if level.declared else "rest" if level.group in rested else NOT_KNOWN
+
+    return {level.group: Noise(level.used, level.unit, source(level)) for level in levels}
 
 
 def traces(before: Weighed, after: Weighed | None = None) -> tuple[Trace, ...]:

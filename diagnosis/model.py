@@ -162,11 +162,15 @@ class Model:
     def last(self, state: State, moment: Moment, first: Motion | None = None) -> Motion:
         """Return the motion beyond the joint; `first` is what holds it, where that is known already."""
         first = first or self.rig.first(moment, self.gravity(state))
+        return first.child(self.joint_link(state, moment, first))
+
+    def joint_link(self, state: State, moment: Moment, first: Motion) -> Link:
+        """Return the joint: segment 2 on segment 1 (a pendulum's segment on its pivot), whose motion is `first`."""
         link = self.rig.joint(moment)
         scene = self.scene(moment, first)
         for h in self.at("joint"):
             link = h.effect.joint(link, self.own(scene, h, moment), self.values(h, state))
-        return first.child(link)
+        return link
 
     def mount(self, imu: Imu, state: State, moment: Moment, segment: Motion) -> Link:
         """Return an IMU on its segment."""

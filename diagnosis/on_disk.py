@@ -12,7 +12,7 @@ from imubench.diagnosis.export import write_model
 from imubench.diagnosis.judge import judged
 from imubench.diagnosis.report import page
 from imubench.diagnosis.rerun_log import log_diagnosis
-from imubench.diagnosis.result import Diagnosis
+from imubench.diagnosis.result import TOLERANCE, Diagnosis, Pair
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.errors import InputError
 from imubench.format1 import read
@@ -30,18 +30,21 @@ class Done:
     missing: str = ""  # why there is no report
 
 
-def diagnose_on_disk(folder: Path, out: Path, step: Step = silent, time_limit: float = DEFAULT) -> Done:
+def diagnose_on_disk(
+    folder: Path, out: Path, step: Step = silent, time_limit: float = DEFAULT, tolerance: Pair = TOLERANCE
+) -> Done:
     """Diagnose a recording in format 1 and write diagnosis.json, report.html, diagnosis.rrd and model/ into `out`.
 
     The reference, if there is one, only judges. Without matplotlib everything but the report is written. After
-    `time_limit` s of processor time what is known by then is written.
+    `time_limit` s of processor time what is known by then is written. A finding that moves nothing by `tolerance` (deg,
+    mm) is not material.
     """
     budget = Budget(time_limit)
     missing = ""
     with atomic_directory(out, [Path(folder)]) as target:
         with step(f"read {folder}"):
             recording, reference = read(folder)
-        diagnosis, evidence = diagnose(recording, step, budget)
+        diagnosis, evidence = diagnose(recording, step, budget, tolerance)
         diagnosis = judged(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis
         with step("write the model"):
             (target / MODEL).mkdir()

@@ -25,6 +25,7 @@ from imubench.diagnosis.raw_knocks import knocks
 from imubench.diagnosis.raw_lines import line
 from imubench.diagnosis.raw_noise import Level, rests, white_level
 from imubench.diagnosis.raw_samples import Mask
+from imubench.diagnosis.rest_noise import rest_noise
 from imubench.recording import Encoder, Imu
 
 SHORTEST = 32  # samples, under which nothing is said
@@ -44,6 +45,7 @@ class RawChecks:
     noise: Mapping[str, float]  # "imu1.gyro" -> std per sample: at rest, else of white noise above 12 Hz
     colour: Mapping[str, float]  # the same keys, correlation of neighbouring samples at rest; empty without a rest
     white: Mapping[str, float] = field(default_factory=dict)  # the same keys, where what is above 12 Hz is noise alone
+    rest: Mapping[str, float] = field(default_factory=dict)  # the same keys, where the sensor has rested for sure
 
 
 def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
@@ -106,6 +108,7 @@ def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
             for part, level in levels.items()
             if level is not None and level.white and level.std > 0
         },
+        {f"{imu.name}.{part}": std for part, std in rest_noise(imu, rest.windows, step).items()},
     )
 
 

@@ -16,8 +16,16 @@ UNKNOWN = "unknown"  # the effect that stands for what the library does not expl
 PLACES = re.compile(r"imu[12]|joint|body|world|encoder|pose[1-9]")
 SURE = 0.5  # confidence from which a finding counts in the verdict
 CHANNEL_UNIT = "RMS error over noise std"
+SOURCES = ("declared", "profile", "rest", "unknown")
+NOT_KNOWN = "unknown"  # the source of a noise that nobody declares and no rest shows
 
 Pair = tuple[float, float]
+
+TOLERANCE: Pair = (0.5, 5.0)
+"""deg and mm, from which on what a finding moves is material: about what a reference can tell.
+
+Markers that are known to 0.5 mm turn a cluster of 60 mm by 0.5 deg; a sensor is placed by hand to some 5 mm.
+"""
 
 
 @dataclass(frozen=True)
@@ -87,6 +95,49 @@ class Rejected:
 
 
 @dataclass(frozen=True)
+class Move:
+    """By how much a finding moves one thing that a user asks for: a number, or one for each IMU or segment."""
+
+    value: Array  # () or (k,), >= 0
+    unit: str  # "deg", "deg RMS", "mm"
+
+    def __post_init__(self) -> None:
+        array = np.array(self.value, dtype=float)
+        if array.ndim > 1 or not array.size or not np.isfinite(array).all() or (array < 0).any():
+            raise InputError(f"moves: expected a finite number >= 0, or a list of such, got {array.tolist()}")
+        if self.unit.split(" ")[0] not in ("deg", "mm"):
+            raise InputError(f"moves: expected a unit of deg or mm, got '{self.unit}'")
+        array.flags.writeable = False
+        object.__setattr__(self, "value", array)
+
+    def beyond(self, tolerance: Pair) -> bool:
+        """Return whether any of its numbers reaches the tolerance (deg, mm)."""
+        return float(np.max(self.value)) >= tolerance[self.unit.startswith("mm")]
+
+
+Moves = Mapping[str, Move]
+
+
+def is_material(moves: Moves, tolerance: Pair) -> bool:
+    """Return whether anything moves beyond the tolerance (deg, mm); nothing known counts as material."""
+    return not moves or any(move.beyond(tolerance) for move in moves.values())
+
+
+@dataclass(frozen=True)
+class Noise:
+    """The noise of one sensor's triple that counts as only noise, and how it is known."""
+
+    std: float  # per sample
+    unit: str
+    source: str  # of SOURCES
+
+    def __post_init__(self) -> None:
+        _within(self.std, 0.0, np.inf, "noise.std")
+        if self.source not in SOURCES:
+            raise unknown("noise.source", self.source, SOURCES)
+
+
+@dataclass(frozen=True)
 class Finding:
     """An effect that the fit needs, or `unknown` with where it sits."""
 
@@ -98,6 +149,8 @@ class Finding:
     equivalent: tuple[Rejected, ...] = ()  # what the recording cannot tell from it
     separate_by: str = ""  # the motion that could
     where: Where | None = None  # of an unknown
+    moves: Moves = field(default_factory=dict)  # "joint_axis", "hinge_angle", ...; empty: not known
+    material: bool = True  # False: all that it moves is below the tolerance
 
     def __post_init__(self) -> None:
         _place(self.at, "finding.at")
@@ -187,6 +240,19 @@ class Diagnosis:
     stopped: str = ""  # what stopped it: "time limit of 600 s of processor time"
     not_tried: tuple[str, ...] = ()  # by then, in words
 
+    noise: Mapping[str, Noise] = field(default_factory=dict)  # "imu1.gyro" and so on
+    tolerance: Pair = TOLERANCE  # deg, mm
+
+    @property
+    def alarm(self) -> bool:
+        """Whether something matters: a sure finding that is material, or what has no name and moves something."""
+        return any(f.material and (f.confidence >= SURE or not f.named) for f in self.findings)
+
+    @property
+    def noise_unknown(self) -> tuple[str, ...]:
+        """The triples whose noise nobody knows."""
+        return tuple(name for name, noise in self.noise.items() if noise.source == NOT_KNOWN)
+
     @property
     def fitted(self) -> bool:
         """Whether a motion was fitted: not where the recording makes no sense."""
@@ -201,15 +267,18 @@ class Diagnosis:
         named = [f for f in sure if f.named]
         fits = {
             "no mismatch": not sure,
-            "explained": bool(named) and len(named) == len(sure),
-            "partly explained": bool(named) and len(named) < len(sure),
+            "explained": bool(named) and len(named) == len(sure) and not self.noise_unknown,
+            "partly explained": bool(named) and (len(named) < len(sure) or bool(self.noise_unknown)),
             "unexplained": bool(sure) and not named,
             "unobservable": bool(self.unseen),
         }
+        for value in self.tolerance:
+            _within(value, 0.0, np.inf, "diagnosis.tolerance")
         if not fits[self.verdict]:
+            strange = f", and no noise known of {', '.join(self.noise_unknown)}" if self.noise_unknown else ""
             raise InputError(
                 f"verdict '{self.verdict}': expected findings that go with it, got "
-                f"{[f'{f.effect} at {f.at}, {f.confidence:.2f}' for f in self.findings]}"
+                f"{[f'{f.effect} at {f.at}, {f.confidence:.2f}' for f in self.findings]}{strange}"
             )
 
 

@@ -19,10 +19,13 @@ def as_dict(d: Diagnosis) -> dict[str, Any]:
         "recording": d.recording,
         "rig": d.rig,
         "verdict": d.verdict,
+        "alarm": d.alarm,
+        "tolerance": {"deg": float(d.tolerance[0]), "mm": float(d.tolerance[1])},
         "misfit": {"nominal": float(d.misfit[0]), "explained": float(d.misfit[1]), "unit": MISFIT_UNIT},
         "where": [_where(w) for w in d.where],
         "findings": [_finding(f) for f in d.findings],
         "rejected": [_rejected(r) for r in d.rejected],
+        "noise": {name: {"std": float(n.std), "unit": n.unit, "source": n.source} for name, n in d.noise.items()},
         "fit": {
             "heldout": {"before": float(d.fit.heldout[0]), "after": float(d.fit.heldout[1])},
             "left_out_channel": _change(d.fit.left_out_channel),
@@ -69,6 +72,8 @@ def _finding(f: Finding) -> dict[str, Any]:
         "heldout_gain": {"value": float(gain.value), "ci": list(gain.ci), "unit": gain.unit},
         "equivalent": [_rejected(e) for e in f.equivalent],
         "separate_by": f.separate_by,
+        "moves": {name: {"value": m.value.tolist(), "unit": m.unit} for name, m in f.moves.items()},
+        "material": bool(f.material),
     }
     return content if f.where is None else content | {"where": _where(f.where)}
 

@@ -6,11 +6,14 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from imubench.diagnosis.result import (
+    TOLERANCE,
     Change,
     Diagnosis,
     Finding,
     FitQuality,
     Interval,
+    Move,
+    Noise,
     Nonsense,
     Parameter,
     Rejected,
@@ -96,7 +99,7 @@ def _read_diagnosis(node: _Node) -> Diagnosis:
         raise InputError(f"key 'format': expected {FORMAT}, got {shown(node['format'].value)}")
     misfit, fit = node["misfit"], node["fit"]
     heldout = fit["heldout"]
-    return Diagnosis(
+    found = Diagnosis(
         recording=_text(node["recording"]),
         rig=_text(node["rig"]),
         verdict=_text(node["verdict"]),  # type: ignore[arg-type]  # checked by Diagnosis
@@ -115,7 +118,31 @@ def _read_diagnosis(node: _Node) -> Diagnosis:
         nonsense=node.optional("nonsense", lambda n: n.each(_read_nonsense), ()),
         stopped=node.optional("stopped", _text, ""),
         not_tried=node.optional("not_tried", lambda n: n.each(_text), ()),
+        noise=node.optional("noise", lambda n: n.named(_read_noise), {}),
+        tolerance=node.optional("tolerance", lambda n: (n["deg"].number, n["mm"].number), TOLERANCE),
     )
+    said = node.optional("alarm", lambda n: n.of(bool), found.alarm)
+    if said != found.alarm:
+        raise InputError(f"key 'alarm': expected {_word(found.alarm)}, as its findings say, got {_word(said)}")
+    return found
+
+
+def _word(value: bool) -> str:
+    return "true" if value else "false"
+
+
+def _read_noise(node: _Node) -> Noise:
+    return Noise(node["std"].number, _text(node["unit"]), _text(node["source"]))
+
+
+def _read_move(node: _Node) -> Move:
+    _all_numbers(node["value"])
+    try:
+        return Move(node["value"].value, _text(node["unit"]))
+    except InputError as error:
+        raise InputError(f"key '{node.where}': {error}") from None
+    except ValueError:
+        raise InputError(f"key '{node.where}': expected rows of equal length, got {shown(node.value)}") from None
 
 
 def _read_where(node: _Node) -> Where:
@@ -140,6 +167,8 @@ def _read_finding(node: _Node) -> Finding:
         equivalent=node["equivalent"].each(_read_rejected),
         separate_by=_text(node["separate_by"]),
         where=node.optional("where", _read_where, None),
+        moves=node.optional("moves", lambda n: n.named(_read_move), {}),
+        material=node.optional("material", lambda n: n.of(bool), True),
     )
 
 

@@ -10,6 +10,8 @@ from imubench.diagnosis import raw
 from imubench.diagnosis.hushed import hushed, steadied, turning
 from imubench.diagnosis.pose_rows import Wander
 from imubench.diagnosis.raw_findings import SURE_OF_KNOCKS, RawFinding
+from imubench.diagnosis.raw_noise import WANDER
+from imubench.diagnosis.rest_noise import MOST
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.thinned import lasting
 from imubench.diagnosis.trial import HUM
@@ -30,6 +32,7 @@ class Sampled:
     notes: tuple[str, ...] = field(default=())
     white: dict[str, float] = field(default_factory=dict)  # "imu1.gyro" -> std of a noise that the samples show alone
     wander: dict[str, Wander] = field(default_factory=dict)  # "pose1" whose errors last, and how
+    rest: dict[str, float] = field(default_factory=dict)  # "imu1.gyro" -> std of the noise of a sensor that has rested
 
     @property
     def humming(self) -> dict[str, float]:
@@ -68,10 +71,11 @@ def sampled(recording: Recording) -> Sampled:
     firm = tuple(_finding(f) for f in said if f not in stops)
     stops = [replace(f, confidence=SURE_OF_KNOCKS[0]) if jolted(recording.imu(f.at), f) else f for f in stops]
     struck = {name.split(".")[0]: mask for c in checks for name, mask in c.struck.items() if mask.any()}
-    white = {name: std for c in checks for name, std in c.white.items()}
-    return Sampled(
-        firm, masks, tuple(_finding(f) for f in stops), struck, tuple(f.evidence for f in said), white, wander
-    )
+    white = {name: std for c in checks for name, std in c.white.items() if std <= MOST[name.split(".")[1]]}
+    rest = {name: std for c in checks for name, std in c.rest.items()}
+    white |= {name: std for name, std in rest.items() if white.get(name, np.inf) > WANDER * std}
+    notes = tuple(f.evidence for f in said)
+    return Sampled(firm, masks, tuple(_finding(f) for f in stops), struck, notes, white, wander, rest)
 
 
 def stop_like(recording: Recording, knocks: RawFinding) -> bool:

@@ -1,5 +1,7 @@
 """What may be said where the time limit came first: no more than what was tried bears out."""
 
+from collections.abc import Collection
+
 import numpy as np
 
 from imubench.diagnosis.budget import Budget
@@ -36,14 +38,14 @@ def _loudest(after: Weighed) -> Where:
 
 
 def verdict_when_stopped(
-    named: tuple[Finding, ...], rest: tuple[Finding, ...], after: Weighed
+    named: tuple[Finding, ...], rest: tuple[Finding, ...], after: Weighed, noise_unknown: Collection[str] = ()
 ) -> tuple[Verdict, tuple[Unseen, ...]]:
     """Return the verdict of a diagnosis that was stopped, and what it could not show.
 
     That there is no mismatch it cannot say: an effect may leave a misfit of 1 and show to the search alone. Explained
     is what findings bring back to the noise, on data that they have not seen too, however they may be called.
     """
-    verdict = verdict_of(named, rest)
+    verdict = verdict_of(named, rest, noise_unknown)
     if verdict != "no mismatch":
         return verdict, ()
     what = f"whether an effect is there: the misfit of {after.misfit:.2f} is noise's, but not every effect was tried"

@@ -8,7 +8,7 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import declared
-from imubench.diagnosis.quiet import quiet_level
+from imubench.diagnosis.rest_noise import quiet_noise
 
 NEEDED = 5.0  # nat of evidence before an effect is looked at on held-out data: odds of 150 for some 60 candidates
 TRIED = 3  # of the best scores, refitted exactly in each round
@@ -63,12 +63,13 @@ def kind(h: Hypothesis) -> str:
 def misfit(fit: Fit, at_least: bool = False) -> float:
     """Return the mean over the sensors of noise power left over noise power expected.
 
-    Expected is what is declared, or where nothing is what the IMU leaves in its quietest moments. One that hums has
+    Expected is what is declared, or where nothing is what the IMU leaves in its quietest moments, if that may be an
+    IMU's noise. One that hums has
     louder moments (its gyroscope turns with the hum): undeclared, its level says nothing. `at_least`: over the louder
     of both, for what is declared may be too little.
     """
     imus = [i for i in fit.model.recording.imus if i.name not in fit.model.humming]
-    quiet = {f"{i.name}.{part}": quiet_level(i.time, getattr(i, part)) for i in imus for part in ("gyro", "accel")}
+    quiet = {f"{i.name}.{part}": quiet_noise(i, part) for i in imus for part in ("gyro", "accel")}
     told = quiet | declared(fit.model)
     if at_least:
         told = {name: max(std, quiet.get(name, 0.0)) for name, std in told.items()}

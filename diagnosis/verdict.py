@@ -113,11 +113,23 @@ def at_most(f: Finding, sure: float) -> Finding:
     return replace(f, confidence=min(f.confidence, sure))
 
 
-def verdict_of(named: tuple[Finding, ...], rest: tuple[Finding, ...]) -> Verdict:
-    """Return the verdict that goes with findings by name, of which some may be all but refuted, and without one."""
+def verdict_of(named: tuple[Finding, ...], rest: tuple[Finding, ...], noise_unknown: Collection[str] = ()) -> Verdict:
+    """Return the verdict that goes with findings by name, of which some may be all but refuted, and without one.
+
+    Beside sensors whose noise nobody knows (`noise_unknown`) what is left cannot be said to be noise alone.
+    """
     if any(f.confidence >= FOUND for f in named):
-        return "partly explained" if rest else "explained"
+        return "partly explained" if rest or noise_unknown else "explained"
     return "unexplained" if rest else "no mismatch"
+
+
+def noise_not_shown(noise_unknown: Collection[str]) -> Unseen:
+    """Return that a recording cannot show whether what is left of some triples is their noise."""
+    sensors = ", ".join(noise_unknown)
+    return Unseen(
+        f"whether what is left is only noise: nobody declares that of {sensors}, and no rest shows it",
+        "the same with the sensors lying still for 3 s, or with their noise declared",
+    )
 
 
 def missing(recording: Recording) -> tuple[Unseen, ...]:
@@ -151,6 +163,7 @@ __all__ = [
     "beside",
     "beside_hum",
     "missing",
+    "noise_not_shown",
     "verdict_of",
     "with_samples",
 ]

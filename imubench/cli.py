@@ -177,6 +177,9 @@ def diagnose_command(
     time_limit: Annotated[
         float, typer.Option("--time-limit", help="Seconds of processor time; then what is known is said.", min=1)
     ] = 600.0,
+    tolerance: Annotated[
+        str, typer.Option("--tolerance", metavar="DEG,MM", help="What moves less is immaterial and raises no alarm.")
+    ] = "0.5,5",
 ) -> None:
     """Say where a recording differs from its model, and what physics the model leaves out.
 
@@ -193,12 +196,16 @@ def diagnose_command(
     words, and nothing is fitted. At the time limit the search stops, and the
     verdict is no surer than what was tried.
 
+    Each finding says by how much it moves joint axis, joint centre, hinge
+    angle and orientation. What moves none of them by --tolerance is listed
+    as immaterial: every sensor has a bias, and a clock that is late by a bit.
+
     Exit code 2 for bad input, with one line about it.
     """
     from imubench.cli_diagnose import run as run_diagnosis
 
     out = out or Path("runs") / f"diagnosis-{real(recording).name}"
-    run_diagnosis(recording, out, time_limit, console, errors)
+    run_diagnosis(recording, out, time_limit, tolerance, console, errors)
 
 
 @app.command("prove")

@@ -1,5 +1,6 @@
 """`imubench diagnose`: what is done while it runs, then the verdict, where, and what was found."""
 
+from math import inf
 from pathlib import Path
 
 from rich.table import Table
@@ -15,13 +16,13 @@ from imubench.terminal import Terminal
 COLOURS = {"good": "green", "part": "yellow", "bad": "red"}
 
 
-def run(recording: Path, out: Path, time_limit: float, console: Terminal, errors: Terminal) -> None:
+def run(recording: Path, out: Path, time_limit: float, tolerance: str, console: Terminal, errors: Terminal) -> None:
     """Diagnose a recording into `out` within `time_limit` s of processor time and print what came out.
 
     Raises:
-        InputError: where the report could not be drawn.
+        InputError: for a tolerance that is none, and where the report could not be drawn.
     """
-    done = diagnose_on_disk(recording, out, on_console(errors), time_limit)
+    done = diagnose_on_disk(recording, out, on_console(errors), time_limit, read_tolerance(tolerance))
     print_diagnosis(done.diagnosis, done.evidence.span, console)
     shown = f"; open {out / REPORT}" if not done.missing else ""
     console.say(f"written: {out}{shown}")
@@ -29,10 +30,23 @@ def run(recording: Path, out: Path, time_limit: float, console: Terminal, errors
         raise InputError(done.missing)
 
 
+def read_tolerance(text: str) -> tuple[float, float]:
+    """Return the tolerance DEG,MM; `InputError` unless both are finite numbers >= 0."""
+    try:
+        deg, mm = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--tolerance: expected DEG,MM such as 0.5,5, got '{text}'") from None
+    if not (0 <= deg < inf and 0 <= mm < inf):
+        raise InputError(f"--tolerance: expected two finite numbers >= 0, got '{text}'")
+    return deg, mm
+
+
 def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Terminal) -> None:
     """Print the verdict, the misfit, where it is and what was found."""
     colour = COLOURS[words.VERDICTS[d.verdict]]
     console.say(d.verdict, f"bold {colour}", f": {words.headline(d)}")
+    if d.findings:
+        console.say("alarm" if d.alarm else "no alarm", "bold red" if d.alarm else "bold green", f": {words.alarm(d)}")
     if d.stopped:
         console.say(words.stopped(d))
     if d.fitted:
@@ -46,7 +60,7 @@ def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Terminal) 
         was, is_now = (shown(x, unit.split()[0])[0] for x in (value, d.fit.reference.after[name]))
         change = f"{was:.2f}" if was == is_now else f"{was:.2f} as declared, {is_now:.2f} with what was found"
         console.print(f"{words.MEASURED.get(name, name)} against the reference (deg RMS): {change}")
-    named = [f for f in d.findings if f.named]
+    named = [f for f in d.findings if f.named and f.material]
     if named:
         table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0))
         for column in ("finding", "sure", "parameter", "value", "95 % interval", "unit"):
@@ -57,5 +71,13 @@ def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Terminal) 
                 first = (f"{finding.effect} at {finding.at}", words.percent(finding.confidence)) if i == 0 else ("", "")
                 table.add_row(*first, *row)
         console.print(table)
+    for finding in [f for f in d.findings if f.material]:
+        console.say(f"  {finding.effect} at {finding.at} moves {words.moved(finding)}")
+    small = [f for f in d.findings if not f.material]
+    if small:
+        console.say(f"immaterial, below {words.tolerance(d)}:")
+    for finding in small:
+        sure = words.percent(finding.confidence)
+        console.say(f"  {finding.effect} at {finding.at} ({sure} sure) moves {words.moved(finding)}")
     for unseen in d.unseen if d.fitted else ():  # else the headline says it
         console.say(f"  to see {unseen.what}: {unseen.motion}")

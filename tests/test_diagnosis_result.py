@@ -10,6 +10,7 @@ import pytest
 from rerun.chunk import RrdReader
 from scipy.signal import lfilter
 
+from imubench.cli_diagnose import print_diagnosis, read_tolerance
 from imubench.diagnosis.evidence import Comparison, Evidence, Level, Played, Pose, Trace
 from imubench.diagnosis.report import page
 from imubench.diagnosis.rerun_log import log_diagnosis
@@ -20,6 +21,8 @@ from imubench.diagnosis.result import (
     Finding,
     FitQuality,
     Interval,
+    Move,
+    Noise,
     Parameter,
     Rejected,
     Unseen,
@@ -31,10 +34,11 @@ from imubench.errors import InputError
 from imubench.recording import Imu, Recording
 from imubench.reference import Reference
 from imubench.rotations import exp
+from imubench.terminal import Terminal
 
 CONTRACT = """
 {"format": 1, "recording": "name", "rig": "hinge",
- "verdict": "explained",
+ "verdict": "explained", "alarm": true, "tolerance": {"deg": 0.5, "mm": 5.0},
  "misfit": {"nominal": 4.71, "explained": 1.01, "unit": "residual power over noise power, 1 = only noise"},
  "where": [{"at": "imu2", "channels": {"acc_x": 0.61, "acc_z": 0.33}, "bands_hz": [[9.0, 16.0]],
             "windows_s": [[12.4, 18.9]], "depends_on": "hinge reversals", "share": 0.97}],
@@ -42,8 +46,12 @@ CONTRACT = """
                "parameters": {"frequency": {"value": [11.2], "std": [0.1], "unit": "Hz"}},
                "heldout_gain": {"value": 10432.0, "ci": [9800.0, 11000.0], "unit": "nat"},
                "equivalent": [{"effect": "rocking_mount", "at": "imu2", "heldout_gain": 10410.0}],
-               "separate_by": "20 s of on-axis spin at 2 rad/s: expected log Bayes factor 40"}],
+               "separate_by": "20 s of on-axis spin at 2 rad/s: expected log Bayes factor 40",
+               "moves": {"joint_axis": {"value": [7.6, 3.6], "unit": "deg"},
+                         "hinge_angle": {"value": 0.9, "unit": "deg RMS"}},
+               "material": true}],
  "rejected": [{"effect": "low_pass", "at": "imu2", "heldout_gain": -900.0}],
+ "noise": {"imu1.gyro": {"std": 0.002, "unit": "rad/s", "source": "declared"}},
  "fit": {"heldout": {"before": 4.9, "after": 1.02},
          "left_out_channel": {"before": {"imu2.acc_x": 3.1}, "after": {"imu2.acc_x": 1.1},
                               "unit": "RMS error over noise std"},
@@ -71,8 +79,10 @@ def diagnosis(**changes):
                 Interval(10432, (9800, 11000)),
                 (Rejected("rocking_mount", "imu2", 10410),),
                 "20 s of on-axis spin at 2 rad/s: expected log Bayes factor 40",
+                moves={"joint_axis": Move([7.6, 3.6], "deg"), "hinge_angle": Move(0.9, "deg RMS")},
             ),
         ),
+        "noise": {"imu1.gyro": Noise(0.002, "rad/s", "declared")},
         "rejected": (Rejected("low_pass", "imu2", -900),),
         "fit": FitQuality(
             (4.9, 1.02),
@@ -205,13 +215,22 @@ BROKEN = [
     ("findings", {}, "key 'findings': expected a list, got {}"),
     ("fit.reference.after", {}, "fit.after: expected the keys ['hinge_angle'], got []"),
     ("recording", None, "key 'recording': expected, got none"),
+    ("alarm", False, "key 'alarm': expected true, as its findings say, got false"),
+    ("alarm", 1, "key 'alarm': expected true or false, got 1"),
+    ("tolerance.mm", -1, "diagnosis.tolerance: expected a number from 0 to inf, got -1"),
+    ("noise[imu1.gyro].source", "guessed", "unknown noise.source 'guessed'; known: declared, profile, rest, unknown"),
+    ("noise[imu1.gyro].std", -1.0, "noise.std: expected a number from 0 to inf, got -1"),
+    ("findings[0].material", "yes", "key 'findings[0].material': expected true or false, got 'yes'"),
+    ("findings[0].moves.hinge_angle.value", -0.9, "moves.hinge_angle': moves: expected a finite number"),
+    ("findings[0].moves.joint_axis.value", [[1.0], 2.0], "expected rows of equal length"),
+    ("findings[0].moves.joint_axis.unit", "rad", "expected a unit of deg or mm, got 'rad'"),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("key", "value", "message"), BROKEN, ids=[b[0] for b in BROKEN])
 def test_a_broken_file_is_one_line_that_says_what_is_wrong(key, value, message, tmp_path):
     content = json.loads(CONTRACT)
-    *path, last = [int(k) if k.isdigit() else k for k in re.findall(r"\w+", key)]
+    *path, last = [int(k) if k.isdigit() else k for k in re.findall(r"imu\d\.\w+|\w+", key)]
     place = content
     for step in path:
         place = place[step]
@@ -244,6 +263,76 @@ def test_no_diagnosis_at_all_is_one_line(text, message, tmp_path):
     with pytest.raises(InputError, match=message) as error:
         read_diagnosis(path)
     assert "\n" not in str(error.value)
+
+
+def test_a_file_without_the_keys_that_were_added_is_read(tmp_path):
+    """What nothing is known of counts as material."""
+    content = json.loads(CONTRACT)
+    for key in ("alarm", "tolerance", "noise"):
+        del content[key]
+    for key in ("moves", "material"):
+        del content["findings"][0][key]
+    (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+    old = read_diagnosis(tmp_path)
+    assert (old.alarm, old.tolerance, old.noise, old.findings[0].moves) == (True, (0.5, 5.0), {}, {})
+
+
+def finding(effect, confidence, material):
+    return Finding(effect, "imu1", confidence, {}, Interval(0.0, (0.0, 0.0)), material=material)
+
+
+@pytest.mark.parametrize(
+    ("effect", "confidence", "material", "alarm"),
+    [
+        ("gyro_bias", 0.5, True, True),
+        ("gyro_bias", 0.49, True, False),
+        ("gyro_bias", 0.96, False, False),
+        ("unknown", 0.3, True, True),
+        ("unknown", 0.96, False, False),
+    ],
+)
+def test_an_alarm_is_what_is_sure_and_matters_or_has_no_name_and_matters(effect, confidence, material, alarm):
+    found = finding(effect, confidence, material)
+    verdict = "no mismatch" if confidence < 0.5 else "unexplained" if effect == "unknown" else "explained"
+    assert diagnosis(findings=(found,), verdict=verdict).alarm is alarm
+
+
+def test_nothing_is_explained_beside_a_noise_that_nobody_knows():
+    nobody = {"imu1.gyro": Noise(0.002, "rad/s", "declared"), "imu2.accel": Noise(0.05, "m/s^2", "unknown")}
+    with pytest.raises(InputError, match=r"no noise known of imu2\.accel"):
+        diagnosis(noise=nobody)
+    partly = diagnosis(noise=nobody, verdict="partly explained")
+    assert partly.noise_unknown == ("imu2.accel",)
+    html = page(partly, evidence())
+    assert "Whether only sensor noise is left cannot be said: that of imu2.accel is not known." in html
+    with pytest.raises(InputError, match="expected findings that go with it"):
+        diagnosis(verdict="partly explained")
+
+
+def test_the_page_and_the_terminal_list_what_is_immaterial_apart(capsys):
+    small = replace(finding("gyro_bias", 0.9, False), moves={"orientation": Move([0.1, 0.2], "deg RMS")})
+    one = diagnosis(findings=(*diagnosis().findings, small))
+    html = page(one, evidence())
+    assert "Alarm" in html and "It moves: joint axis 7.60 and 3.60 deg, hinge angle 0.90 deg RMS." in html
+    assert (
+        html.index("a soft mount that imu2")
+        < html.index("Immaterial: below 0.5 deg and 5 mm")
+        < html.index("It moves: orientation 0.10 and 0.20 deg RMS.")
+    )
+    print_diagnosis(one, (0.0, 60.0), Terminal())
+    text = capsys.readouterr().out
+    assert "alarm: a soft mount that imu2 moves on as on springs may matter: joint axis 7.60 and 3.60 deg" in text
+    assert "immaterial, below 0.5 deg and 5 mm:\n  gyro_bias at imu1 (90 % sure) moves orientation" in text
+    print_diagnosis(diagnosis(findings=(small,)), (0.0, 60.0), Terminal())
+    assert "no alarm: nothing that is sure moves a joint or a segment by 0.5 deg and 5 mm." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("text", ["1", "1,2,3", "a,b", "-1,5", "nan,5", "1,inf", ""])
+def test_a_tolerance_that_is_none_is_one_line(text):
+    with pytest.raises(InputError, match=r"^--tolerance: expected") as error:
+        read_tolerance(text)
+    assert "\n" not in str(error.value)
+    assert read_tolerance("0.2, 3") == (0.2, 3.0)
 
 
 def test_numbers_that_are_not_finite_are_refused_when_made():

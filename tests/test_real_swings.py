@@ -124,7 +124,9 @@ def test_a_real_arm_has_dry_friction_and_drag(said, pieces, piece):
 @pytest.mark.slow
 @pytest.mark.parametrize("piece", ["id-1", pytest.param("id-2", marks=missed("waves of the angle beyond six")), "id-3"])
 def test_nothing_without_a_name_stands_beside_it(said, piece):
-    assert said(piece)[0].verdict == "explained"
+    found = said(piece)[0]
+    assert all(f.named for f in found.findings)
+    assert found.verdict == "partly explained"  # nobody declares the encoder's noise, so none can be said to be left
 
 
 @pytest.mark.slow

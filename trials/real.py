@@ -114,7 +114,7 @@ def beside(touched: Diagnosis, untouched: Diagnosis) -> Diagnosis:
     known = {(f.effect, f.at): f for f in sure(untouched.findings)}
     told = [(f, known.get((f.effect, f.at))) for f in touched.findings]
     new = tuple(f if own is None else changed(f, own) for f, own in told if own is None or differ(f, own))
-    return replace(touched, findings=new, verdict=verdict_of(new))
+    return replace(touched, findings=new, verdict=verdict_of(new, touched.noise_unknown))
 
 
 def differ(finding: Finding, own: Finding) -> bool:

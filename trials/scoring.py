@@ -1,6 +1,6 @@
 """One diagnosis against the opened truth of its case."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -113,10 +113,12 @@ def exact(truth: Truth, found: Sequence[Finding], pairs: dict[int, Finding]) -> 
     return len(pairs) == len(inside(truth)) == len(found)
 
 
-def verdict_of(findings: Sequence[Finding]) -> Verdict:
-    """Return the verdict that goes with some findings of a diagnosis."""
+def verdict_of(findings: Sequence[Finding], noise_unknown: Collection[str] = ()) -> Verdict:
+    """Return the verdict that goes with some findings of a diagnosis, of sensors of which some noise may be unknown."""
     named, unnamed = ([f for f in sure(findings) if f.named == is_named] for is_named in (True, False))
-    return ("partly explained" if unnamed else "explained") if named else "unexplained" if unnamed else "no mismatch"
+    if named:
+        return "partly explained" if unnamed or noise_unknown else "explained"
+    return "unexplained" if unnamed else "no mismatch"
 
 
 def confidently_wrong(truth: Truth, found: Sequence[Finding], finding: Finding) -> bool:

@@ -175,7 +175,8 @@ def without_known(d: Diagnosis, truth: Mapping[str, Any]) -> Diagnosis:
         for f in d.findings
         if not names(truth["may"], f.effect, f.at) or any(names(a, f.effect, f.at) for a in truth["answers"])
     )
-    return replace(d, findings=left, verdict=verdict_of(left) if len(left) < len(d.findings) else d.verdict)
+    fewer = len(left) < len(d.findings)
+    return replace(d, findings=left, verdict=verdict_of(left, d.noise_unknown) if fewer else d.verdict)
 
 
 def _json(file: Path) -> Any:

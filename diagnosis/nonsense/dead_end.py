@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from imubench.diagnosis.evidence import Evidence, Level, Played, Pose, Trace
-from imubench.diagnosis.gather import CHANNELS
+from imubench.diagnosis.gather import CHANNELS, noise_of
 from imubench.diagnosis.nonsense.few import FEWEST
 from imubench.diagnosis.quiet import quiet_level
 from imubench.diagnosis.result import (
@@ -46,7 +46,7 @@ def dead_end(recording: Recording, wrong: Sequence[Nonsense], clock: float) -> t
     made = Diagnosis(
         recording.name, recording.rig, verdict, (misfit, misfit), where, found, (), quality, "", seconds, unseen
     )
-    return with_nonsense(made, wrong), evidence
+    return with_nonsense(replace(made, noise=noise_of(evidence.levels)), wrong), evidence
 
 
 def with_nonsense(d: Diagnosis, wrong: Sequence[Nonsense]) -> Diagnosis:

@@ -36,6 +36,7 @@ def page(d: Diagnosis, evidence: Evidence) -> str:
         f"<style>{style}</style></head><body>",
         f"<p class='soft over'>Diagnosis of {escape(d.recording)}: {escape(_what(evidence))}</p>",
         f"<h1 class='verdict {words.VERDICTS[d.verdict]}'>{escape(words.headline(d))}</h1>",
+        f"<p>{'<b>Alarm</b>' if d.alarm else 'No alarm'}: {escape(words.alarm(d))}</p>" if d.findings else "",
         f"<p class='todo'>{escape(words.stopped(d))}</p>" if d.stopped else "",
         _tiles(d) if d.fitted else "",
         f"<h2>{'Where they differ' if d.fitted else 'What is wrong'}</h2>",
@@ -88,19 +89,23 @@ def _findings(d: Diagnosis, evidence: Evidence) -> Iterable[str]:
         return
     named = any(f.named for f in d.findings)
     yield f"<h2>{'What the simulation leaves out' if named else 'What is left'}</h2>"
-    for i, finding in enumerate(d.findings):
+    order = sorted(range(len(d.findings)), key=lambda i: not d.findings[i].material)
+    for i in order:
+        finding = d.findings[i]
+        if not finding.material and (i == order[0] or d.findings[order[order.index(i) - 1]].material):
+            yield f"<h2>Immaterial: below {escape(words.tolerance(d))}</h2>"
         compared = evidence.comparisons[i] if i < len(evidence.comparisons) else ()
         place = ""
         if finding.where is not None and finding.where not in d.where:
             place = f"<p>{escape(words.location(finding.where, evidence.span))}</p>"
-        yield _finding(finding, i + 1, place, compared, evidence)
+        yield _finding(finding, order.index(i) + 1, place, compared, evidence)
 
 
 def _finding(f: Finding, number: int, place: str, compared: Sequence[Comparison], evidence: Evidence) -> str:
     sure = f"{words.certainty(f.confidence)}, {words.percent(f.confidence)}"
     parts = [
         f"<section class='finding'><h3><span class='label'>{number}</span>{escape(words.title(f))} "
-        f"<span class='sure'>{sure}</span></h3>{place}"
+        f"<span class='sure'>{sure}</span></h3>{place}<p>It moves: {escape(words.moved(f))}.</p>"
     ]
     for one in compared:
         alt = f"{one.channel} measured, and by the model without and with it"
@@ -166,10 +171,11 @@ def _quality(d: Diagnosis) -> str:
 def _how(d: Diagnosis, evidence: Evidence) -> str:
     body = []
     for level in evidence.levels:
+        source = d.noise[level.group].source if level.group in d.noise else ""
         factor, unit = shown(1.0, level.unit)
         levels = [None if x is None else x * factor for x in (level.declared, level.used, level.left)]
-        body.append((level.group, *("none" if x is None else f"{x:.3g}" for x in levels), unit))
-    columns = ("channels", "declared", "taken", "left by the declared model", "unit")
+        body.append((level.group, *("none" if x is None else f"{x:.3g}" for x in levels), unit, source))
+    columns = ("channels", "declared", "taken", "left by the declared model", "unit", "known from")
     notes = "".join(f"<li>{escape(note)}</li>" for note in evidence.notes)
     return (
         f"<h2>How it was done</h2><ul>{notes}</ul>"

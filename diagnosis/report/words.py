@@ -1,6 +1,6 @@
 """Plain sentences about a diagnosis."""
 
-from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, Pair, Rejected, Where
+from imubench.diagnosis.result import SURE, UNKNOWN, Diagnosis, Finding, Move, Pair, Rejected, Where
 
 EFFECTS = {
     "gyro_bias": "a constant offset of {imu}'s gyroscope",
@@ -48,6 +48,16 @@ MEASURED = {
     "orientation1": "orientation of segment 1",
 }
 
+MOVED = {  # what a finding moves -> in words
+    "joint_axis": "joint axis",
+    "joint_centre": "joint centre",
+    "hinge_angle": "hinge angle",
+    "hinge_angle_constant": "zero of the hinge angle",
+    "orientation": "orientation",
+    "mount_rotation": "sensor on its segment",
+    "lever": "place of the sensor",
+}
+
 VERDICTS = {  # verdict -> how it looks
     "no mismatch": "good",
     "explained": "good",
@@ -78,12 +88,43 @@ def headline(d: Diagnosis) -> str:
     return f"{_headline(d)} {odd}." if odd else _headline(d)
 
 
+def tolerance(d: Diagnosis) -> str:
+    """Return the tolerance in words."""
+    return f"{d.tolerance[0]:g} deg and {d.tolerance[1]:g} mm"
+
+
+def alarm(d: Diagnosis) -> str:
+    """Return in a sentence why there is an alarm, or none."""
+    if not d.alarm:
+        return f"nothing that is sure moves a joint or a segment by {tolerance(d)}."
+    loud = [f for f in d.findings if f.material and (f.confidence >= SURE or not f.named)]
+    return f"{listed([called(f.effect, f.at) for f in loud])} may matter: {moved(loud[0])}."
+
+
+def moved(finding: Finding) -> str:
+    """Return what a finding moves, in words."""
+    if not finding.moves:
+        return "what is not known"
+    return ", ".join(f"{MOVED.get(name, name)} {_size(move)}" for name, move in finding.moves.items())
+
+
+def _size(move: Move) -> str:
+    digits = 1 if move.unit.startswith("mm") else 2
+    return f"{listed([f'{value:.{digits}f}' for value in move.value.ravel()])} {move.unit}"
+
+
 def _headline(d: Diagnosis) -> str:
     named = listed([called(f.effect, f.at) for f in d.findings if f.named and f.confidence >= 0.5])
     if d.verdict == "no mismatch":
         return "The simulation and this recording agree: what differs is sensor noise."
     if d.verdict == "explained":
         return f"The simulation leaves out {named}. With that in it, only sensor noise is left."
+    if d.verdict == "partly explained" and all(f.named for f in d.findings if f.confidence >= SURE):
+        sensors = listed(list(d.noise_unknown))
+        return (
+            f"The simulation leaves out {named}. Whether only sensor noise is left cannot be said: that of {sensors} "
+            "is not known."
+        )
     if d.verdict == "partly explained":
         return f"The simulation leaves out {named}. With that in it, part of the difference is still unexplained."
     if d.verdict == "unobservable":

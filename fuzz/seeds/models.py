@@ -14,6 +14,8 @@ from imubench.diagnosis.result import (
     Finding,
     FitQuality,
     Interval,
+    Move,
+    Noise,
     Parameter,
     Rejected,
     Unseen,
@@ -26,6 +28,7 @@ GAIN = Interval(100.0, (90.0, 110.0))
 SOFT = {"frequency": Parameter([11.0, 12.0, 13.0], np.full(3, 0.1), "Hz"), "damping_ratio": Parameter(0.1, 0.01, "1")}
 BIAS = {"bias": Parameter([0.1, -0.2, 0.3], np.full(3, 0.01), "rad/s")}
 LATE = {"offset": Parameter(0.02, 1e-4, "s")}
+MOVES = {"joint_axis": Move([0.2, 0.1], "deg"), "hinge_angle": Move(0.3, "deg RMS")}
 WHERE = Where("imu2", {"acc_x": 0.61}, ((9.0, 16.0),), ((0.5, 1.5),), "hinge reversals", 0.97)
 
 
@@ -38,12 +41,28 @@ def diagnosis(*findings: Finding) -> Diagnosis:
     )
     rejected = (Rejected("low_pass", "imu2", -900.0),)
     unseen = (Unseen("a scale", "turn about every axis"),)
+    noise = {"imu1.gyro": Noise(0.002, "rad/s", "declared"), "imu2.accel": Noise(0.02, "m/s^2", "rest")}
     return Diagnosis(
-        "seed", "hinge", "explained", (4.7, 1.0), (WHERE,), findings, rejected, quality, "model/hinge.xml", 2.0, unseen
+        *(
+            "seed",
+            "hinge",
+            "explained",
+            (4.7, 1.0),
+            (WHERE,),
+            findings,
+            rejected,
+            quality,
+            "model/hinge.xml",
+            2.0,
+            unseen,
+        ),
+        noise=noise,
     )
 
 
-BIASED = Finding("gyro_bias", "imu2", 0.98, BIAS, GAIN, (Rejected("gyro_drift", "imu2", 90.0),), "rest", WHERE)
+BIASED = Finding(
+    "gyro_bias", "imu2", 0.98, BIAS, GAIN, (Rejected("gyro_drift", "imu2", 90.0),), "rest", WHERE, MOVES, False
+)
 SPRUNG = Finding("soft_mount", "imu2", 0.9, SOFT, GAIN)
 DELAYED = Finding("time_offset", "imu2", 0.9, LATE, GAIN)
 
