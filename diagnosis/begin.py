@@ -12,6 +12,7 @@ from imubench.diagnosis.contacts import touched
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.nominal import first_fit, nominal_fit
 from imubench.diagnosis.samples import Sampled, sampled
+from imubench.diagnosis.slow_band import giving_way
 from imubench.diagnosis.start import model_of
 from imubench.diagnosis.stops import STOP, UNSETTLED, settled_between, stop_of
 from imubench.diagnosis.windows import Window
@@ -55,7 +56,7 @@ def begun(recording: Recording, step: Step = silent, budget: Budget | None = Non
                 stop = settled_between(stop, without)
                 if stop.std < UNSETTLED:
                     fit, samples = without, stop.told(samples)
-            fit = coarsest(fit)
+            fit = giving_way(fit) or coarsest(fit)
         if first is None or fit is None:
             rough = first_fit(model_of(known), ROUGH)
             return Begun(samples, rough, rough, finished=False)

@@ -24,6 +24,7 @@ from imubench.diagnosis.prune import SEED, firmly, natural, prune
 from imubench.diagnosis.rounded import without_rounded
 from imubench.diagnosis.searched import searched
 from imubench.diagnosis.slack import slack
+from imubench.diagnosis.slow_band import gives_way
 from imubench.diagnosis.trial import FILTER, Kept, kind
 from imubench.diagnosis.unbiased import unbiased
 from imubench.effects import possible
@@ -81,6 +82,9 @@ def select(
         fit, kept = quickly(fit, kept, say)
         rng = np.random.default_rng(SEED)
         everything = candidates(nominal.model)
+        if gives_way(fit):  # at its least cost springs take in what is not theirs: where they predict best is enough
+            fit, kept, dropped = prune(fit, kept, say)
+            return Selection(fit, tuple(kept), tuple(dropped))
         fit, kept, rejected = searched(fit, kept, everything, rng, say)
         check()
         left.remove(FURTHER)

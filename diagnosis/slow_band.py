@@ -1,0 +1,117 @@
+"""Mounts that give way at both ends of a hinge: geometry from the slow band, then the springs of both IMUs at once.
+
+Where nobody declares the noise, springs that both IMUs are on look like noise, and one sprung mount at a time takes in
+what both do: the other's motion goes into the geometry, which turns by tens of degrees and fits. Below some frequency
+both IMUs obey the hinge (`olsson2020-banded` finds it). The rigid model of what is left there has the mounts; held to
+these, the springs of both are fitted while the noise is still what the rigid model left, and the noise then falls to
+what they leave. Only then are the mounts free again.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.band import banded
+from imubench.diagnosis.entered import foretold
+from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.laws import led
+from imubench.diagnosis.noise import fit_with_noise
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.prune import SEED
+from imubench.diagnosis.refit import extended
+from imubench.effects.soft_mounts import RockingMount, Sprung
+from imubench.errors import InputError
+from imubench.estimators.banded import chosen_fit
+from imubench.recording import Imu, Recording
+
+OVERSAMPLED = 6.0  # samples per period of the band that are kept: motion is below it
+BEGUN, DAMPED = 14.0, 0.2  # Hz and damping ratio that springs are begun with, while the noise is loose
+LOUDEST = 0.03  # rad/s, noise of a sample: ten times that of the worst MEMS gyroscopes at some 100 Hz
+EXPLAINED = 0.25  # of the power that the rigid model left, at most: else it is not springs that the rest is made of
+ROUNDS = 2  # of the noise, mounts held
+
+
+def giving_way(fit: Fit) -> Fit | None:
+    """Return a fit with both IMUs of a hinge on springs, if that predicts what the rigid one leaves; else None."""
+    recording = fit.model.recording
+    if recording.rig != "hinge" or len(recording.imus) != 2 or fit.model.hypotheses:
+        return None
+    if not louder_than_any(fit):
+        return None
+    hz = agreeing_band(recording)
+    if hz is None:
+        return None
+    sprung = on_springs(fit, hz)
+    left = max((sprung.noise[n] / fit.noise[n]) ** 2 for n in (f"{imu.name}.gyro" for imu in recording.imus))
+    if left > EXPLAINED:
+        return None
+    won = foretold(fit, sprung, np.random.default_rng(SEED))
+    return sprung if won.foretells() else None
+
+
+def gives_way(fit: Fit) -> bool:
+    """Return whether both IMUs are on springs and what these leave is still more than any gyroscope's noise.
+
+    Then something of the mounts is not as straight springs are, and nobody knows how large: a further effect would be
+    judged by noise that is none.
+    """
+    sprung = {h.at for h in fit.model.hypotheses if isinstance(h.effect, Sprung)}
+    return len(sprung) == 2 and louder_than_any(fit)
+
+
+def louder_than_any(fit: Fit) -> bool:
+    """Return whether both gyroscopes, their noise not declared, leave more than any gyroscope's noise."""
+    imus = fit.model.recording.imus
+    return len(imus) == 2 and all(
+        imu.gyro_noise_std is None and fit.noise[f"{imu.name}.gyro"] > LOUDEST for imu in imus
+    )
+
+
+def agreeing_band(recording: Recording) -> float | None:
+    """Return the frequency in Hz below which both IMUs obey the hinge; None where all samples do, or none."""
+    try:
+        return chosen_fit(recording)[0].hz
+    except InputError:
+        return None
+
+
+def slow_recording(recording: Recording, hz: float) -> Recording:
+    """Return what both IMUs read below a frequency, as few samples as it needs, no noise declared."""
+
+    def thinned(imu: Imu) -> Imu:
+        every = max(1, int(imu.rate / (OVERSAMPLED * hz)))
+        few = slice(None, None, every)
+        return replace(
+            imu,
+            time=imu.time[few],
+            gyro=imu.gyro[few],
+            accel=imu.accel[few],
+            rate=imu.rate / every,
+            gyro_noise_std=None,
+            accel_noise_std=None,
+        )
+
+    slow = banded(recording, hz)
+    return replace(slow, imus=tuple(thinned(imu) for imu in slow.imus))
+
+
+def on_springs(fit: Fit, hz: float, rounds: int = ROUNDS) -> Fit:
+    """Return a fit whose IMUs are both on rocking springs, begun from the geometry below `hz` Hz."""
+    recording = fit.model.recording
+    slow = nominal_fit(slow_recording(recording, hz))
+    held = {n: v for n, v in slow.state.values.items() if n.endswith((".rotation", ".translation"))}
+    springs = tuple(Hypothesis(RockingMount(), imu.name) for imu in recording.imus)
+    guess: dict[str, Array] = {}
+    for h in springs:
+        guess |= {h.key("frequency"): np.full(3, np.log(BEGUN)), h.key("damping_ratio"): np.full(3, np.log(DAMPED))}
+    state = replace(fit.state, values=fit.state.values | held)
+    rigid = replace(fit, model=replace(fit.model, fixed=held), state=state)
+    rigid = fit_with_noise(rigid.model, rigid.state, rigid.noise, rigid.anchor, rounds=1)
+    begun = extended(rigid, (*fit.model.hypotheses, *springs), guess)
+    found = solve(begun.model, led(begun.model, begun.state, springs), begun.noise, fit.anchor, steps=6)
+    found = fit_with_noise(found.model, found.state, found.noise, fit.anchor, rounds=rounds)
+    free = replace(found.model, fixed=None)
+    free = fit_with_noise(free, found.state, found.noise, fit.anchor, rounds=ROUNDS)
+    return free
