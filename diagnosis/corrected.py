@@ -74,11 +74,17 @@ class Corrected:
 def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -> Corrected:
     """Return a recording with the findings of its diagnosis taken out; what cannot be is left, and said so.
 
-    Raises `InputError` for the diagnosis of another recording, or one that names what this recording cannot have.
+    Raises `InputError` for the diagnosis of another recording, one that names what this recording cannot have, or one
+    whose model is doubted: what it takes out may not be there.
     """
     for key, mine, its in (("name", recording.name, diagnosis.recording), ("rig", recording.rig, diagnosis.rig)):
         if mine != its:
             raise InputError(f"diagnosis: expected that of a recording of {key} '{mine}', got of '{its}'")
+    if diagnosis.doubts:
+        first = diagnosis.doubts[0]
+        raise InputError(
+            f"diagnosis: expected a model that can be trusted, got one that is doubted: {first.of}: {first.why}"
+        )
     found = tuple(f for f in diagnosis.findings if f.named and f.confidence >= SURE)
     laws = [settings for f in found if (settings := told(f, recording))]
     done = tuple(Done(f.effect, f.at, words(f)) for f in diagnosis.findings)

@@ -23,9 +23,11 @@ from imubench.diagnosis.rattles import rattling
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import (
     NOT_KNOWN,
+    SURE,
     TOLERANCE,
     UNKNOWN,
     Diagnosis,
+    Doubt,
     Finding,
     FitQuality,
     Move,
@@ -40,6 +42,7 @@ from imubench.diagnosis.series import named_by_law
 from imubench.diagnosis.stopped import NAMELESS as UNNAMED
 from imubench.diagnosis.stopped import doubted, not_fitted, verdict_when_stopped, with_rest
 from imubench.diagnosis.struck import struck_again
+from imubench.diagnosis.trust import PREDICTION, doubts
 from imubench.diagnosis.unknown import Unknowns, unknowns
 from imubench.diagnosis.verdict import (
     beside,
@@ -116,6 +119,9 @@ def diagnose(
         traces = gather.traces(before, after if named or rest else None)
     with step("see what each finding moves"):
         named, rest = material(named, rest, best, samples, recording, budget, tolerance)
+    with step("ask whether the halves agree"):
+        doubted_by = speaking_against(plain, after, named, budget)
+    rest = with_rest(rest, after) if any(d.of == PREDICTION for d in doubted_by) else rest
     noise = gather.noise_of(before.levels, samples.rest)
     nobody = [name for name, level in noise.items() if level.source == NOT_KNOWN]
     evidence = Evidence(
@@ -131,9 +137,9 @@ def diagnose(
             *samples.notes,
         ),
     )
-    verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest, nobody)
+    verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest, nobody, bool(doubted_by))
     if partly:
-        verdict, unseen = verdict_when_stopped(named, rest, after, nobody)
+        verdict, unseen = verdict_when_stopped(named, rest, after, nobody, bool(doubted_by))
     if nobody and verdict == "partly explained":
         unseen = (*unseen, noise_not_shown(nobody))
     quality = FitQuality((before.left_out, after.left_out))
@@ -157,8 +163,18 @@ def diagnose(
         tuple(budget.not_tried),
         noise,
         tolerance,
+        doubted_by if verdict == "partly explained" else (),
     )
     return diagnosis, evidence
+
+
+def speaking_against(fit: Fit, after: gather.Weighed, named: Sequence[Finding], budget: Budget) -> tuple[Doubt, ...]:
+    """Return what speaks against the model with the findings in it; nothing where there is none."""
+    found: tuple[Doubt, ...] = ()
+    if any(f.confidence >= SURE for f in named) and fit.model.hypotheses:
+        with budget.part(NUMBERS, "whether the halves of the recording agree"):
+            found = doubts(fit, after)
+    return found
 
 
 def material(

@@ -205,6 +205,14 @@ class Unseen:
 
 
 @dataclass(frozen=True)
+class Doubt:
+    """What speaks against the model that was found: then its numbers are not to be used."""
+
+    of: str  # "imu1.rotation", "rocking_mount@imu1.com", or "prediction" of the model as a whole
+    why: str
+
+
+@dataclass(frozen=True)
 class Nonsense:
     """What no simulation can be held against: sensors of two recordings, a mirrored one, one that is stuck."""
 
@@ -242,6 +250,7 @@ class Diagnosis:
 
     noise: Mapping[str, Noise] = field(default_factory=dict)  # "imu1.gyro" and so on
     tolerance: Pair = TOLERANCE  # deg, mm
+    doubts: tuple[Doubt, ...] = ()
 
     @property
     def alarm(self) -> bool:
@@ -267,8 +276,8 @@ class Diagnosis:
         named = [f for f in sure if f.named]
         fits = {
             "no mismatch": not sure,
-            "explained": bool(named) and len(named) == len(sure) and not self.noise_unknown,
-            "partly explained": bool(named) and (len(named) < len(sure) or bool(self.noise_unknown)),
+            "explained": bool(named) and len(named) == len(sure) and not (self.noise_unknown or self.doubts),
+            "partly explained": bool(named) and (len(named) < len(sure) or bool(self.noise_unknown or self.doubts)),
             "unexplained": bool(sure) and not named,
             "unobservable": bool(self.unseen),
         }
@@ -276,6 +285,7 @@ class Diagnosis:
             _within(value, 0.0, np.inf, "diagnosis.tolerance")
         if not fits[self.verdict]:
             strange = f", and no noise known of {', '.join(self.noise_unknown)}" if self.noise_unknown else ""
+            strange += f", and doubts about {', '.join(d.of for d in self.doubts)}" if self.doubts else ""
             raise InputError(
                 f"verdict '{self.verdict}': expected findings that go with it, got "
                 f"{[f'{f.effect} at {f.at}, {f.confidence:.2f}' for f in self.findings]}{strange}"

@@ -12,7 +12,8 @@ MISFIT_UNIT = "residual power over noise power, 1 = only noise"
 def as_dict(d: Diagnosis) -> dict[str, Any]:
     """Return the content of diagnosis.json.
 
-    "unseen", "nonsense", "stopped" with "not_tried" and a finding's "where" stand in it only where there are any.
+    "doubts", "unseen", "nonsense", "stopped" with "not_tried" and a finding's "where" stand in it only where there are
+    any.
     """
     content: dict[str, Any] = {
         "format": FORMAT,
@@ -34,6 +35,8 @@ def as_dict(d: Diagnosis) -> dict[str, Any]:
         "model": d.model,
         "seconds": round(float(d.seconds), 3),
     }
+    if d.doubts:
+        content["doubts"] = [{"of": doubt.of, "why": doubt.why} for doubt in d.doubts]
     if d.unseen:
         content["unseen"] = [{"what": u.what, "motion": u.motion} for u in d.unseen]
     if d.nonsense:

@@ -9,6 +9,7 @@ from imubench.diagnosis.result import (
     TOLERANCE,
     Change,
     Diagnosis,
+    Doubt,
     Finding,
     FitQuality,
     Interval,
@@ -119,6 +120,7 @@ def _read_diagnosis(node: _Node) -> Diagnosis:
         stopped=node.optional("stopped", _text, ""),
         not_tried=node.optional("not_tried", lambda n: n.each(_text), ()),
         noise=node.optional("noise", lambda n: n.named(_read_noise), {}),
+        doubts=node.optional("doubts", lambda n: n.each(_read_doubt), ()),
         tolerance=node.optional("tolerance", lambda n: (n["deg"].number, n["mm"].number), TOLERANCE),
     )
     said = node.optional("alarm", lambda n: n.of(bool), found.alarm)
@@ -129,6 +131,10 @@ def _read_diagnosis(node: _Node) -> Diagnosis:
 
 def _word(value: bool) -> str:
     return "true" if value else "false"
+
+
+def _read_doubt(node: _Node) -> Doubt:
+    return Doubt(_text(node["of"]), _text(node["why"]))
 
 
 def _read_noise(node: _Node) -> Noise:

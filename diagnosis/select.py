@@ -49,8 +49,8 @@ class Selection:
 
     @cached_property
     def numbers(self) -> Fit:
-        """The fit that the numbers are read off."""
-        return unbiased(loosened(self.fit))
+        """The fit that the numbers are read off; where springs predict best, and not where they cost least."""
+        return self.fit if gives_way(self.fit) else unbiased(loosened(self.fit))
 
     @property
     def springs_refused(self) -> frozenset[str]:

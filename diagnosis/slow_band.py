@@ -112,6 +112,4 @@ def on_springs(fit: Fit, hz: float, rounds: int = ROUNDS) -> Fit:
     begun = extended(rigid, (*fit.model.hypotheses, *springs), guess)
     found = solve(begun.model, led(begun.model, begun.state, springs), begun.noise, fit.anchor, steps=6)
     found = fit_with_noise(found.model, found.state, found.noise, fit.anchor, rounds=rounds)
-    free = replace(found.model, fixed=None)
-    free = fit_with_noise(free, found.state, found.noise, fit.anchor, rounds=ROUNDS)
-    return free
+    return fit_with_noise(replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=ROUNDS)

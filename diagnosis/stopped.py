@@ -38,14 +38,18 @@ def _loudest(after: Weighed) -> Where:
 
 
 def verdict_when_stopped(
-    named: tuple[Finding, ...], rest: tuple[Finding, ...], after: Weighed, noise_unknown: Collection[str] = ()
+    named: tuple[Finding, ...],
+    rest: tuple[Finding, ...],
+    after: Weighed,
+    noise_unknown: Collection[str] = (),
+    doubted: bool = False,
 ) -> tuple[Verdict, tuple[Unseen, ...]]:
     """Return the verdict of a diagnosis that was stopped, and what it could not show.
 
     That there is no mismatch it cannot say: an effect may leave a misfit of 1 and show to the search alone. Explained
     is what findings bring back to the noise, on data that they have not seen too, however they may be called.
     """
-    verdict = verdict_of(named, rest, noise_unknown)
+    verdict = verdict_of(named, rest, noise_unknown, doubted)
     if verdict != "no mismatch":
         return verdict, ()
     what = f"whether an effect is there: the misfit of {after.misfit:.2f} is noise's, but not every effect was tried"

@@ -1,12 +1,15 @@
-"""Whether a fit's numbers may be believed: both halves of the recording tell the same, and nature knows such numbers.
+"""Whether the numbers of a model that was found may be believed, where no reference tells.
 
-A fit in the wrong basin has a low residual and numbers that one half takes from another cause than the other half does.
-Each half's numbers are one Gauss-Newton step from those of the whole (`heldout`), with the covariance of that half, as
-wide as the residuals' colour makes it. With d the difference of the halves' numbers and s its standard deviation, a
-number is doubted where |d| > APART s and d is more than the number could be off and still serve (`SERVES`).
+A fit in the wrong basin has a low residual, and numbers that one half of the recording takes from another cause than
+the other half does. Each half's numbers are one Gauss-Newton step from those of the whole (`heldout`), with the
+covariance of that half, as wide as the residuals' colour makes it. With d the difference of the halves' numbers and s
+its standard deviation, a number is doubted where |d| > `APART` s and |d| is more than it could be off and still serve.
+
+A number is doubted as well where it is far outside what nature has, and the model as a whole where data that it was not
+fitted to are predicted worse than noise allows.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -14,28 +17,83 @@ from imubench.arrays import Array
 from imubench.diagnosis.arrow import solve_arrow
 from imubench.diagnosis.coloured import parameter_std
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.gather import Weighed
 from imubench.diagnosis.heldout import block_of
+from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.refit import information
+from imubench.diagnosis.result import Doubt
 from imubench.diagnosis.swings import is_data
+from imubench.diagnosis.terms import Unknown
 from imubench.diagnosis.threads import one_thread
 
 APART = 4.0  # standard deviations: of fifty numbers, one recording in 300 has one that far apart by chance
+PREDICTION = "prediction"  # of the model as a whole
 UNNATURAL = 4.0  # standard deviations of a number's prior, which holds what is plausible
 SERVES = {"rotation": 0.05, "translation": 0.02}  # rad, m: 3 deg and 2 cm of a mount move what a user asks for by less
+HELD_OUT = 1.2  # misfit of samples each predicted from all others; 1 is noise, coloured noise adds up to 0.2
+MISDECLARED = 1 / 0.85**2  # times the power that is declared: a declared std is right within 15 %
 
 
-@dataclass(frozen=True)
-class Doubt:
-    """A number that speaks against a fit."""
+def doubts(fit: Fit, after: Weighed) -> tuple[Doubt, ...]:
+    """Return what speaks against a model that was found.
 
-    name: str  # of the parameter, such as "imu1.rotation"
-    why: str
+    Args:
+        fit: whose numbers are reported.
+        after: the same or a like fit, its residuals beside the noise.
+    """
+    return (*worse_than_noise(after), *implausible(fit), *of_two_minds(fit))
+
+
+def worse_than_noise(after: Weighed) -> tuple[Doubt, ...]:
+    """Return that what was not fitted is predicted worse than noise allows."""
+    declared = [level.declared is not None for level in after.levels]
+    allowed = HELD_OUT * (MISDECLARED if any(declared) else 1.0)
+    if after.left_out <= allowed:
+        return ()
+    why = (
+        f"the misfit is {after.left_out:.2f} on samples that were not fitted, where noise leaves {allowed:.2f} at most"
+    )
+    return (Doubt(PREDICTION, why),)
+
+
+def implausible(fit: Fit) -> tuple[Doubt, ...]:
+    """Return numbers of effects that are far outside what their priors hold for plausible."""
+    found = []
+    for h in lawful(fit):
+        for p in h.effect.parameters:
+            prior, value = fit.model.priors[h.key(p.name)], fit.state.values[h.key(p.name)]
+            off = float(np.max(np.abs(value - prior.start) / prior.std))
+            if off > UNNATURAL:
+                found.append(Doubt(h.key(p.name), f"{off:.1f} standard deviations from what is plausible"))
+    return tuple(found)
+
+
+def of_two_minds(fit: Fit) -> tuple[Doubt, ...]:
+    """Return numbers in which the halves of the recording differ by more than chance and by more than serves."""
+    _, white = information(fit)
+    coloured = parameter_std(fit)
+    named = {h.key(p.name) for h in lawful(fit) for p in h.effect.parameters}
+    found = []
+    for name, (apart, std) in halves(fit).items():
+        if "@" in name and name not in named:
+            continue  # of a term without a name: it may be anything
+        wide = std * np.maximum(coloured[name] / white[name], 1.0)
+        serves = SERVES.get(name.rpartition(".")[2], 0.0)
+        k = int(np.argmax(np.abs(apart) / wide))
+        if abs(apart[k]) > max(APART * wide[k], serves):
+            found.append(Doubt(name, f"the halves of the recording differ by {apart[k]:.3g} +- {wide[k]:.2g}"))
+    return tuple(found)
+
+
+def lawful(fit: Fit) -> Iterator[Hypothesis]:
+    """Yield the effects of a fit that have a name."""
+    yield from (h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown))
 
 
 @one_thread
-def of_halves(fit: Fit) -> dict[str, tuple[Array, Array]]:
+def halves(fit: Fit) -> dict[str, tuple[Array, Array]]:
     """Return by how much every parameter (k,) differs between both halves of the recording, and the white-noise std."""
     start, end = fit.span
     model = fit.model
@@ -57,24 +115,4 @@ def of_halves(fit: Fit) -> dict[str, tuple[Array, Array]]:
     return {name: (apart[columns(name)], std[columns(name)]) for name in model.priors}
 
 
-def doubts(fit: Fit) -> list[Doubt]:
-    """Return what speaks against a fit's numbers."""
-    _, white = information(fit)
-    coloured = parameter_std(fit)
-    found = []
-    for name, (apart, std) in of_halves(fit).items():
-        wide = std * np.maximum(coloured[name] / white[name], 1.0)
-        serves = SERVES.get(name.rpartition(".")[2], 0.0)
-        k = int(np.argmax(np.abs(apart) / wide))
-        if abs(apart[k]) > max(APART * wide[k], serves):
-            found.append(Doubt(name, f"the halves differ by {apart[k]:.3g} +- {wide[k]:.2g}"))
-    for h in fit.model.hypotheses:
-        for p in h.effect.parameters:
-            prior, value = fit.model.priors[h.key(p.name)], fit.state.values[h.key(p.name)]
-            off = np.max(np.abs(value - prior.start) / prior.std)
-            if off > UNNATURAL:
-                found.append(Doubt(h.key(p.name), f"{off:.1f} standard deviations from what is plausible"))
-    return found
-
-
-__all__ = ["Doubt", "doubts", "of_halves"]
+__all__ = ["doubts", "halves", "implausible", "of_two_minds", "worse_than_noise"]

@@ -26,6 +26,7 @@ from imubench.diagnosis.prune import spared
 from imubench.diagnosis.refit import information
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Parameter, Rejected, Where
+from imubench.diagnosis.slow_band import gives_way
 from imubench.diagnosis.stand_ins import MUCH
 from imubench.diagnosis.strained import lawless, strained
 from imubench.diagnosis.term_scores import ENOUGH
@@ -48,8 +49,12 @@ class Unknowns:
 def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] = lambda _: None) -> Unknowns:
     """Return what a fit with all its named effects leaves unexplained, with terms for it in the model.
 
-    `where` says where the nominal fit's residuals were; it serves where no term is found for what is left.
+    `where` says where the nominal fit's residuals were; it serves where no term is found for what is left. Beside
+    mounts that give way otherwise than straight springs do, terms would take in what these leave, and are not asked.
     """
+    if gives_way(fit):
+        loose = unheld(fit)
+        return Unknowns(tuple(left_by(h, fit) for h in loose), fit, tuple(loose))
     springs, unsure = bent(fit, say)
     held = displaced(balanced(springs[-1].fit if springs else fit), say)
     found, fit = held.terms, held.fit

@@ -113,13 +113,16 @@ def at_most(f: Finding, sure: float) -> Finding:
     return replace(f, confidence=min(f.confidence, sure))
 
 
-def verdict_of(named: tuple[Finding, ...], rest: tuple[Finding, ...], noise_unknown: Collection[str] = ()) -> Verdict:
+def verdict_of(
+    named: tuple[Finding, ...], rest: tuple[Finding, ...], noise_unknown: Collection[str] = (), doubted: bool = False
+) -> Verdict:
     """Return the verdict that goes with findings by name, of which some may be all but refuted, and without one.
 
-    Beside sensors whose noise nobody knows (`noise_unknown`) what is left cannot be said to be noise alone.
+    Beside sensors whose noise nobody knows (`noise_unknown`) what is left cannot be said to be noise alone. A model
+    that is `doubted` explains nothing to the end.
     """
     if any(f.confidence >= FOUND for f in named):
-        return "partly explained" if rest or noise_unknown else "explained"
+        return "partly explained" if rest or noise_unknown or doubted else "explained"
     return "unexplained" if rest else "no mismatch"
 
 

@@ -79,5 +79,7 @@ def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Terminal) 
     for finding in small:
         sure = words.percent(finding.confidence)
         console.say(f"  {finding.effect} at {finding.at} ({sure} sure) moves {words.moved(finding)}")
+    for doubt in d.doubts:
+        console.say(f"  not to be trusted: {doubt.of}: {doubt.why}")
     for unseen in d.unseen if d.fitted else ():  # else the headline says it
         console.say(f"  to see {unseen.what}: {unseen.motion}")

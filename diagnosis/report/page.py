@@ -44,6 +44,7 @@ def page(d: Diagnosis, evidence: Evidence) -> str:
         _image(lambda: figures.misfit_map(evidence, d.where), "Map of the misfit", MAP_TEXT) if d.fitted else "",
         *(_findings(d, evidence) if d.fitted else ()),
         _rejected(d),
+        _doubts(d),
         _unseen(d),
         _quality(d),
         _how(d, evidence),
@@ -150,6 +151,13 @@ def _rejected(d: Diagnosis) -> str:
         count = len(body) - SHOWN_REJECTED
         rest = f"<details><summary>{count} more</summary>{_table(columns, body[SHOWN_REJECTED:], last=2)}</details>"
     return f"<h2>What was tried and not taken</h2>{_table(columns, body[:SHOWN_REJECTED], last=2)}{rest}"
+
+
+def _doubts(d: Diagnosis) -> str:
+    if not d.doubts:
+        return ""
+    items = "".join(f"<li><b>{escape(doubt.of)}</b>: {escape(doubt.why)}.</li>" for doubt in d.doubts)
+    return f"<h2>Why the model is not to be trusted</h2><ul>{items}</ul>"
 
 
 def _unseen(d: Diagnosis) -> str:

@@ -119,6 +119,8 @@ def _headline(d: Diagnosis) -> str:
         return "The simulation and this recording agree: what differs is sensor noise."
     if d.verdict == "explained":
         return f"The simulation leaves out {named}. With that in it, only sensor noise is left."
+    if d.verdict == "partly explained" and d.doubts:
+        return f"The simulation leaves out {named}, or something like it; no model was found that can be trusted."
     if d.verdict == "partly explained" and all(f.named for f in d.findings if f.confidence >= SURE):
         sensors = listed(list(d.noise_unknown))
         return (
