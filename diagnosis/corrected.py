@@ -15,16 +15,19 @@ from numpy.typing import NDArray
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.band import banded
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.explained import Told, explained_fit, moving, told
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.model import Model
-from imubench.diagnosis.result import SURE, Diagnosis, Finding
+from imubench.diagnosis.result import SURE, UNKNOWN, Diagnosis, Finding
 from imubench.diagnosis.samples import heard, sampled
 from imubench.diagnosis.splines import Moment
 from imubench.diagnosis.start import model_of
 from imubench.effects import VARIANTS
+from imubench.effects.soft_mounts import EFFECTS as SPRINGS
+from imubench.effects.soft_mounts import Sprung
 from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.progress import Step, silent
@@ -106,17 +109,39 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
             if t.hypothesis.at in keep:
                 keep[t.hypothesis.at] &= ~moving(t, fit.model)
     out = redeclared(heard(out, found), [t for t, *_ in laws])
-    return Corrected(replace(out, imus=tuple(some(i, keep[i.name]) for i in out.imus)), done)
+    out = replace(out, imus=tuple(some(i, keep[i.name]) for i in out.imus))
+    if (hz := below_what_springs_leave(diagnosis)) is not None:
+        out = banded(out, hz)
+        done += tuple(
+            Done(UNKNOWN, imu.name, f"read below {hz:.3g} Hz alone: above, springs leave it") for imu in out.imus
+        )
+    return Corrected(out, done)
+
+
+def below_what_springs_leave(diagnosis: Diagnosis) -> float | None:
+    """Return the frequency in Hz from which on sensors on springs do what no straight springs do; None where none does.
+
+    There the readings are neither the segment's motion nor noise; below it, what springs do is small and as they say.
+    """
+    sure = [f for f in diagnosis.findings if f.confidence >= SURE]
+    sprung = {f.at for f in sure if f.named and f.effect in {e.name for e in SPRINGS}}
+    left = sprung & {f.at for f in sure if not f.named}
+    lows = [low for w in diagnosis.where if w.at in left for low, _ in w.bands_hz]
+    return min(lows, default=None)
 
 
 def taken_out(recording: Recording, fit: Fit) -> Recording:
-    """Return a recording whose readings are without the effects of a fit that do not stay; stamps as they were."""
+    """Return a recording whose readings are without the effects of a fit that do not stay; stamps as they were.
+
+    A sensor on springs stays where it is in the mean.
+    """
     model, state = fit.model, fit.state
     without = replace(model, hypotheses=tuple(h for h in model.hypotheses if h.effect.name in STAYING))
     imus, encoders = [], []
     for imu in recording.imus:
         moment = model.moment(state, imu.time, imu.name)
-        (gyro, accel), (plain_gyro, plain_accel) = (readings(m, imu, state, moment) for m in (model, without))
+        gyro, accel = readings(model, imu, state, moment)
+        plain_gyro, plain_accel = readings(without, imu, at_rest_in_the_mean(fit, imu), moment)
         gyro, accel = imu.gyro - (gyro - plain_gyro), imu.accel - (accel - plain_accel)
         imus.append(replace(imu, gyro=gyro, accel=accel, gyro_range=None, accel_range=None))  # those were the sensor's
     for encoder in recording.encoders:
@@ -124,6 +149,33 @@ def taken_out(recording: Recording, fit: Fit) -> Recording:
         excess = model.joint_angle(state, moment).value - without.joint_angle(state, moment).value
         encoders.append(replace(encoder, angle=encoder.angle - excess[:, 0]))
     return replace(recording, imus=tuple(imus), encoders=tuple(encoders))
+
+
+def at_rest_in_the_mean(fit: Fit, imu: Imu) -> State:
+    """Return the state with an IMU's mount where its springs hold it in the mean; the fit's own where it is on none.
+
+    Unloaded, it would be where nobody has seen it: how far springs sag is known as badly as their centre of mass, while
+    the mean of what they do is where the readings were taken. With R_k, p_k the pose with the springs at the samples
+    (sensor -> segment), R, p that without, D the rotation nearest to the mean of R' R_k (in the sense of Frobenius)::
+
+        R exp(rotation) -> R exp(rotation) D,     p -> p + mean(p_k - p)
+    """
+    springs = [h for h in fit.model.hypotheses if h.at == imu.name and isinstance(h.effect, Sprung)]
+    if not springs:
+        return fit.state
+    moment = fit.model.moment(fit.state, imu.time, imu.name)
+    segment = fit.model.carrier(fit.state, moment, imu.name)
+    links = [
+        replace(fit.model, hypotheses=tuple(chosen)).mount(imu, fit.state, moment, segment) for chosen in (springs, ())
+    ]
+    (turned, shifted), (turn, place) = ((link.turn.matrix, link.offset.value) for link in links)
+    left, _, right = np.linalg.svd(np.mean(np.swapaxes(turn, 1, 2) @ turned, axis=0))
+    mean = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+    rotation, translation = f"{imu.name}.rotation", f"{imu.name}.translation"
+    values = dict(fit.state.values)
+    values[rotation] = rotations.log(rotations.from_matrix(rotations.to_matrix(rotations.exp(values[rotation])) @ mean))
+    values[translation] = values[translation] + np.mean(shifted - place, axis=0)
+    return replace(fit.state, values=values)
 
 
 def readings(model: Model, imu: Imu, state: State, moment: Moment) -> tuple[Array, Array]:

@@ -42,7 +42,7 @@ from imubench.diagnosis.series import named_by_law
 from imubench.diagnosis.stopped import NAMELESS as UNNAMED
 from imubench.diagnosis.stopped import doubted, not_fitted, verdict_when_stopped, with_rest
 from imubench.diagnosis.struck import struck_again
-from imubench.diagnosis.trust import PREDICTION, doubts
+from imubench.diagnosis.trust import allowed, doubts
 from imubench.diagnosis.unknown import Unknowns, unknowns
 from imubench.diagnosis.verdict import (
     beside,
@@ -116,12 +116,13 @@ def diagnose(
         with budget.part(NUMBERS, "knocks that the raw samples doubt"):
             named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()
         named = surest_first(rattling(beside_rounding(named, recording, samples.humming), recording))
+        if chosen and not partly and any(f.confidence >= SURE for f in named):
+            rest = not_told(with_rest(rest, after, allowed(after)), samples.findings)
         traces = gather.traces(before, after if named or rest else None)
     with step("see what each finding moves"):
         named, rest = material(named, rest, best, samples, recording, budget, tolerance)
     with step("ask whether the halves agree"):
-        doubted_by = speaking_against(plain, after, named, budget)
-    rest = with_rest(rest, after) if any(d.of == PREDICTION for d in doubted_by) else rest
+        doubted_by = speaking_against(plain, before, after, named, budget)
     noise = gather.noise_of(before.levels, samples.rest)
     nobody = [name for name, level in noise.items() if level.source == NOT_KNOWN]
     evidence = Evidence(
@@ -168,12 +169,14 @@ def diagnose(
     return diagnosis, evidence
 
 
-def speaking_against(fit: Fit, after: gather.Weighed, named: Sequence[Finding], budget: Budget) -> tuple[Doubt, ...]:
+def speaking_against(
+    fit: Fit, before: gather.Weighed, after: gather.Weighed, named: Sequence[Finding], budget: Budget
+) -> tuple[Doubt, ...]:
     """Return what speaks against the model with the findings in it; nothing where there is none."""
     found: tuple[Doubt, ...] = ()
     if any(f.confidence >= SURE for f in named) and fit.model.hypotheses:
         with budget.part(NUMBERS, "whether the halves of the recording agree"):
-            found = doubts(fit, after)
+            found = doubts(fit, before, after)
     return found
 
 

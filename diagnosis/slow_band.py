@@ -44,8 +44,7 @@ def giving_way(fit: Fit) -> Fit | None:
     if hz is None:
         return None
     sprung = on_springs(fit, hz)
-    left = max((sprung.noise[n] / fit.noise[n]) ** 2 for n in (f"{imu.name}.gyro" for imu in recording.imus))
-    if left > EXPLAINED:
+    if gyro_power(sprung) > EXPLAINED * gyro_power(fit):
         return None
     won = foretold(fit, sprung, np.random.default_rng(SEED))
     return sprung if won.foretells() else None
@@ -62,11 +61,19 @@ def gives_way(fit: Fit) -> bool:
 
 
 def louder_than_any(fit: Fit) -> bool:
-    """Return whether both gyroscopes, their noise not declared, leave more than any gyroscope's noise."""
+    """Return whether two gyroscopes, their noise not declared, leave more than any gyroscope's noise.
+
+    Their power together: of two that do not agree about one motion, either may get all of what they differ by.
+    """
     imus = fit.model.recording.imus
-    return len(imus) == 2 and all(
-        imu.gyro_noise_std is None and fit.noise[f"{imu.name}.gyro"] > LOUDEST for imu in imus
-    )
+    if len(imus) != 2 or any(imu.gyro_noise_std is not None for imu in imus):
+        return False
+    return gyro_power(fit) > 2 * LOUDEST**2
+
+
+def gyro_power(fit: Fit) -> float:
+    """Return the summed variances of all gyroscopes' noise, (rad/s)^2."""
+    return float(sum(fit.noise[f"{imu.name}.gyro"] ** 2 for imu in fit.model.recording.imus))
 
 
 def agreeing_band(recording: Recording) -> float | None:

@@ -20,9 +20,9 @@ def doubted(fitted: tuple[Finding, ...]) -> tuple[Finding, ...]:
     return tuple(at_most(f, DOUBTFUL) for f in fitted)
 
 
-def with_rest(rest: tuple[Finding, ...], after: Weighed) -> tuple[Finding, ...]:
+def with_rest(rest: tuple[Finding, ...], after: Weighed, allowed: float = UNEXPLAINED) -> tuple[Finding, ...]:
     """Return what has no name, with what a fit leaves where that is too much for noise and nothing else says so."""
-    if any(f.effect == UNKNOWN for f in rest) or max(after.misfit, after.left_out) <= UNEXPLAINED:
+    if any(f.effect == UNKNOWN for f in rest) or max(after.misfit, after.left_out) <= allowed:
         return rest
     found = locate(traces(after), {})
     place = found[0] if found else _loudest(after)
