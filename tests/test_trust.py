@@ -1,0 +1,115 @@
+"""Doubts about a model that was found: raised where the halves of a recording tell different numbers, else not.
+
+The recordings come from the generator in `proof/`, which shares no code with the diagnosis.
+"""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.corrected import corrected
+from imubench.diagnosis.gather import weighed
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.noise import declared, with_noise
+from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.refit import refit
+from imubench.diagnosis.result import Diagnosis, Doubt
+from imubench.diagnosis.result_file import FILE_NAME, as_dict
+from imubench.diagnosis.result_read import read_diagnosis
+from imubench.diagnosis.trust import PREDICTION, allowed, doubts, implausible, of_two_minds
+from imubench.effects import EFFECTS
+from imubench.errors import InputError
+from imubench.format1 import read
+from imubench.proof.case import make_case
+from tests.test_estimate_with import finding, saying
+
+
+@pytest.fixture(scope="module")
+def fits(tmp_path_factory):
+    """A hinge's fit as declared and with one effect named, of a recording with an effect in it."""
+
+    def made(effect, at, named, seed=3, **options):
+        folder = tmp_path_factory.mktemp("trust") / "r"
+        effects = [(effect, at, options.pop("parameters"))] if "parameters" in options else [(effect, at)]
+        make_case(folder, "hinge", effects, seed, "strong", **({"seconds": 12.0, "rate": 50.0} | options))
+        first = nominal_fit(read(folder)[0])
+        return first, with_noise(refit(first, (Hypothesis(EFFECTS[named], at),)), 2)
+
+    return made
+
+
+def both(first, fit):
+    return (weighed(one, declared(first.model)) for one in (first, fit))
+
+
+def test_nothing_speaks_against_the_effect_that_is_there(fits):
+    first, fit = fits("gyro_scale", "imu2", "gyro_scale")
+    before, after = both(first, fit)
+    assert doubts(fit, before, after) == ()
+    assert after.left_out <= allowed(after)
+
+
+def test_a_scale_that_is_another_in_either_half_is_doubted(tmp_path):
+    def made(scale):
+        folder = tmp_path / f"{scale:g}"
+        make_case(folder, "hinge", [("gyro_scale", "imu2", {"scale": [scale] * 3})], 3, seconds=12.0, rate=50.0)
+        return read(folder)[0]
+
+    one, two = made(0.02), made(0.05)  # the same motion and noise
+    late = one.imus[1].time > one.imus[1].time.mean()
+    gyro = np.where(late[:, None], two.imus[1].gyro, one.imus[1].gyro)
+    spliced = replace(one, imus=(one.imus[0], replace(one.imus[1], gyro=gyro)))
+    fit = refit(nominal_fit(spliced), (Hypothesis(EFFECTS["gyro_scale"], "imu2"),))
+    said = of_two_minds(with_noise(fit, 2))
+    assert [doubt.of for doubt in said] == ["gyro_scale@imu2.scale"]
+    assert "the halves of the recording differ by 0.03" in said[0].why
+
+
+def test_a_number_far_from_what_is_plausible_is_doubted_and_springs_without_damping_are_not(fits):
+    _, fit = fits("rocking_mount", "imu2", "rocking_mount")
+
+    def off(name, by):
+        key = f"rocking_mount@imu2.{name}"
+        prior = fit.model.priors[key]
+        values = fit.state.values | {
+            key: np.broadcast_to(prior.start + by * prior.std, np.shape(fit.state.values[key]))
+        }
+        return {d.of for d in implausible(replace(fit, state=replace(fit.state, values=values)))}
+
+    assert "rocking_mount@imu2.com" in off("com", 6.0)
+    assert "rocking_mount@imu2.com" in off("com", -6.0)
+    assert "rocking_mount@imu2.damping_ratio" in off("damping_ratio", 6.0)
+    assert "rocking_mount@imu2.damping_ratio" not in off("damping_ratio", -6.0)
+
+
+def test_a_model_that_predicts_worse_than_the_declared_one_is_doubted(fits):
+    first, fit = fits("gyro_scale", "imu2", "gyro_scale")
+    before, after = both(first, fit)
+    assert PREDICTION in {d.of for d in doubts(fit, after, before)}
+
+
+def doubted(recording) -> Diagnosis:
+    told = saying(recording, finding("gyro_bias", "imu1", bias=[0.1, 0.0, 0.0]))
+    return replace(told, verdict="partly explained", doubts=(Doubt("imu1.rotation", "the halves differ"),))
+
+
+def test_a_doubted_model_explains_nothing_and_corrects_nothing(tmp_path):
+    make_case(tmp_path / "r", "hinge", [], 1, "weak", seconds=2.0, rate=50.0, name="case")
+    recording = read(tmp_path / "r")[0]
+    told = doubted(recording)
+    with pytest.raises(InputError, match=r"doubts about imu1\.rotation"):
+        replace(told, verdict="explained")
+    with pytest.raises(
+        InputError, match=r"expected a model that can be trusted, got one that is doubted: imu1\.rotation"
+    ):
+        corrected(recording, told)
+
+
+def test_doubts_stand_in_the_file_and_come_back(tmp_path):
+    make_case(tmp_path / "r", "hinge", [], 1, "weak", seconds=2.0, rate=50.0, name="case")
+    told = doubted(read(tmp_path / "r")[0])
+    (tmp_path / FILE_NAME).write_text(json.dumps(as_dict(told)))
+    assert read_diagnosis(tmp_path).doubts == told.doubts
+    assert "doubts" not in as_dict(replace(told, verdict="explained", doubts=()))
