@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.baseline import whole
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.explained import Told, explained_fit, moving, told
 from imubench.diagnosis.fit import Fit
@@ -79,9 +80,10 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
     for key, mine, its in (("name", recording.name, diagnosis.recording), ("rig", recording.rig, diagnosis.rig)):
         if mine != its:
             raise InputError(f"diagnosis: expected that of a recording of {key} '{mine}', got of '{its}'")
-    found = tuple(f for f in diagnosis.findings if f.named and f.confidence >= SURE)
+    every = whole(diagnosis)
+    found = tuple(f for f in every if f.named and f.confidence >= SURE)
     laws = [settings for f in found if (settings := told(f, recording))]
-    done = tuple(Done(f.effect, f.at, words(f)) for f in diagnosis.findings)
+    done = tuple(Done(f.effect, f.at, words(f)) for f in every)
     out, keep = recording, {i.name: np.ones(i.time.size, dtype=bool) for i in recording.imus}
     masks = sampled(recording).masks if any(f.effect in LEFT_OUT for f in found) else {}
     for name, part in ((f.at, part) for f in found if f.effect in LEFT_OUT for part in ("gyro", "accel")):
