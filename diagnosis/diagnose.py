@@ -132,8 +132,8 @@ def diagnose(
     noise = gather.noise_of(before.levels, samples.rest)
     noise = noise if learned is None else learned.known(noise)
     sensors: tuple[SensorErrors, ...] = ()
-    if chosen:
-        with step("say what the sensors' own errors are"), budget.part(NUMBERS, "the sensors' own errors"):
+    if chosen:  # one step of the solver: owed whatever the time, for what takes it over
+        with step("say what the sensors' own errors are"):
             sensors = own_errors(best)
     nobody = [name for name, level in noise.items() if level.source == NOT_KNOWN]
     evidence = Evidence(

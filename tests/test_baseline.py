@@ -9,6 +9,7 @@ from imubench import format1
 from imubench.answers import write_json
 from imubench.diagnosis.baseline import Learned, check_same_sensors, check_usable, whole
 from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.model_folder import replay
 from imubench.diagnosis.on_disk import diagnose_on_disk
 from imubench.diagnosis.own_errors import samplewise
 from imubench.diagnosis.report import words
@@ -303,3 +304,22 @@ def test_a_changed_bias_is_said_with_its_change(still, tmp_path):
     bias = found.findings[0].parameters["bias"]
     assert np.all(np.abs(bias.value - change) < 4 * bias.std)  # one in 5,000 such tests is further off
     assert np.all(bias.std < 0.01)  # what a bias may change anyhow is 2.9 mrad/s
+
+
+@pytest.mark.long
+def test_a_recording_is_diagnosed_first_and_written_beside(tmp_path):
+    for name, seed in (("still", 3), ("moved", 5)):
+        free_body(tmp_path / name, seed)
+    done = diagnose_on_disk(tmp_path / "moved", tmp_path / "out", baseline=tmp_path / "still")
+    assert told(done.diagnosis) == []
+    earlier, later = read_diagnosis(tmp_path / "out" / "baseline"), read_diagnosis(tmp_path / "out")
+    assert later.baseline.recording == earlier.recording
+    assert set(told(earlier)) == {("gyro_bias", "imu1"), ("accel_scale", "imu1")}
+    assert "Known from the baseline" in (tmp_path / "out" / "report.html").read_text()
+    again = diagnose_on_disk(tmp_path / "moved", tmp_path / "more", baseline=tmp_path / "out" / "baseline").diagnosis
+    assert as_dict(again)["baseline"] == as_dict(later)["baseline"]
+    played, _ = replay(tmp_path / "out" / "model", np.random.default_rng(0))
+    measured = format1.read_recording(tmp_path / "moved").imus[0]
+    off = played.imus[0].accel - measured.accel
+    noise = np.sqrt(2) * done.diagnosis.noise["imu1.accel"].std  # that which is played, and that which was measured
+    assert np.sqrt(np.median(off**2)) < 2 * noise  # without the scale of 3 % it is 0.3 m/s^2, ten times as much
