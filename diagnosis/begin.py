@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from imubench.diagnosis.baseline import Learned
 from imubench.diagnosis.budget import FIT, Budget
 from imubench.diagnosis.coarser import coarsest
 from imubench.diagnosis.contacts import touched
@@ -34,17 +35,21 @@ class Begun:
     finished: bool = True  # False: the time limit came first, and `first` is two steps from where the fit begins
 
 
-def begun(recording: Recording, step: Step = silent, budget: Budget | None = None) -> Begun:
-    """Return what a recording shows before anything is looked for."""
+def begun(
+    recording: Recording, step: Step = silent, budget: Budget | None = None, learned: Learned | None = None
+) -> Begun:
+    """Return what a recording shows before anything is looked for, beside what is `learned` of its sensors."""
     budget = budget or Budget()
     with step("check the samples"):
         samples = sampled(recording)
+        samples = samples if learned is None else learned.on(samples)
+    sensors = () if learned is None else learned.hypotheses
     first = fit = None
     with step("fit the motion"):
         known = samples.heard(recording)
 
         def fitted(swings: tuple[Window, ...], masks: dict[str, NDArray[np.bool_]]) -> Fit:
-            return nominal_fit(replace(known, free_swings=swings), masks, samples.humming, samples.wander)
+            return nominal_fit(replace(known, free_swings=swings), masks, samples.humming, samples.wander, sensors)
 
         with budget.part(FIT, MOTION):
             fit = first = fitted(known.free_swings, samples.masks)

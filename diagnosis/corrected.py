@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.band import banded
+from imubench.diagnosis.baseline import whole
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.explained import Told, explained_fit, moving, told
 from imubench.diagnosis.fit import Fit
@@ -88,9 +89,10 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
         raise InputError(
             f"diagnosis: expected a model that can be trusted, got one that is doubted: {first.of}: {first.why}"
         )
-    found = tuple(f for f in diagnosis.findings if f.named and f.confidence >= SURE)
+    every = whole(diagnosis)
+    found = tuple(f for f in every if f.named and f.confidence >= SURE)
     laws = [settings for f in found if (settings := told(f, recording))]
-    done = tuple(Done(f.effect, f.at, words(f)) for f in diagnosis.findings)
+    done = tuple(Done(f.effect, f.at, words(f)) for f in every)
     out, keep = recording, {i.name: np.ones(i.time.size, dtype=bool) for i in recording.imus}
     masks = sampled(recording).masks if any(f.effect in LEFT_OUT for f in found) else {}
     for name, part in ((f.at, part) for f in found if f.effect in LEFT_OUT for part in ("gyro", "accel")):

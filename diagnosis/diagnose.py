@@ -5,6 +5,7 @@ from dataclasses import replace
 from time import perf_counter
 
 from imubench.diagnosis import gather
+from imubench.diagnosis.baseline import Learned, check_same_sensors
 from imubench.diagnosis.begin import begun
 from imubench.diagnosis.budget import NAMELESS, NUMBERS, SEARCH, Budget
 from imubench.diagnosis.by_size import named_by_size, with_equals
@@ -19,6 +20,7 @@ from imubench.diagnosis.nominal import certain
 from imubench.diagnosis.nonsense import nonsense
 from imubench.diagnosis.nonsense.dead_end import dead_end
 from imubench.diagnosis.nonsense.permuted import permuted
+from imubench.diagnosis.own_errors import own_errors
 from imubench.diagnosis.rattles import rattling
 from imubench.diagnosis.regressors import regressors
 from imubench.diagnosis.result import (
@@ -32,6 +34,7 @@ from imubench.diagnosis.result import (
     FitQuality,
     Move,
     Pair,
+    SensorErrors,
     Verdict,
     Where,
 )
@@ -61,7 +64,11 @@ from imubench.recording import Recording, require_known_rig
 
 
 def diagnose(
-    recording: Recording, step: Step = silent, budget: Budget | None = None, tolerance: Pair = TOLERANCE
+    recording: Recording,
+    step: Step = silent,
+    budget: Budget | None = None,
+    tolerance: Pair = TOLERANCE,
+    baseline: Diagnosis | None = None,
 ) -> tuple[Diagnosis, Evidence]:
     """Return what a recording says about the model it was declared with, and what shows it.
 
@@ -71,19 +78,24 @@ def diagnose(
         budget: the processor time that it may take; None: as much as it takes. Where that is spent, what is known by
             then is returned, with what was not tried.
         tolerance: deg and mm; a finding that moves less of all that a user asks for is not material.
+        baseline: of an undisturbed recording of the same sensors; what that says of the sensors themselves is known,
+            and only what is new is found. See `baseline`.
 
     Raises:
-        InputError: for a rig of one's own.
+        InputError: for a rig of one's own, or a baseline of other sensors.
     """
     clock = perf_counter()
     require_known_rig(recording, "a diagnosis")
     budget = budget or Budget()
+    if baseline is not None:
+        check_same_sensors(baseline, recording)
+    learned = None if baseline is None else Learned.of(baseline)
     with step("hold the sensors against each other"):
         wrong = nonsense(recording)
     if wrong:
         said, shown = dead_end(recording, wrong, clock)
         return replace(said, tolerance=tolerance), shown
-    start = begun(recording, step, budget)
+    start = begun(recording, step, budget, learned)
     samples, first, fit = start.samples, start.first, start.fit
     unseen = missing(recording) if start.finished else not_fitted(budget)
     chosen = None
@@ -116,6 +128,7 @@ def diagnose(
         with budget.part(NUMBERS, "knocks that the raw samples doubt"):
             named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()
         named = surest_first(rattling(beside_rounding(named, recording, samples.humming), recording))
+        named = named if learned is None else learned.new(named)
         if chosen and not partly and any(f.confidence >= SURE for f in named):
             rest = not_told(with_rest(rest, after, allowed(after)), samples.findings)
         traces = gather.traces(before, after if named or rest else None)
@@ -124,6 +137,11 @@ def diagnose(
     with step("ask whether the halves agree"):
         doubted_by = speaking_against(plain, before, after, named, budget)
     noise = gather.noise_of(before.levels, samples.rest)
+    noise = noise if learned is None else learned.known(noise)
+    sensors: tuple[SensorErrors, ...] = ()
+    if chosen:  # one step of the solver: owed whatever the time, for what takes it over
+        with step("say what the sensors' own errors are"):
+            sensors = own_errors(best)
     nobody = [name for name, level in noise.items() if level.source == NOT_KNOWN]
     evidence = Evidence(
         recording,
@@ -164,7 +182,9 @@ def diagnose(
         tuple(budget.not_tried),
         noise,
         tolerance,
-        doubted_by if verdict == "partly explained" else (),
+        sensors,
+        None if learned is None else learned.record,
+        doubts=doubted_by if verdict == "partly explained" else (),
     )
     return diagnosis, evidence
 

@@ -63,7 +63,7 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
     terms: list[Fitted] = []
     doubted: list[Hypothesis] = []
     likelier: list[tuple[Fitted, tuple[Hypothesis, ...]]] = []
-    for names in groups([h for h in fit.model.hypotheses if h.effect.name not in certain(fit.model)]):
+    for names in groups([h for h in fit.model.judged if h.effect.name not in certain(fit.model)]):
         if len(terms) == MOST or not set(names) <= set(fit.model.hypotheses):
             continue
         slow = only_wanders(fit, names[0])

@@ -14,6 +14,7 @@ import tomli_w
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.baseline import whole
 from imubench.diagnosis.evidence import Evidence, Played, Pose
 from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.effects import EFFECTS
@@ -118,7 +119,7 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
     """Write a diagnosis' simulation into an empty folder and return the name of its MJCF file."""
     recording = evidence.recording
     name = f"{recording.rig}.xml"
-    spec = specify(rig_of(recording, evidence.mounts, d.findings))
+    spec = specify(rig_of(recording, evidence.mounts, whole(d)))
     spec.compile()
     (folder / name).write_text(spec.to_xml(), encoding="utf-8")
     write_table(folder / MOTION, motion_columns(evidence.motion))
@@ -151,7 +152,7 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
             }
             for encoder in recording.encoders
         ],
-        "effect": [effect_table(f, recording.rig) for f in d.findings if f.named],
+        "effect": [effect_table(f, recording.rig) for f in whole(d) if f.named],
     }
     (folder / SENSORS).write_text(toml(content), encoding="utf-8")
     return name

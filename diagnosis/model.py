@@ -48,6 +48,11 @@ class Model:
             widths |= {h.key(s.name): s.width for s in h.effect.states}
         return replace(self, hypotheses=hypotheses, tracks=Tracks(self.tracks.knots, widths))
 
+    @property
+    def judged(self) -> tuple[Hypothesis, ...]:
+        """The effects that a diagnosis asks of whether they are there: all that are not known beforehand."""
+        return tuple(h for h in self.hypotheses if not h.effect.given)
+
     @cached_property
     def priors(self) -> dict[str, Prior]:
         """Every parameter's prior, by name."""

@@ -33,13 +33,16 @@ def nominal_fit(
     masks: dict[str, NDArray[np.bool_]] | None = None,
     humming: Mapping[str, float] | None = None,
     wander: Mapping[str, Wander] | None = None,
+    known: tuple[Hypothesis, ...] = (),
 ) -> Fit:
     """Return the fit of the model as it was declared, noise levels estimated.
 
-    `masks` says which samples count, `humming` names the IMUs whose raw samples hum, with the frequency in Hz.
+    `masks` says which samples count, `humming` names the IMUs whose raw samples hum, with the frequency in Hz; `known`
+    are effects that are known beforehand.
     """
     model = replace(model_of(recording), masks=masks or None, humming=humming or {}, wander=wander or {})
-    start = first_fit(model.with_effects(biases(model)))
+    model = model.with_effects(known)
+    start = first_fit(model.with_effects((*known, *biases(model))))
     model, anchor = start.model, start.anchor
     fit = fit_with_noise(model, start.state, start.noise | declared(model), anchor, motion=True)
     fit = freed(fit)
@@ -74,7 +77,8 @@ def biases(model: Model) -> tuple[Hypothesis, ...]:
     (163 nat against 139, with 20 mrad/s for 1 g), then what is left of a scale. It goes again if it predicts nothing.
     """
     segments = {p.segment for i, p in enumerate(model.recording.poses) if f"pose{i + 1}" in model.wander}
-    imus = [i.name for i in model.recording.imus if segment_of(i.name) in segments]
+    known = {h.at for h in model.hypotheses if h.effect.given}
+    imus = [i.name for i in model.recording.imus if segment_of(i.name) in segments and i.name not in known]
     return tuple(Hypothesis(EFFECTS[BIAS], at) for at in imus if BIAS in EFFECTS)
 
 

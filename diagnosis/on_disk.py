@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from time import process_time
 
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory
+from imubench.diagnosis.baseline import check_same_sensors, check_usable
 from imubench.diagnosis.budget import DEFAULT, Budget
 from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.evidence import Evidence
@@ -14,11 +16,15 @@ from imubench.diagnosis.report import page
 from imubench.diagnosis.rerun_log import log_diagnosis
 from imubench.diagnosis.result import TOLERANCE, Diagnosis, Pair
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
+from imubench.diagnosis.result_read import read_diagnosis
 from imubench.errors import InputError
 from imubench.format1 import read
 from imubench.progress import Step, silent
+from imubench.recording import Recording
+from imubench.reference import Reference
 
-REPORT, LOG, MODEL = "report.html", "diagnosis.rrd", "model"
+REPORT, LOG, MODEL, BASELINE = "report.html", "diagnosis.rrd", "model", "baseline"
+SHARE = 0.5  # of the time limit that a baseline's recording may take
 
 
 @dataclass(frozen=True)
@@ -31,31 +37,72 @@ class Done:
 
 
 def diagnose_on_disk(
-    folder: Path, out: Path, step: Step = silent, time_limit: float = DEFAULT, tolerance: Pair = TOLERANCE
+    folder: Path,
+    out: Path,
+    step: Step = silent,
+    time_limit: float = DEFAULT,
+    tolerance: Pair = TOLERANCE,
+    baseline: Path | None = None,
 ) -> Done:
     """Diagnose a recording in format 1 and write diagnosis.json, report.html, diagnosis.rrd and model/ into `out`.
 
     The reference, if there is one, only judges. Without matplotlib everything but the report is written. After
     `time_limit` s of processor time what is known by then is written. A finding that moves nothing by `tolerance` (deg,
-    mm) is not material.
+    mm) is not material. `baseline` is a diagnosis of the same sensors, or a recording: then that is diagnosed first,
+    into `out`/baseline, in at most `SHARE` of the time.
     """
-    budget = Budget(time_limit)
-    missing = ""
-    with atomic_directory(out, [Path(folder)]) as target:
+    began = process_time()
+    inputs = [Path(folder)] if baseline is None else [Path(folder), Path(baseline)]
+    with atomic_directory(out, inputs) as target:
         with step(f"read {folder}"):
             recording, reference = read(folder)
-        diagnosis, evidence = diagnose(recording, step, budget, tolerance)
-        diagnosis = judged(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis
-        with step("write the model"):
-            (target / MODEL).mkdir()
-            name = write_model(diagnosis, evidence, target / MODEL)
-            diagnosis = replace(diagnosis, model=f"{MODEL}/{name}")
-        write_json(target / FILE_NAME, as_dict(diagnosis))
-        with step("write the Rerun file"):
-            log_diagnosis(target / LOG, diagnosis, evidence, reference)
-        with step("draw the report"):
-            try:
-                (target / REPORT).write_text(page(diagnosis, evidence), encoding="utf-8")
-            except InputError as error:
-                missing = str(error)
+        told = None
+        if baseline is not None:
+            told = _told(Path(baseline), recording, target / BASELINE, step, SHARE * time_limit, tolerance)
+        left = Budget(time_limit - (process_time() - began))
+        return _written(recording, reference, target, step, left, tolerance, told)
+
+
+def _told(
+    baseline: Path, recording: Recording, target: Path, step: Step, time_limit: float, tolerance: Pair
+) -> Diagnosis:
+    """Return the diagnosis in a folder, or that of the recording in it, which is written into `target`."""
+    if baseline.is_file() or (baseline / FILE_NAME).is_file():
+        told = read_diagnosis(baseline)
+    else:
+        with step(f"read {baseline}"):
+            earlier, reference = read(baseline)
+        check_same_sensors(earlier, recording)
+        target.mkdir()
+        told = _written(earlier, reference, target, step, Budget(time_limit), tolerance).diagnosis
+    check_usable(told, baseline)
+    check_same_sensors(told, recording)
+    return told
+
+
+def _written(
+    recording: Recording,
+    reference: Reference | None,
+    target: Path,
+    step: Step,
+    budget: Budget,
+    tolerance: Pair,
+    baseline: Diagnosis | None = None,
+) -> Done:
+    """Return the diagnosis of a recording, after writing it into the empty folder `target`."""
+    missing = ""
+    diagnosis, evidence = diagnose(recording, step, budget, tolerance, baseline)
+    diagnosis = judged(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis
+    with step("write the model"):
+        (target / MODEL).mkdir()
+        name = write_model(diagnosis, evidence, target / MODEL)
+        diagnosis = replace(diagnosis, model=f"{MODEL}/{name}")
+    write_json(target / FILE_NAME, as_dict(diagnosis))
+    with step("write the Rerun file"):
+        log_diagnosis(target / LOG, diagnosis, evidence, reference)
+    with step("draw the report"):
+        try:
+            (target / REPORT).write_text(page(diagnosis, evidence), encoding="utf-8")
+        except InputError as error:
+            missing = str(error)
     return Done(diagnosis, evidence, missing)

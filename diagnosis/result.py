@@ -16,6 +16,7 @@ UNKNOWN = "unknown"  # the effect that stands for what the library does not expl
 PLACES = re.compile(r"imu[12]|joint|body|world|encoder|pose[1-9]")
 SURE = 0.5  # confidence from which a finding counts in the verdict
 CHANNEL_UNIT = "RMS error over noise std"
+ROUNDED = 1e-6  # of a correlation, that rounding may change
 SOURCES = ("declared", "profile", "rest", "unknown")
 NOT_KNOWN = "unknown"  # the source of a noise that nobody declares and no rest shows
 
@@ -168,6 +169,64 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class Own:
+    """What a recording says of an effect that is the sensor's own, and that its next recording will have too."""
+
+    effect: str
+    at: str
+    parameters: Mapping[str, Parameter]
+
+    def __post_init__(self) -> None:
+        _place(self.at, "own.at")
+
+
+@dataclass(frozen=True)
+class SensorErrors:
+    """What a recording says of the errors that one IMU adds sample by sample, found or not."""
+
+    at: str
+    rate: float  # Hz, nominal
+    ranges: Mapping[str, float]  # of "gyro" rad/s and "accel" m/s^2, where they are declared
+    errors: tuple[Own, ...]  # all at `at`
+    correlation: Array  # (k, k) of their numbers, one after the other
+
+    def __post_init__(self) -> None:
+        _place(self.at, "sensors.at")
+        for name, value in (("rate", self.rate), *self.ranges.items()):
+            if not finite(value, f"sensors.{name}") > 0:
+                raise InputError(f"sensors.{name}: expected a number above 0, got {value:g}")
+        matrix = np.array(self.correlation, dtype=float)
+        k = self.value.size
+        if matrix.shape != (k, k) or not np.isfinite(matrix).all():
+            raise InputError(f"sensors.correlation: expected {k} rows of {k} finite numbers, got shape {matrix.shape}")
+        if not (np.allclose(matrix, matrix.T, atol=ROUNDED) and np.allclose(np.diag(matrix), 1.0, atol=ROUNDED)):
+            raise InputError("sensors.correlation: expected a symmetric matrix with 1 on its diagonal, got another one")
+        if float(np.min(np.linalg.eigvalsh(matrix), initial=0.0)) < -ROUNDED * max(k, 1):
+            raise InputError("sensors.correlation: expected a matrix without negative eigenvalues, got one with some")
+        matrix.flags.writeable = False
+        object.__setattr__(self, "correlation", matrix)
+
+    @property
+    def value(self) -> Array:
+        """The numbers (k,) of all its errors."""
+        return np.concatenate([np.zeros(0), *(p.value.ravel() for e in self.errors for p in e.parameters.values())])
+
+    @property
+    def covariance(self) -> Array:
+        """The covariance (k, k) of these."""
+        std = np.concatenate([np.zeros(0), *(p.std.ravel() for e in self.errors for p in e.parameters.values())])
+        return np.asarray(self.correlation * np.outer(std, std))
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """What a diagnosis took over from an earlier one of the same sensors."""
+
+    recording: str  # the earlier one's name
+    taken_over: tuple[Own, ...]  # `std` as wide as the time in between makes it
+
+
+@dataclass(frozen=True)
 class Change:
     """Figures by name before and after the findings are in the model; both hold the same names."""
 
@@ -250,6 +309,8 @@ class Diagnosis:
 
     noise: Mapping[str, Noise] = field(default_factory=dict)  # "imu1.gyro" and so on
     tolerance: Pair = TOLERANCE  # deg, mm
+    sensors: tuple[SensorErrors, ...] = ()  # of every IMU; empty where none was fitted
+    baseline: Baseline | None = None
     doubts: tuple[Doubt, ...] = ()
 
     @property

@@ -1,8 +1,19 @@
 """A diagnosis as it stands in diagnosis.json."""
 
+from collections.abc import Mapping
 from typing import Any
 
-from imubench.diagnosis.result import Change, Diagnosis, Finding, Nonsense, Rejected, Where
+from imubench.diagnosis.result import (
+    Change,
+    Diagnosis,
+    Finding,
+    Nonsense,
+    Own,
+    Parameter,
+    Rejected,
+    SensorErrors,
+    Where,
+)
 
 FILE_NAME = "diagnosis.json"
 FORMAT = 1
@@ -12,8 +23,8 @@ MISFIT_UNIT = "residual power over noise power, 1 = only noise"
 def as_dict(d: Diagnosis) -> dict[str, Any]:
     """Return the content of diagnosis.json.
 
-    "doubts", "unseen", "nonsense", "stopped" with "not_tried" and a finding's "where" stand in it only where there are
-    any.
+    "doubts", "unseen", "nonsense", "stopped" with "not_tried", "sensors", "baseline" and a finding's "where" stand in
+    it only where there are any.
     """
     content: dict[str, Any] = {
         "format": FORMAT,
@@ -43,6 +54,11 @@ def as_dict(d: Diagnosis) -> dict[str, Any]:
         content["nonsense"] = [_nonsense(n) for n in d.nonsense]
     if d.stopped:
         content |= {"stopped": d.stopped, "not_tried": list(d.not_tried)}
+    if d.sensors:
+        content["sensors"] = [_sensor(s) for s in d.sensors]
+    if d.baseline is not None:
+        taken = [_own(o) | {"at": o.at} for o in d.baseline.taken_over]
+        content["baseline"] = {"recording": d.baseline.recording, "taken_over": taken}
     return content
 
 
@@ -62,16 +78,31 @@ def _where(w: Where) -> dict[str, Any]:
     }
 
 
-def _finding(f: Finding) -> dict[str, Any]:
-    parameters = {
-        name: {"value": p.value.tolist(), "std": p.std.tolist(), "unit": p.unit} for name, p in f.parameters.items()
+def _parameters(parameters: Mapping[str, Parameter]) -> dict[str, Any]:
+    return {name: {"value": p.value.tolist(), "std": p.std.tolist(), "unit": p.unit} for name, p in parameters.items()}
+
+
+def _own(o: Own) -> dict[str, Any]:
+    return {"effect": o.effect, "parameters": _parameters(o.parameters)}
+
+
+def _sensor(s: SensorErrors) -> dict[str, Any]:
+    return {
+        "at": s.at,
+        "rate": float(s.rate),
+        "ranges": {part: float(limit) for part, limit in s.ranges.items()},
+        "errors": [_own(o) for o in s.errors],
+        "correlation": s.correlation.tolist(),
     }
+
+
+def _finding(f: Finding) -> dict[str, Any]:
     gain = f.heldout_gain
     content = {
         "effect": f.effect,
         "at": f.at,
         "confidence": float(f.confidence),
-        "parameters": parameters,
+        "parameters": _parameters(f.parameters),
         "heldout_gain": {"value": float(gain.value), "ci": list(gain.ci), "unit": gain.unit},
         "equivalent": [_rejected(e) for e in f.equivalent],
         "separate_by": f.separate_by,

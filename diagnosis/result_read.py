@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 from imubench.diagnosis.result import (
     TOLERANCE,
+    Baseline,
     Change,
     Diagnosis,
     Doubt,
@@ -16,8 +17,10 @@ from imubench.diagnosis.result import (
     Move,
     Noise,
     Nonsense,
+    Own,
     Parameter,
     Rejected,
+    SensorErrors,
     Unseen,
     Where,
     finite,
@@ -122,6 +125,8 @@ def _read_diagnosis(node: _Node) -> Diagnosis:
         noise=node.optional("noise", lambda n: n.named(_read_noise), {}),
         doubts=node.optional("doubts", lambda n: n.each(_read_doubt), ()),
         tolerance=node.optional("tolerance", lambda n: (n["deg"].number, n["mm"].number), TOLERANCE),
+        sensors=node.optional("sensors", lambda n: n.each(_read_sensor), ()),
+        baseline=_read_baseline(node["baseline"]) if "baseline" in node.of(dict) else None,
     )
     said = node.optional("alarm", lambda n: n.of(bool), found.alarm)
     if said != found.alarm:
@@ -198,6 +203,30 @@ def _all_numbers(node: _Node) -> None:
 
 def _read_rejected(node: _Node) -> Rejected:
     return Rejected(_text(node["effect"]), _text(node["at"]), node["heldout_gain"].number)
+
+
+def _read_sensor(node: _Node) -> SensorErrors:
+    at = _text(node["at"])
+    _all_numbers(node["correlation"])
+    try:
+        return SensorErrors(
+            at,
+            node["rate"].number,
+            node["ranges"].named(_number),
+            node["errors"].each(lambda n: Own(_text(n["effect"]), at, n["parameters"].named(_read_parameter))),
+            node["correlation"].value,
+        )
+    except InputError as error:
+        raise error if str(error).startswith("key") else InputError(f"key '{node.where}': {error}") from None
+    except ValueError:
+        raise InputError(f"key '{node.where}.correlation': expected rows of equal length, got others") from None
+
+
+def _read_baseline(node: _Node) -> Baseline:
+    taken = node["taken_over"].each(
+        lambda n: Own(_text(n["effect"]), _text(n["at"]), n["parameters"].named(_read_parameter))
+    )
+    return Baseline(_text(node["recording"]), taken)
 
 
 def _read_change(node: _Node) -> Change:

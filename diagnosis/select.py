@@ -73,7 +73,7 @@ def select(
     `rounding` says what a state may gain of it, in nat by place. Where the time limit stops it, what it has by then is
     returned, with what was not tried.
     """
-    fit, kept = nominal, [Kept.unjudged(h) for h in nominal.model.hypotheses]
+    fit, kept = nominal, [Kept.unjudged(h) for h in nominal.model.judged]
     rejected: Refused = []
     dropped: Refused = []
     left = list(STAGES)

@@ -22,7 +22,7 @@ def strained(fit: Fit) -> set[str]:
     was one that read 89 % too little beside an arm of 13 cm. A mount may be turned by any angle. Axes that read 31 % of
     each other, and nothing else wrong, were a misalignment, of an accelerometer rounded to 1 m/s^2.
     """
-    sensors = [h for h in fit.model.hypotheses if h.effect.place == "imu" and h.effect.name != POSE]
+    sensors = [h for h in fit.model.judged if h.effect.place == "imu" and h.effect.name != POSE]
     beside = Counter(h.at for h in sensors)
     out = set()
     for h in sensors:

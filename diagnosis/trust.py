@@ -91,7 +91,7 @@ def of_two_minds(fit: Fit) -> tuple[Doubt, ...]:
 
 def lawful(fit: Fit) -> Iterator[Hypothesis]:
     """Yield the effects of a fit that have a name."""
-    yield from (h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown))
+    yield from (h for h in fit.model.hypotheses if not (isinstance(h.effect, Unknown) or h.effect.given))
 
 
 @one_thread

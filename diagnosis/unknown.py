@@ -88,7 +88,7 @@ def superseded(before: Fit, new: Fitted, terms: Sequence[Term], say: Callable[[s
     nothing was left of a misalignment of 12,700).
     """
     fit = new.fit
-    named = [h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown)]
+    named = [h for h in fit.model.judged if not isinstance(h.effect, Unknown)]
     for h in [h for h in named if not any(t.holds(h.effect.name) for t in terms)]:
         say(f"trying to do without {h.name}")
         with suppress(NotPositiveDefiniteError):
@@ -105,7 +105,7 @@ def drowned(fit: Fit, say: Callable[[str], None] = lambda _: None) -> list[Hypot
     its shaking, of which 16,600 were left.
     """
     most, out = left_over(fit), []
-    for h in [h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown)]:
+    for h in [h for h in fit.model.judged if not isinstance(h.effect, Unknown)]:
         say(f"trying to do without {h.name}")
         with suppress(NotPositiveDefiniteError):
             out += [h] if spared(fit, h)[0] < most else []

@@ -10,15 +10,17 @@ import numpy as np
 from scipy.signal import lfilter
 
 from imubench.arrays import Array
-from imubench.effects.effect import Effect, Equation, Error, Parameter, Reading, Scene, State, Values
+from imubench.effects.effect import Change, Effect, Equation, Error, Parameter, Reading, Scene, State, Values
 from imubench.jets import Jet
 
 SIZES = {"gyro": 5.0, "accel": 15.0}  # rad/s, m/s^2: of what is filtered
+NEXT_CUTOFF = Change(share=0.05)  # a setting of digital filters; resistors and capacitors of others are of 1 to 5 %
 CLOSE = {"gyro": 0.01, "accel": 0.1}  # rad/s, m/s^2: how closely it obeys
 
 
 class _Filter(Effect):
     name, place = "low_pass", "imu"
+    of_the_sensor = NEXT_CUTOFF
     parameters = (Parameter("cutoff", (), "Hz", 0.9, start=20.0, log=True),)
 
     def __init__(self, *channels: str) -> None:

@@ -52,6 +52,18 @@ class Found:
 
 
 @dataclass(frozen=True)
+class Change:
+    """How far the numbers of an effect go from one recording of a sensor to the next, as standard deviations."""
+
+    std: float = 0.0  # in the number's unit
+    share: float = 0.0  # of the number
+
+    def of(self, value: Array) -> Array:
+        """Return the standard deviations (k,) of numbers (k,)."""
+        return np.asarray(np.hypot(self.std, self.share * value))
+
+
+@dataclass(frozen=True)
 class Reading:
     """What the sensing elements of one IMU meet, in sensor axes."""
 
@@ -143,6 +155,8 @@ class Effect:
     law: ClassVar[str]  # one line, with its symbols
     rigs: ClassVar[tuple[str, ...]] = ("hinge", "pendulum", "free")
     needs: ClassVar[tuple[str, ...]] = ()  # of a recording: "free_swings", "encoders", "imus"
+    of_the_sensor: ClassVar[Change | None] = None  # until the sensor's next recording; None: that need not have it
+    given: ClassVar[bool] = False  # whether it is known beforehand, and no diagnosis asks whether it is there
     scales_angle: ClassVar[bool] = False  # whether with other numbers a joint that turns faster looks the same
     variant: str = ""
     scale: str = ""  # the parameter that all of what drives its states is multiplied by, where one is

@@ -9,10 +9,12 @@ from typing import Literal
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.effects.effect import Effect, Found
+from imubench.effects.effect import Change, Effect, Found
 
 Samples = tuple[Array, Array, Array]
 Channel = Literal["gyro", "accel"]
+NEXT_NOISE = Change(share=0.15)  # as far as a declared noise may be off: it goes with temperature and with what shakes
+NEXT_STEP = Change(share=1e-3)  # a setting; this much is how closely the step is read off
 KNOCK, KNOCK_TIME = 30.0, 0.03  # m/s^2, s: height and length of a simulated knock
 
 
@@ -55,6 +57,7 @@ class Quantisation(_Channelled):
     """The sensor's steps are coarse."""
 
     name, law = "quantisation", "y = x rounded to a multiple of step"
+    of_the_sensor = NEXT_STEP
 
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
@@ -111,6 +114,7 @@ class GyroNoise(_Channelled):
     """The gyroscope is noisier than declared."""
 
     name, law = "gyro_noise", "white noise, `std` its total per sample"
+    of_the_sensor = NEXT_NOISE
     found = (Found("std", (), "rad/s"),)
 
     def __init__(self, channel: Channel = "gyro") -> None:

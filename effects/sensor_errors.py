@@ -1,9 +1,25 @@
-"""Errors that act on a true signal sample by sample: y = x + M x + s.x + A f + b, in sensor axes."""
+"""Errors that act on a true signal sample by sample: y = x + M x + s.x + A f + b, in sensor axes.
+
+All but the drifts are the sensor's own: its next recording has them too, but for what temperature and switching it on
+change. Limits of data sheets are taken as three standard deviations, temperatures as 10 K apart:
+
+    gyro_bias         +-0.5 deg/s from one turn-on to the next within a year (Xsens, base.xsens.com, "Bias repeatability
+                      of gyroscopes")
+    accel_bias        +-1.5 mg per K (MPU-9250, PS-MPU-9250A-01 rev 1.0, table 2)
+    gyro_scale        +-4 % over -40 to 85 degC, 65 K from the 25 of its calibration (the same, table 1)
+    accel_scale       +-0.026 % per K (the same, table 2)
+    misalignments     no data sheet states a change; taken as a tenth of the tolerance, +-2 % (the same, tables 1 and 2)
+    g_sensitivity     likewise; a tenth of the 0.1 deg/s per g of the MPU-6050 (PS-MPU-6000A-00 rev 3.4, section 6.1)
+"""
 
 import numpy as np
 
-from imubench.effects.effect import Effect, Error, Parameter, Reading, Values
+from imubench.effects.effect import Change, Effect, Error, Parameter, Reading, Values
 from imubench.jets import Jet, stack
+
+NEXT_GYRO_BIAS, NEXT_ACCEL_BIAS = Change(2.9e-3), Change(0.049)  # rad/s, m/s^2
+NEXT_GYRO_SCALE, NEXT_ACCEL_SCALE, NEXT_MISALIGNMENT = Change(2.1e-3), Change(8.7e-4), Change(6.7e-4)  # 1
+NEXT_G_SENSITIVITY = Change(1.8e-5)  # rad/s per m/s^2
 
 
 class GyroBias(Effect):
@@ -11,6 +27,7 @@ class GyroBias(Effect):
 
     name, place, law = "gyro_bias", "imu", "y = x + bias"
     parameters = (Parameter("bias", (3,), "rad/s", 0.05),)
+    of_the_sensor = NEXT_GYRO_BIAS
 
     def error(self, reading: Reading, p: Values) -> Error:
         return Error(gyro=p["bias"])
@@ -21,6 +38,7 @@ class AccelBias(Effect):
 
     name, place, law = "accel_bias", "imu", "y = x + bias"
     parameters = (Parameter("bias", (3,), "m/s^2", 0.5),)
+    of_the_sensor = NEXT_ACCEL_BIAS
 
     def error(self, reading: Reading, p: Values) -> Error:
         return Error(accel=p["bias"])
@@ -51,6 +69,7 @@ class GyroScale(Effect):
 
     name, place, law = "gyro_scale", "imu", "y_i = (1 + scale_i) x_i"
     parameters = (Parameter("scale", (3,), "1", 0.05),)
+    of_the_sensor = NEXT_GYRO_SCALE
 
     def error(self, reading: Reading, p: Values) -> Error:
         return Error(gyro=p["scale"] * reading.gyro)
@@ -61,6 +80,7 @@ class AccelScale(Effect):
 
     name, place, law = "accel_scale", "imu", "y_i = (1 + scale_i) x_i"
     parameters = (Parameter("scale", (3,), "1", 0.05),)
+    of_the_sensor = NEXT_ACCEL_SCALE
 
     def error(self, reading: Reading, p: Values) -> Error:
         return Error(accel=p["scale"] * reading.accel)
@@ -77,6 +97,7 @@ class GyroMisalignment(Effect):
 
     name, place, law = "gyro_misalignment", "imu", "y = (I + M) x, M without diagonal"
     parameters = (Parameter("matrix", (6,), "1", 0.05),)
+    of_the_sensor = NEXT_MISALIGNMENT
 
     def error(self, reading: Reading, p: Values) -> Error:
         return Error(gyro=off_diagonal(p["matrix"], reading.gyro))
@@ -87,6 +108,7 @@ class AccelMisalignment(Effect):
 
     name, place, law = "accel_misalignment", "imu", "y = (I + M) x, M without diagonal"
     parameters = (Parameter("matrix", (6,), "1", 0.05),)
+    of_the_sensor = NEXT_MISALIGNMENT
 
     def error(self, reading: Reading, p: Values) -> Error:
         return Error(accel=off_diagonal(p["matrix"], reading.accel))
@@ -97,6 +119,7 @@ class GSensitivity(Effect):
 
     name, place, law = "g_sensitivity", "imu", "gyro reads x + A f"
     parameters = (Parameter("matrix", (3, 3), "rad/s per m/s^2", 0.003),)
+    of_the_sensor = NEXT_G_SENSITIVITY
 
     def error(self, reading: Reading, p: Values) -> Error:
         rows = [p["matrix"][[3 * i, 3 * i + 1, 3 * i + 2]] for i in range(3)]

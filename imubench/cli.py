@@ -180,6 +180,10 @@ def diagnose_command(
     tolerance: Annotated[
         str, typer.Option("--tolerance", metavar="DEG,MM", help="What moves less is immaterial and raises no alarm.")
     ] = "0.5,5",
+    baseline: Annotated[
+        Path | None,
+        typer.Option("--baseline", help="An undisturbed recording of the same sensors, or its diagnosis."),
+    ] = None,
 ) -> None:
     """Say where a recording differs from its model, and what physics the model leaves out.
 
@@ -200,12 +204,17 @@ def diagnose_command(
     angle and orientation. What moves none of them by --tolerance is listed
     as immaterial: every sensor has a bias, and a clock that is late by a bit.
 
+    With --baseline the sensors' own errors (bias, scale, misalignment,
+    g-sensitivity, noise, rounding, filter) are those of an earlier recording,
+    as well as that shows them, and only what is new is found. A recording is
+    diagnosed first, into DIR/baseline, in at most half of the time limit.
+
     Exit code 2 for bad input, with one line about it.
     """
     from imubench.cli_diagnose import run as run_diagnosis
 
     out = out or Path("runs") / f"diagnosis-{real(recording).name}"
-    run_diagnosis(recording, out, time_limit, tolerance, console, errors)
+    run_diagnosis(recording, out, time_limit, tolerance, baseline, console, errors)
 
 
 @app.command("prove")

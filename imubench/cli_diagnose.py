@@ -16,13 +16,21 @@ from imubench.terminal import Terminal
 COLOURS = {"good": "green", "part": "yellow", "bad": "red"}
 
 
-def run(recording: Path, out: Path, time_limit: float, tolerance: str, console: Terminal, errors: Terminal) -> None:
+def run(
+    recording: Path,
+    out: Path,
+    time_limit: float,
+    tolerance: str,
+    baseline: Path | None,
+    console: Terminal,
+    errors: Terminal,
+) -> None:
     """Diagnose a recording into `out` within `time_limit` s of processor time and print what came out.
 
     Raises:
-        InputError: for a tolerance that is none, and where the report could not be drawn.
+        InputError: for a tolerance that is none, a baseline of other sensors, and where the report could not be drawn.
     """
-    done = diagnose_on_disk(recording, out, on_console(errors), time_limit, read_tolerance(tolerance))
+    done = diagnose_on_disk(recording, out, on_console(errors), time_limit, read_tolerance(tolerance), baseline)
     print_diagnosis(done.diagnosis, done.evidence.span, console)
     shown = f"; open {out / REPORT}" if not done.missing else ""
     console.say(f"written: {out}{shown}")
@@ -47,6 +55,8 @@ def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Terminal) 
     console.say(d.verdict, f"bold {colour}", f": {words.headline(d)}")
     if d.findings:
         console.say("alarm" if d.alarm else "no alarm", "bold red" if d.alarm else "bold green", f": {words.alarm(d)}")
+    if d.baseline is not None:
+        console.say(words.baseline(d.baseline))
     if d.stopped:
         console.say(words.stopped(d))
     if d.fitted:

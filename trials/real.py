@@ -7,10 +7,9 @@ untouched one has not counts as an answer: a finding of its own, or the change o
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from imubench import format1
-from imubench.diagnosis.result import Diagnosis, Finding, Parameter
+from imubench.diagnosis.change import changed, differ
+from imubench.diagnosis.result import Diagnosis
 from imubench.errors import InputError, first_line
 from imubench.proof.added import add, addable, copy, options_of, read_header, read_samples
 from imubench.proof.options import Effect, stream
@@ -20,13 +19,6 @@ from imubench.trials.make import answers, freedom
 from imubench.trials.match import sure
 from imubench.trials.scoring import verdict_of
 from imubench.trials.seal import Truth
-
-SURELY = 3.0  # standard deviations between numbers that are not the same
-ADDING = (
-    "accel_bias", "accel_drift", "accel_misalignment", "accel_scale", "clock_skew", "g_sensitivity", "gyro_bias",
-    "gyro_drift", "gyro_misalignment", "gyro_scale", "time_offset",
-)  # fmt: skip
-"""Small errors: one on top of another is their sum."""
 
 
 @dataclass(frozen=True)
@@ -115,26 +107,3 @@ def beside(touched: Diagnosis, untouched: Diagnosis) -> Diagnosis:
     told = [(f, known.get((f.effect, f.at))) for f in touched.findings]
     new = tuple(f if own is None else changed(f, own) for f, own in told if own is None or differ(f, own))
     return replace(touched, findings=new, verdict=verdict_of(new, touched.noise_unknown))
-
-
-def differ(finding: Finding, own: Finding) -> bool:
-    """Return whether two findings of one name and place have a number that is surely not the same."""
-    return any(
-        bool(np.any(np.abs(p.value - q.value) > SURELY * np.hypot(p.std, q.std)))
-        for p, q in shared(finding, own).values()
-        if p.value.shape == q.value.shape
-    )
-
-
-def changed(finding: Finding, own: Finding) -> Finding:
-    """Return a finding with its numbers less those of the untouched recording's, where such errors add up."""
-    if finding.effect not in ADDING:
-        return finding
-    pairs = shared(finding, own).items()
-    less = {name: Parameter(p.value - q.value, np.hypot(p.std, q.std), p.unit) for name, (p, q) in pairs}
-    return replace(finding, parameters={**finding.parameters, **less})
-
-
-def shared(finding: Finding, own: Finding) -> dict[str, tuple[Parameter, Parameter]]:
-    """Return the parameters that two findings both have."""
-    return {n: (p, own.parameters[n]) for n, p in finding.parameters.items() if n in own.parameters}

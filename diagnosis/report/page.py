@@ -37,6 +37,7 @@ def page(d: Diagnosis, evidence: Evidence) -> str:
         f"<p class='soft over'>Diagnosis of {escape(d.recording)}: {escape(_what(evidence))}</p>",
         f"<h1 class='verdict {words.VERDICTS[d.verdict]}'>{escape(words.headline(d))}</h1>",
         f"<p>{'<b>Alarm</b>' if d.alarm else 'No alarm'}: {escape(words.alarm(d))}</p>" if d.findings else "",
+        f"<p>{escape(words.baseline(d.baseline))}</p>" if d.baseline is not None else "",
         f"<p class='todo'>{escape(words.stopped(d))}</p>" if d.stopped else "",
         _tiles(d) if d.fitted else "",
         f"<h2>{'Where they differ' if d.fitted else 'What is wrong'}</h2>",

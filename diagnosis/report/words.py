@@ -1,6 +1,6 @@
 """Plain sentences about a diagnosis."""
 
-from imubench.diagnosis.result import SURE, UNKNOWN, Diagnosis, Finding, Move, Pair, Rejected, Where
+from imubench.diagnosis.result import SURE, UNKNOWN, Baseline, Diagnosis, Finding, Move, Pair, Rejected, Where
 
 EFFECTS = {
     "gyro_bias": "a constant offset of {imu}'s gyroscope",
@@ -99,6 +99,12 @@ def alarm(d: Diagnosis) -> str:
         return f"nothing that is sure moves a joint or a segment by {tolerance(d)}."
     loud = [f for f in d.findings if f.material and (f.confidence >= SURE or not f.named)]
     return f"{listed([called(f.effect, f.at) for f in loud])} may matter: {moved(loud[0])}."
+
+
+def baseline(taken: Baseline) -> str:
+    """Return in a sentence what was taken over from which recording."""
+    effects = list(dict.fromkeys(own.effect.replace("_", " ") for own in taken.taken_over))
+    return f"Known from the baseline {taken.recording}, and not looked for: {listed(effects)}."
 
 
 def moved(finding: Finding) -> str:

@@ -8,6 +8,7 @@ from fuzz.mutate import csv, json, mjcf, toml
 from fuzz.reader import Reader
 from fuzz.seeds import models
 from imubench import format1
+from imubench.diagnosis.baseline import Learned, check_same_sensors, check_usable
 from imubench.diagnosis.model_folder import check_same, replay
 from imubench.diagnosis.result_read import read_diagnosis
 
@@ -17,6 +18,14 @@ SELDOM = 200  # inputs to a whole command that fits a motion, which takes second
 def told(f: Path, o: Path) -> object:
     """Read a diagnosis."""
     return read_diagnosis(f / "diagnosis")
+
+
+def beside(f: Path, o: Path) -> object:
+    """Read a diagnosis as another recording's baseline."""
+    read = read_diagnosis(f / "diagnosis")
+    check_usable(read, f / "diagnosis")
+    check_same_sensors(read, format1.read_recording(f / "recording"))
+    return Learned.of(read).hypotheses
 
 
 def same(f: Path, o: Path) -> object:
@@ -43,6 +52,7 @@ READERS = (
     Reader(
         *("diagnosis-json", "diagnosis/diagnosis.json", models.diagnosed, json.mutate, told, corrected), every=SELDOM
     ),
+    Reader("diagnosis-baseline", "diagnosis/diagnosis.json", models.diagnosed, json.mutate, beside),
     Reader(
         *("diagnosis-imus-toml", "diagnosis/model/imus.toml", models.diagnosed, toml.mutate, same, corrected),
         every=SELDOM,

@@ -1,5 +1,6 @@
 """A diagnosis as `imubench diagnose` writes it: diagnosis.json and the folder model/, beside its recording."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from imubench.answers import write_json
 from imubench.diagnosis.evidence import Evidence, Level, Played, Pose, Trace
 from imubench.diagnosis.export import write_model
 from imubench.diagnosis.result import (
+    Baseline,
     Change,
     Diagnosis,
     Finding,
@@ -16,8 +18,10 @@ from imubench.diagnosis.result import (
     Interval,
     Move,
     Noise,
+    Own,
     Parameter,
     Rejected,
+    SensorErrors,
     Unseen,
     Where,
 )
@@ -42,6 +46,11 @@ def diagnosis(*findings: Finding) -> Diagnosis:
     rejected = (Rejected("low_pass", "imu2", -900.0),)
     unseen = (Unseen("a scale", "turn about every axis"),)
     noise = {"imu1.gyro": Noise(0.002, "rad/s", "declared"), "imu2.accel": Noise(0.02, "m/s^2", "rest")}
+    known = (Own("gyro_bias", "imu1", BIAS),)
+    sensors = (
+        SensorErrors("imu1", 50.0, {"gyro": 35.0}, known, np.eye(3)),
+        SensorErrors("imu2", 50.0, {}, (replace(known[0], at="imu2"),), np.eye(3)),
+    )
     return Diagnosis(
         *(
             "seed",
@@ -57,6 +66,8 @@ def diagnosis(*findings: Finding) -> Diagnosis:
             unseen,
         ),
         noise=noise,
+        sensors=sensors,
+        baseline=Baseline("still", known),
     )
 
 
