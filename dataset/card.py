@@ -14,6 +14,7 @@ from imubench.dataset.pictures import histogram, shares
 from imubench.dataset.rig_ranges import GYRATION
 from imubench.dataset.spec import SPEC_FILE, Spec
 from imubench.effects import EFFECTS
+from imubench.errors import InputError, unknown
 from imubench.inputs.json import parse_json
 from imubench.inputs.parquet import opened_parquet
 from imubench.recording import RIGS
@@ -112,8 +113,15 @@ def census(tables: Iterable[Path | IO[bytes]]) -> Census:
     found = Census()
     for path in tables:
         with opened_parquet(path, "a table of recordings") as table:
-            for row in table.read(use_threads=False).to_pylist():
-                _count(found, row)
+            for i, row in enumerate(table.read(use_threads=False).to_pylist()):
+                try:
+                    _count(found, row)
+                except InputError:
+                    raise
+                except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+                    raise InputError(
+                        f"{path}: row {i}: expected a recording as `imubench generate` writes it, got {error!r}"
+                    ) from None
     return found
 
 
@@ -127,6 +135,8 @@ def _count(found: Census, row: Mapping[str, Any]) -> None:
                 found.numbers[key].append(_size(row[key.replace("N", str(n))]))
     found.effects.update({e["effect"] for e in row["effects"]})
     for e in row["effects"]:
+        if e["effect"] not in EFFECTS:
+            raise unknown("effect", e["effect"], EFFECTS)
         for key, value in parse_json(e["parameters"].encode(), "effects").items():
             if not isinstance(value, str) and key != "channels" and (key, value) != ("gyration", GYRATION):
                 found.parameters[e["effect"], key].extend(np.ravel(value).tolist())

@@ -128,10 +128,10 @@ def _truth(stored: Stored) -> Truth:
     count = stored.truth.time.size
     for imu in stored.recording.imus:
         rows = rows_of(imu.time, imu.rate)
-        if not (rows[0] >= 0 and rows[-1] < count):
+        if not (rows.min() >= 0 and rows.max() < count):
             raise InputError(
                 f"{stored.recording.name}: expected samples of {imu.name} within the {count} rows of truth, got them "
-                f"from row {rows[0]} to {rows[-1]}"
+                f"from row {rows.min()} to {rows.max()}"
             )
     return stored.truth
 

@@ -4,6 +4,8 @@ import re
 from html.parser import HTMLParser
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from imubench.dataset import parse_spec, read
@@ -54,6 +56,23 @@ def test_the_census_counts_what_the_recordings_are(folder):
     rms = [np.sqrt(np.mean(np.sum(i.gyro**2, axis=1))) for s in stored for i in s.recording.imus]
     # The samples on the disk are rounded to 24 bits, the column of rms values is not.
     assert np.allclose(found.numbers["imuN_gyro_rms"], rms, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "said"),
+    [
+        ("effects", [{"effect": "gyr\x7f_bias", "at": "imu1", "parameters": "{}"}], r"unknown effect 'gyr"),
+        ("effects", [{"effect": "gyro_bias", "at": "imu1", "parameters": '{"bias": ["a"]}'}], "row 0: expected a rec"),
+        ("family", "sledge", "row 0: expected a recording as"),
+    ],
+)
+def test_a_table_that_says_what_no_recording_has_is_one_line(folder, tmp_path, column, value, said):
+    table = pq.read_table(folder / names(0)[1])
+    rows = table.to_pylist()
+    rows[0][column] = value
+    pq.write_table(pa.Table.from_pylist(rows, schema=table.schema), tmp_path / "t.parquet")
+    with pytest.raises(InputError, match=said):
+        census([tmp_path / "t.parquet"])
 
 
 def test_the_card_stands_alone_and_is_sound_html(folder):
