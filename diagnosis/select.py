@@ -78,13 +78,13 @@ def select(
     dropped: Refused = []
     left = list(STAGES)
     try:
+        if gives_way(fit):  # at its least cost springs take in what is not theirs: where they predict best is enough
+            fit, kept, dropped = prune(fit, kept, say)
+            return Selection(fit, tuple(kept), tuple(dropped))
         fit, kept = slack(fit, kept, say)
         fit, kept = quickly(fit, kept, say)
         rng = np.random.default_rng(SEED)
         everything = candidates(nominal.model)
-        if gives_way(fit):  # at its least cost springs take in what is not theirs: where they predict best is enough
-            fit, kept, dropped = prune(fit, kept, say)
-            return Selection(fit, tuple(kept), tuple(dropped))
         fit, kept, rejected = searched(fit, kept, everything, rng, say)
         check()
         left.remove(FURTHER)
