@@ -7,7 +7,7 @@ A sample y with stamp s, the world's time t at that stamp, h the model's reading
 What no law explains stays in, noise included. See docs/correct-with.md.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -93,6 +93,7 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
     found = tuple(f for f in every if f.named and f.confidence >= SURE)
     laws = [settings for f in found if (settings := told(f, recording))]
     done = tuple(Done(f.effect, f.at, words(f)) for f in every)
+    loose = springs_that_leave_more(diagnosis)
     out, keep = recording, {i.name: np.ones(i.time.size, dtype=bool) for i in recording.imus}
     masks = sampled(recording).masks if any(f.effect in LEFT_OUT for f in found) else {}
     for name, part in ((f.at, part) for f in found if f.effect in LEFT_OUT for part in ("gyro", "accel")):
@@ -106,13 +107,13 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
             raise InputError(
                 f"diagnosis: expected numbers with which a motion fits, got none that do: {names}"
             ) from None
-        out = taken_out(recording, fit)
+        out = taken_out(recording, fit, loose)
         for t, *_ in laws:
             if t.hypothesis.at in keep:
                 keep[t.hypothesis.at] &= ~moving(t, fit.model)
     out = redeclared(heard(out, found), [t for t, *_ in laws])
     out = replace(out, imus=tuple(some(i, keep[i.name]) for i in out.imus))
-    if (hz := below_what_springs_leave(diagnosis)) is not None:
+    if (hz := lowest(diagnosis, loose)) is not None:
         out = banded(out, hz)
         done += tuple(
             Done(UNKNOWN, imu.name, f"read below {hz:.3g} Hz alone: above, springs leave it") for imu in out.imus
@@ -120,22 +121,27 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
     return Corrected(out, done)
 
 
-def below_what_springs_leave(diagnosis: Diagnosis) -> float | None:
-    """Return the frequency in Hz from which on sensors on springs do what no straight springs do; None where none does.
-
-    There the readings are neither the segment's motion nor noise; below it, what springs do is small and as they say.
-    """
+def springs_that_leave_more(diagnosis: Diagnosis) -> set[str]:
+    """Return the sensors on springs that do what no straight springs do: something without a name is there too."""
     sure = [f for f in diagnosis.findings if f.confidence >= SURE]
-    sprung = {f.at for f in sure if f.named and f.effect in {e.name for e in SPRINGS}}
-    left = sprung & {f.at for f in sure if not f.named}
-    lows = [low for w in diagnosis.where if w.at in left for low, _ in w.bands_hz]
-    return min(lows, default=None)
+    sprung = {f.at for f in sure if f.effect in {e.name for e in SPRINGS}}
+    return sprung & {f.at for f in sure if not f.named}
 
 
-def taken_out(recording: Recording, fit: Fit) -> Recording:
+def lowest(diagnosis: Diagnosis, places: Collection[str]) -> float | None:
+    """Return the frequency in Hz from which on some places differ from the declared model; None where none does.
+
+    From there on the readings of springs that leave more are neither the segment's motion nor noise; below it, what
+    springs do is small, and as their law says.
+    """
+    return min((low for w in diagnosis.where if w.at in places for low, _ in w.bands_hz), default=None)
+
+
+def taken_out(recording: Recording, fit: Fit, loose: Collection[str] = ()) -> Recording:
     """Return a recording whose readings are without the effects of a fit that do not stay; stamps as they were.
 
-    A sensor on springs stays where it is in the mean.
+    A sensor on springs is put where it is unloaded; one that is `loose` (its springs' law is not all there is) where it
+    is in the mean.
     """
     model, state = fit.model, fit.state
     without = replace(model, hypotheses=tuple(h for h in model.hypotheses if h.effect.name in STAYING))
@@ -143,7 +149,8 @@ def taken_out(recording: Recording, fit: Fit) -> Recording:
     for imu in recording.imus:
         moment = model.moment(state, imu.time, imu.name)
         gyro, accel = readings(model, imu, state, moment)
-        plain_gyro, plain_accel = readings(without, imu, at_rest_in_the_mean(fit, imu), moment)
+        placed = at_rest_in_the_mean(fit, imu) if imu.name in loose else state
+        plain_gyro, plain_accel = readings(without, imu, placed, moment)
         gyro, accel = imu.gyro - (gyro - plain_gyro), imu.accel - (accel - plain_accel)
         imus.append(replace(imu, gyro=gyro, accel=accel, gyro_range=None, accel_range=None))  # those were the sensor's
     for encoder in recording.encoders:
@@ -156,8 +163,8 @@ def taken_out(recording: Recording, fit: Fit) -> Recording:
 def at_rest_in_the_mean(fit: Fit, imu: Imu) -> State:
     """Return the state with an IMU's mount where its springs hold it in the mean; the fit's own where it is on none.
 
-    Unloaded, it would be where nobody has seen it: how far springs sag is known as badly as their centre of mass, while
-    the mean of what they do is where the readings were taken. With R_k, p_k the pose with the springs at the samples
+    Unloaded, it would be where nobody has seen it: how far springs sag is known as badly as their law, while the mean
+    of what they do is where the readings were taken. With R_k, p_k the pose with the springs at the samples
     (sensor -> segment), R, p that without, D the rotation nearest to the mean of R' R_k (in the sense of Frobenius)::
 
         R exp(rotation) -> R exp(rotation) D,     p -> p + mean(p_k - p)
