@@ -59,7 +59,7 @@ def diagnose_on_disk(
         told = None
         if baseline is not None:
             told = _told(Path(baseline), recording, target / BASELINE, step, SHARE * time_limit, tolerance)
-        left = Budget(time_limit - (process_time() - began))
+        left = Budget(time_limit, began)
         return _written(recording, reference, target, step, left, tolerance, told)
 
 
