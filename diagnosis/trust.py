@@ -47,7 +47,8 @@ def doubts(fit: Fit, before: Weighed, after: Weighed) -> tuple[Doubt, ...]:
         before: the declared model's fit, its residuals beside the noise.
         after: that of the model that was found.
     """
-    beaten = () if after.left_out <= before.left_out else (Doubt(PREDICTION, "the declared model predicts better"),)
+    worse = after.left_out > max(before.left_out, allowed(after))  # within what noise may have neither is better
+    beaten = (Doubt(PREDICTION, "the declared model predicts better"),) if worse else ()
     return (*beaten, *implausible(fit), *of_two_minds(fit))
 
 
