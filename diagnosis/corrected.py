@@ -161,7 +161,7 @@ def taken_out(recording: Recording, fit: Fit, loose: Collection[str] = ()) -> Re
 
 
 def at_rest_in_the_mean(fit: Fit, imu: Imu) -> State:
-    """Return the state with an IMU's mount where its springs hold it in the mean; the fit's own where it is on none.
+    """Return the state with an IMU's mount where its springs hold it in the mean.
 
     Unloaded, it would be where nobody has seen it: how far springs sag is known as badly as their law, while the mean
     of what they do is where the readings were taken. With R_k, p_k the pose with the springs at the samples
@@ -170,8 +170,6 @@ def at_rest_in_the_mean(fit: Fit, imu: Imu) -> State:
         R exp(rotation) -> R exp(rotation) D,     p -> p + mean(p_k - p)
     """
     springs = [h for h in fit.model.hypotheses if h.at == imu.name and isinstance(h.effect, Sprung)]
-    if not springs:
-        return fit.state
     moment = fit.model.moment(fit.state, imu.time, imu.name)
     segment = fit.model.carrier(fit.state, moment, imu.name)
     links = [

@@ -78,9 +78,8 @@ def held_out(fit: Fit, span: tuple[float, float] | None = None, most: float = BL
     priors = [linearise(r, model.tracks, model.parameters) for r in fit.rows if not is_data(r)]
     halves = []
     for half in (0, 1):
-        normal = Normal.empty(model.tracks, model.parameters)
-        normal.add([part.of(block % 2 == half) for part, block in zip(parts, blocks, strict=True)] + priors)
-        normal.fill(model.tracks)
+        own = [part.of(block % 2 == half) for part, block in zip(parts, blocks, strict=True)]
+        normal = Normal.of(model.tracks, model.parameters, own + priors)
         halves.append(_told_by(normal))
         del normal  # with its factors, before the other half's: memory
     cost = np.zeros(count)

@@ -34,10 +34,10 @@ def errors(motion: Played, reference: Reference, span: tuple[float, float]) -> d
     if reference.hinge_angle is not None and motion.hinge_angle is not None:
         seen = inside & np.isfinite(reference.hinge_angle)
         found = np.interp(reference.time[seen], motion.time, motion.hinge_angle)
-        off = np.remainder(found - reference.hinge_angle[seen] + np.pi, 2 * np.pi) - np.pi
+        off = apart(found, reference.hinge_angle[seen])
         if seen.any():
             out["hinge_angle"] = rms(off)
-            out["hinge_angle_but_constant"] = rms(off - float(np.angle(np.mean(np.exp(1j * off)))))
+            out["hinge_angle_but_constant"] = rms(off - mean_angle(off))
     if reference.quaternion1 is not None:
         seen = inside & np.isfinite(reference.quaternion1).all(axis=1)
         if seen.any():
@@ -51,9 +51,19 @@ def tilt(motion: Played, time: Array, measured: Array) -> Array:
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     between = multiply(measured, conjugate(q))  # found world -> measured world
     twist = 2 * np.arctan2(between[:, 3], between[:, 0])
-    heading = float(np.angle(np.mean(np.exp(1j * twist))))
+    heading = mean_angle(twist)
     back = np.array([np.cos(heading / 2), 0.0, 0.0, -np.sin(heading / 2)])
     return np.linalg.norm(log(multiply(back, between)), axis=1)
+
+
+def apart(one: Array, other: Array | float) -> Array:
+    """Return by how much angles (n,) rad differ, from -pi to pi."""
+    return np.asarray(np.remainder(one - other + np.pi, 2 * np.pi) - np.pi)
+
+
+def mean_angle(x: Array) -> float:
+    """Return the circular mean of angles (n,) rad."""
+    return float(np.angle(np.mean(np.exp(1j * x))))
 
 
 def rms(x: Array) -> float:

@@ -41,9 +41,7 @@ def left_out(fit: Fit, noise: Mapping[str, float]) -> dict[str, float]:
         sensor, _, kind = rows.name.partition(".")
         if not rows.counts or kind not in ("gyro", "accel"):
             continue
-        normal = Normal.empty(model.tracks, bare)
-        normal.add([other for other in parts if other is not part])
-        normal.fill(model.tracks)
+        normal = Normal.of(model.tracks, bare, [other for other in parts if other is not part])
         with suppress(NotPositiveDefiniteError):
             motion = normal.band.factor().solve(-normal.gradient[:, :, None])[:, :, 0]
             off = _foretold(rows, part, motion.reshape(-1, model.tracks.width), fit) / noise[rows.name]

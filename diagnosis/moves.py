@@ -29,9 +29,11 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import segment_of
+from imubench.diagnosis.judge import apart, mean_angle, rms
 from imubench.diagnosis.kinematics import HINGE, HINGE_AXIS
 from imubench.diagnosis.result import Move
 from imubench.recording import Recording
+from imubench.rotations import angle_between
 
 MOST = 2000  # times at most: an RMS over a minute does not change by more
 DEG, MM = 180 / np.pi, 1e3
@@ -87,20 +89,19 @@ def moved(one: Asked, other: Asked, recording: Recording) -> dict[str, Move]:
     out: dict[str, Move] = {}
     pairs = list(zip(one.mounts, other.mounts, strict=True))
     if pairs and recording.rig == "hinge":
-        out["joint_axis"] = Move(_each(between, one.axes, other.axes) * DEG, "deg")
+        out["joint_axis"] = Move(_each(angle_between, one.axes, other.axes) * DEG, "deg")
     if pairs and recording.rig == "free":
         out["mount_rotation"] = Move(np.array([rms(turned(a[0], b[0])) for a, b in pairs]) * DEG, "deg")
         out["lever"] = Move(np.array([rms(norm(a[1] - b[1])) for a, b in pairs]) * MM, "mm")
     elif pairs:
         out["joint_centre"] = Move(_each(lambda a, b: norm(a - b), one.centres, other.centres) * MM, "mm")
     if one.angle is not None and other.angle is not None:
-        off = np.remainder(one.angle - other.angle + np.pi, 2 * np.pi) - np.pi
-        mean = float(np.angle(np.mean(np.exp(1j * off))))
-        left = np.remainder(off - mean + np.pi, 2 * np.pi) - np.pi
-        out["hinge_angle"] = Move(np.array(rms(left) * DEG), "deg RMS")
+        off = apart(one.angle, other.angle)
+        mean = mean_angle(off)
+        out["hinge_angle"] = Move(np.array(rms(apart(off, mean)) * DEG), "deg RMS")
         out["hinge_angle_constant"] = Move(np.array(abs(mean) * DEG), "deg")
-    apart = turned if heading_known(recording) else tilted
-    out["orientation"] = Move(_each(apart, one.segments, other.segments) * DEG, "deg RMS")
+    between = turned if heading_known(recording) else tilted
+    out["orientation"] = Move(_each(between, one.segments, other.segments) * DEG, "deg RMS")
     return out
 
 
@@ -110,18 +111,13 @@ def heading_known(recording: Recording) -> bool:
     return fixed or any(pose.quaternion is not None for pose in recording.poses)
 
 
-def _each(apart, ones: list[Array], others: list[Array]) -> Array:  # type: ignore[no-untyped-def]
-    return np.array([rms(apart(a, b)) for a, b in zip(ones, others, strict=True)])
+def _each(differing, ones: list[Array], others: list[Array]) -> Array:  # type: ignore[no-untyped-def]
+    return np.array([rms(differing(a, b)) for a, b in zip(ones, others, strict=True)])
 
 
 def back(turn: Array, vector: Array) -> Array:
     """Return R^T v (n, 3) of rotations (n, 3, 3) and vectors (n, 3)."""
     return np.asarray(np.einsum("nji,nj->ni", turn, vector))
-
-
-def between(a: Array, b: Array) -> Array:
-    """Return the angles (n,) rad between vectors (n, 3)."""
-    return np.asarray(np.arctan2(norm(np.cross(a, b)), np.sum(a * b, axis=1)))
 
 
 def turned(a: Array, b: Array) -> Array:
@@ -134,17 +130,12 @@ def turned(a: Array, b: Array) -> Array:
 
 def tilted(a: Array, b: Array) -> Array:
     """Return the angles (n,) rad by which up differs in two frames (n, 3, 3) -> world."""
-    return between(a[:, 2], b[:, 2])
+    return angle_between(a[:, 2], b[:, 2])
 
 
 def norm(x: Array) -> Array:
     """Return the lengths (n,) of vectors (n, 3)."""
     return np.asarray(np.linalg.norm(x, axis=1))
-
-
-def rms(x: Array) -> float:
-    """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(x**2)))
 
 
 __all__ = ["Asked", "asked", "moved", "times"]

@@ -41,6 +41,14 @@ class Normal:
             np.zeros(p),
         )
 
+    @classmethod
+    def of(cls, tracks: Tracks, parameters: Parameters, parts: list[Linear]) -> "Normal":
+        """Return the equations of some rows, ready to be solved."""
+        normal = cls.empty(tracks, parameters)
+        normal.add(parts)
+        normal.fill(tracks)
+        return normal
+
     def add(self, parts: list[Linear]) -> None:
         """Add the products of the rows, gathered by the knot they start at."""
         for part in parts:

@@ -108,10 +108,8 @@ def states_log_det(model: Model, rows: list[Rows], names: list[str]) -> float:
     if not names:
         return 0.0
     tracks = Tracks(model.tracks.knots, {n: model.tracks.widths[n] for n in names})
-    normal = Normal.empty(tracks, Parameters({}))
     theirs = [r for r in rows if not r.counts and any(n in names for n, _ in r.residual.blocks)]
-    normal.add([linearise(r, tracks, Parameters({})) for r in theirs])
-    normal.fill(tracks)
+    normal = Normal.of(tracks, Parameters({}), [linearise(r, tracks, Parameters({})) for r in theirs])
     return normal.band.factor().log_det
 
 

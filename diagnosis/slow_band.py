@@ -21,6 +21,7 @@ from imubench.diagnosis.noise import fit_with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.prune import SEED
 from imubench.diagnosis.refit import extended
+from imubench.diagnosis.rest_noise import MOST
 from imubench.effects.soft_mounts import RockingMount, Sprung
 from imubench.errors import InputError
 from imubench.estimators.banded import chosen_fit
@@ -28,7 +29,6 @@ from imubench.recording import Imu, Recording
 
 OVERSAMPLED = 6.0  # samples per period of the band that are kept: motion is below it
 BEGUN, DAMPED = 14.0, 0.2  # Hz and damping ratio that springs are begun with, while the noise is loose
-LOUDEST = 0.03  # rad/s, noise of a sample: ten times that of the worst MEMS gyroscopes at some 100 Hz
 EXPLAINED = 0.25  # of the power that the rigid model left, at most: else it is not springs that the rest is made of
 ROUNDS = 2  # of the noise, mounts held
 
@@ -68,7 +68,7 @@ def louder_than_any(fit: Fit) -> bool:
     imus = fit.model.recording.imus
     if len(imus) != 2 or any(imu.gyro_noise_std is not None for imu in imus):
         return False
-    return gyro_power(fit) > 2 * LOUDEST**2
+    return gyro_power(fit) > 2 * MOST["gyro"] ** 2
 
 
 def gyro_power(fit: Fit) -> float:

@@ -32,11 +32,8 @@ def all_rows(
 
 def assemble(model: Model, rows: list[Rows]) -> tuple[Normal, list[Linear]]:
     """Return the normal equations and the rows that made them."""
-    normal = Normal.empty(model.tracks, model.parameters)
     linear = [linearise(r, model.tracks, model.parameters) for r in rows]
-    normal.add(linear)
-    normal.fill(model.tracks)
-    return normal, linear
+    return Normal.of(model.tracks, model.parameters, linear), linear
 
 
 def factored(model: Model, rows: list[Rows]) -> tuple[Normal, Solution, list[Linear]]:

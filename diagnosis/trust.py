@@ -103,11 +103,8 @@ def halves(fit: Fit) -> dict[str, tuple[Array, Array]]:
     rows = [(r, linearise(r, model.tracks, model.parameters)) for r in fit.rows]
     told = []
     for half in (0, 1):
-        normal = Normal.empty(model.tracks, model.parameters)
-        normal.add(
-            [part.of(block_of(r.time, start, end, np.inf, 2) == half) if is_data(r) else part for r, part in rows]
-        )
-        normal.fill(model.tracks)
+        own = [part.of(block_of(r.time, start, end, np.inf, 2) == half) if is_data(r) else part for r, part in rows]
+        normal = Normal.of(model.tracks, model.parameters, own)
         solution = solve_arrow(normal.band, normal.border, normal.corner)
         _, step = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
         told.append((step[:, 0], np.diag(np.linalg.inv(solution.schur))))

@@ -11,12 +11,14 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.kinematics import HINGE
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended
-from imubench.diagnosis.slow_band import LOUDEST, gives_way, giving_way, louder_than_any, slow_recording
+from imubench.diagnosis.rest_noise import MOST
+from imubench.diagnosis.slow_band import gives_way, giving_way, louder_than_any, slow_recording
 from imubench.effects.soft_mounts import RockingMount
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from imubench.recording import Imu, Recording
 
+LOUDEST = MOST["gyro"]  # rad/s
 START, END = 46.0, 62.0  # s of the trial: any stretch does; this one has little rest
 HALVED = 0.6  # of the hinge angle's error: springs take out more than a third on every stretch tried
 

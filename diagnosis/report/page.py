@@ -92,15 +92,16 @@ def _findings(d: Diagnosis, evidence: Evidence) -> Iterable[str]:
     named = any(f.named for f in d.findings)
     yield f"<h2>{'What the simulation leaves out' if named else 'What is left'}</h2>"
     order = sorted(range(len(d.findings)), key=lambda i: not d.findings[i].material)
-    for i in order:
+    small = sum(f.material for f in d.findings) + 1  # the number of the first that is not
+    for number, i in enumerate(order, 1):
         finding = d.findings[i]
-        if not finding.material and (i == order[0] or d.findings[order[order.index(i) - 1]].material):
+        if number == small:
             yield f"<h2>Immaterial: below {escape(words.tolerance(d))}</h2>"
         compared = evidence.comparisons[i] if i < len(evidence.comparisons) else ()
         place = ""
         if finding.where is not None and finding.where not in d.where:
             place = f"<p>{escape(words.location(finding.where, evidence.span))}</p>"
-        yield _finding(finding, order.index(i) + 1, place, compared, evidence)
+        yield _finding(finding, number, place, compared, evidence)
 
 
 def _finding(f: Finding, number: int, place: str, compared: Sequence[Comparison], evidence: Evidence) -> str:
