@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from imubench.convert import CONVERTERS
+from imubench.diagnosis.corrected import at_rest_in_the_mean
 from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.kinematics import HINGE
@@ -57,6 +58,22 @@ def test_springs_at_both_that_leave_more_than_noise_give_way(plain):
     assert not gives_way(at_both)  # they leave noise: these are springs
     at_one = extended(plain, (Hypothesis(RockingMount(), "imu2"),))
     assert not gives_way(heard(at_one, 0.1, 0.1))
+
+
+def test_a_sensor_is_put_where_its_springs_hold_it_in_the_mean(plain):
+    fit = extended(plain, (Hypothesis(RockingMount(), "imu2"),))
+    still = fit.state.coefficients.copy()
+    still[:, fit.model.tracks.columns("rocking_mount@imu2.rotation")] = [0.02, -0.05, 0.03]  # rad, all the time
+    values = fit.state.values | {"rocking_mount@imu2.lever": np.array([0.01, 0.0, 0.02])}
+    fit = replace(fit, state=replace(fit.state, coefficients=still, values=values))
+    rigid = replace(fit.model, hypotheses=())
+    imu = fit.model.recording.imu("imu2")
+    moment = fit.model.moment(fit.state, imu.time, "imu2")
+    segment = fit.model.carrier(fit.state, moment, "imu2")
+    hung = fit.model.mount(imu, fit.state, moment, segment)
+    put = rigid.mount(imu, at_rest_in_the_mean(fit, imu), moment, segment)
+    assert np.allclose(hung.turn.matrix, put.turn.matrix, atol=1e-9)  # rounding: nothing moves about the mean
+    assert np.allclose(hung.offset.value, put.offset.value, atol=1e-9)
 
 
 def test_the_slow_recording_has_what_is_slow_and_few_samples():
