@@ -94,6 +94,7 @@ def test_noise_is_as_loud_as_it_is_shown_to_be_where_two_differ(frequency, expec
     assert louder(fit, {rows.name: wave}, {}) >= 1.0
 
 
+@pytest.mark.long
 def test_joint_information_is_that_of_the_scores(tmp_path):
     fit, (h,) = explained(tmp_path, [("gyro_scale", "imu1")], 6)
     others = [Hypothesis(EFFECTS[name], "imu2") for name in ("gyro_bias", "accel_scale")]

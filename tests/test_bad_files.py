@@ -276,6 +276,7 @@ def test_parquet_with_other_content(parquet):
 # Anything
 
 
+@pytest.mark.long
 def test_a_damaged_recording_never_ends_in_another_error(good):
     """Any byte may be broken: it is read, or refused by an `InputError` of one line."""
     rng = np.random.default_rng(0)

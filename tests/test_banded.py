@@ -272,6 +272,7 @@ def test_every_estimator_takes_a_band(name):
 imubench = partial(command.imubench, limit=240)
 
 
+@pytest.mark.long
 def test_band_on_the_command_line(tmp_path):
     done = imubench("run", "hinge-soft", "--band", 3, "--out", "run", folder=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -30,6 +30,7 @@ def fit(tmp_path_factory):
     return nominal_fit(read(folder)[0])
 
 
+@pytest.mark.long
 def test_what_effects_promise_is_what_the_search_says_of_priors_of_every_size(fit):
     """The search solves for the step and takes determinants; here eigenvalues are weighed."""
     found = sized(Base.of(fit), ASKED)

@@ -22,6 +22,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "out"
 
 
+@pytest.mark.long
 def test_run_writes_score_recording_and_log(run):
     score = json.loads((run / "score.json").read_text())
     assert score["scenario"] == "hinge-hand"
@@ -38,6 +39,7 @@ def test_run_writes_score_recording_and_log(run):
     assert reference.hinge_angle is not None
 
 
+@pytest.mark.long
 def test_estimate_on_disk_is_the_estimate_of_the_run(run, tmp_path):
     done = imubench("estimate", "olsson2020", run / "recording", "--out", "est", folder=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -49,6 +51,7 @@ def test_estimate_on_disk_is_the_estimate_of_the_run(run, tmp_path):
     assert (tmp_path / "est" / "run.rrd").exists()
 
 
+@pytest.mark.long
 def test_list_names_everything(tmp_path):
     done = imubench("list", "--json", folder=tmp_path)
     listed = json.loads(done.stdout)

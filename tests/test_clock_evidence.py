@@ -16,6 +16,7 @@ RIGS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rig", RIGS)
 @pytest.mark.parametrize("effect", ["time_offset", "clock_skew"])
 def test_a_clock_s_evidence_is_that_of_its_parameter_alone(tmp_path, rig, effect):

@@ -40,6 +40,7 @@ def white(tmp_path_factory):
     return fitted(tmp_path_factory.mktemp("white"), 11, 15.0)
 
 
+@pytest.mark.long
 def test_white_noise_leaves_the_standard_deviations_as_they_are(white):
     fit, true = white
     plain, found = information(fit)[1], parameter_std(fit)

@@ -63,6 +63,7 @@ def test_what_fails_most_counts_and_what_is_smeared_about_it_does_not(tmp_path):
     assert np.allclose(np.sort(failures(struck)), rows.time[[100, 400]] + fit.model.start)
 
 
+@pytest.mark.long
 def test_contacts_that_lie_together_are_one(tmp_path):
     _, recording = swinging(tmp_path, "pendulum", [], 221)
     fit = nominal_fit(recording)

@@ -29,6 +29,7 @@ def off(fit, std):
     return solve(fit.model, State(fit.state.coefficients, values), fit.noise, fit.anchor)
 
 
+@pytest.mark.long
 def test_it_ends_where_it_ends_from_elsewhere(sliding):
     std = parameter_std(sliding)
     ends = [converged(sliding), converged(off(sliding, std))]

@@ -53,6 +53,7 @@ SHOWN = {bomb: name for name, reader in reversed(READERS.items()) for bomb in BO
 """The first reader of each kind of file; the others read it through the same module, and are marked long."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("reader", "bomb"),
     [

@@ -28,6 +28,7 @@ def folder(tmp_path_factory):
     return out
 
 
+@pytest.mark.long
 def test_the_example_makes_what_it_says(folder):
     (block,) = (b for b in BLOCKS if "read(" in b)
     space: dict[str, object] = {}

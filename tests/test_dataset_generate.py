@@ -68,6 +68,7 @@ def test_what_is_there_at_the_end(alone):
     assert verify(str(alone)) == table
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("workers", (1, 4))
 def test_the_same_bytes_from_any_number_of_processes(alone, tmp_path, workers):
     generate(job(tmp_path / "d"), workers)
@@ -309,6 +310,7 @@ def test_a_small_disk_fills_what_is_finished_stays_and_a_larger_one_goes_on(alon
     assert hashes(Path(f"{disk}-kept")) == hashes(alone)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs Linux' always full device")
 @pytest.mark.parametrize("workers", (0, 2))
 def test_a_full_disk_is_said_in_one_line_and_what_is_finished_stays(alone, tmp_path, workers):

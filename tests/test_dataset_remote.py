@@ -60,6 +60,7 @@ def test_the_same_bytes_at_a_url_and_read_back(alone, url):
         generate(job(url, seed=4), workers=0)
 
 
+@pytest.mark.long
 def test_processes_send_to_a_url(alone, tmp_path):
     generate(job(f"file://{tmp_path.as_posix()}/d"), workers=2)
     assert content(tmp_path / "d") == content(alone)

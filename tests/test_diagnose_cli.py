@@ -80,6 +80,7 @@ def test_the_command_writes_everything_and_prints_the_verdict(clean, tmp_path):
     assert again.returncode == 0, again.stderr
 
 
+@pytest.mark.long
 def test_noise_alone_is_no_mismatch(clean):
     found, evidence = diagnose(clean[0])
     assert found.verdict == "no mismatch"
@@ -110,6 +111,7 @@ def test_bad_input_is_one_line_and_nothing_is_left(words, message, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["broken"]
 
 
+@pytest.mark.long
 def test_without_matplotlib_everything_but_the_report_is_written(clean, tmp_path, monkeypatch):
     def none(*_: object) -> str:
         raise InputError("figures: expected matplotlib, got none; pip install 'imubench[plot]'")

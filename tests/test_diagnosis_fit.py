@@ -41,6 +41,7 @@ def biased(tmp_path_factory):
     return fitted(tmp_path_factory.mktemp("biased"), [("gyro_bias", "imu2")], 4)
 
 
+@pytest.mark.long
 def test_noise_levels_come_out_as_they_were_put_in(clean):
     fit, truth = clean
     for group, std in declared(fit.model).items():
@@ -72,6 +73,7 @@ def test_no_exact_refit_of_a_clean_recording_has_evidence(clean):
         assert log_evidence(tried) - base < NEEDED, s.hypothesis.name
 
 
+@pytest.mark.long
 def test_a_bias_scores_first_where_it_is(biased):
     fit, truth = biased
     best = score(fit, plain(fit))[0]

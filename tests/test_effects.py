@@ -162,9 +162,8 @@ def test_zero_leaves_every_row_as_it_is(effect, rig):
         assert_allclose(got.residual.value, expected.residual.value, atol=1e-9, err_msg=got.name)  # rounding
 
 
-def along(rows, model, coefficients, values):
+def along(linear, model, coefficients, values):
     """The rows' derivative in a direction, from their blocks."""
-    linear = linearise(rows, model.tracks, model.parameters)
     moved = linear.along(coefficients[:, :, None])[:, :, 0]
     for name, value in values.items():
         moved += linear.border[:, :, model.parameters.columns(name)] @ value
@@ -187,6 +186,7 @@ def test_blocks_are_finite_differences_of_the_whole_model(effect, rig):
     model, rng = model_with(effect, rig), np.random.default_rng(6)
     state, step = random_state(model, rng), 1e-6
     rows = every_row(model, state)
+    linear = [linearise(row, model.tracks, model.parameters) for row in rows]
     felt = set()
     for what, change, values in directions(model, rng):
         ends = [
@@ -199,9 +199,9 @@ def test_blocks_are_finite_differences_of_the_whole_model(effect, rig):
             )
             for s in (1, -1)
         ]
-        for row, high, low in zip(rows, *ends, strict=True):
+        for row, blocks, high, low in zip(rows, linear, *ends, strict=True):
             finite = (high.whitened - low.whitened) / (2 * step)
-            exact = along(row, model, change, values)
+            exact = along(blocks, model, change, values)
             if np.abs(finite).max() > 1e-6:
                 felt.add(what)
             # a central difference's truncation and rounding: 1e-16 of the residual over the step

@@ -173,6 +173,7 @@ def test_the_sign_pairing_is_that_of_the_declared_mounts():
     assert seel(Recording("r", "hinge", sure)).pairing == "from declared mounts"
 
 
+@pytest.mark.long
 def test_gyroscopes_alone_know_their_error():
     squares = []
     for seed in range(3):

@@ -22,6 +22,7 @@ def injections(tmp_path_factory):
     found.warm.close()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [pytest.param(name, marks=SHORT.get(name, pytest.mark.slow)) for name in COMMANDS])
 def test_a_fault_at_a_write_is_one_line_leaves_nothing_and_the_command_goes_on(name, injections):
     one = injections.into(name)

@@ -32,6 +32,7 @@ def test_the_matrix_of_a_spline_makes_its_values():
     assert np.allclose(matrix(knots, time) @ greville, time)
 
 
+@pytest.mark.long
 def test_a_slow_motion_has_half_the_knots_or_less_and_is_the_same(tmp_path):
     make_case(tmp_path / "r", "hinge", [], 5, seconds=8.0, band=1.5)
     fit = nominal_fit(read(tmp_path / "r")[0])
@@ -44,6 +45,7 @@ def test_a_slow_motion_has_half_the_knots_or_less_and_is_the_same(tmp_path):
     assert np.std(fine - rough) < 2e-3  # where the joint is at zero nothing tells to less than some milliradians
 
 
+@pytest.mark.long
 def test_a_gap_makes_no_motion_look_quick(tmp_path):
     """Of 0.05 to 0.3 s without samples, on either IMU: the motion of 1.5 Hz on both sides of it is what it was."""
     found = []
@@ -56,6 +58,7 @@ def test_a_gap_makes_no_motion_look_quick(tmp_path):
     assert coarsest(fit).model.tracks.knots.count < 0.6 * fit.model.tracks.knots.count
 
 
+@pytest.mark.long
 def test_a_search_begins_with_as_few_knots_as_the_motion_needs_though_a_sensor_is_wrong(tmp_path):
     make_case(tmp_path / "r", "hinge", [("gyro_scale", "imu2")], 7, seconds=12.0, band=1.5)
     recording = read(tmp_path / "r")[0]
@@ -78,6 +81,7 @@ def test_a_recording_without_an_imu_keeps_its_knots(tmp_path):
     assert coarsest(fit) is fit
 
 
+@pytest.mark.long
 def test_slow_noise_needs_no_knots_and_quick_noise_does(tmp_path):
     """What the knots follow anyway, and what is left beyond them."""
     make_case(tmp_path / "r", "hinge", [], 5, seconds=8.0, band=1.5)
@@ -98,6 +102,7 @@ def test_a_hinge_on_a_wall_has_one_spline_and_keeps_it(tmp_path):
     assert few.cost < 1.3 * fit.cost
 
 
+@pytest.mark.long
 def test_a_quick_motion_has_as_many_knots_as_it_needs(tmp_path):
     make_case(tmp_path / "r", "hinge", [], 5, seconds=8.0, rate=50.0, band=12.0, vigour=1.5)
     fit = nominal_fit(read(tmp_path / "r")[0])
@@ -138,6 +143,7 @@ def test_springs_on_fewer_knots_have_the_noise_that_was_put_in_and_their_numbers
     assert np.max(np.abs(off(few, true))) < 3
 
 
+@pytest.mark.long
 def test_numbers_of_a_law_stay_while_its_motion_goes_to_fewer_knots(tmp_path):
     fit, true = sprung(tmp_path, "soft_mount", 912, seconds=6.0)
     few = coarser(fit, 2)

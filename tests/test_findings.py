@@ -36,6 +36,7 @@ def at(fit, times):
     return replace(fit, noise=fit.noise | {n: times * std for n, std in declared(fit.model).items()})
 
 
+@pytest.mark.long
 def test_a_weak_name_is_doubted_beside_a_strong_one_in_a_model_that_leaves_more(fit):
     """At 1.2 times the noise what is left is (1.44 - 1) / 2 nat per number."""
     left = 0.22 * sum(r.residual.value.size for r in fit.measured)
@@ -72,6 +73,7 @@ def test_a_hum_s_amplitude_has_the_error_of_its_cosine_and_sine():
     np.testing.assert_allclose(found, np.std(drawn, axis=0), rtol=0.05)  # 1.1 % for 4000 draws, and what is not linear
 
 
+@pytest.mark.long
 def test_names_at_a_sensor_with_numbers_that_none_has_are_doubted(fit):
     """73 % of one axis: what is there has another law, and everything at the sensor makes up for it."""
     two = (kept(BIAS, 500.0), kept(SCALE, 300.0))

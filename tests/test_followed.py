@@ -38,6 +38,7 @@ def test_what_few_readings_hold_is_an_effect_where_it_brings_their_level_down(pu
     assert brought_down(pulled, first, told_little(pulled))
 
 
+@pytest.mark.long
 def test_what_leaves_the_level_where_it_was_is_none(pulled):
     told = told_little(pulled)
     tried = attempted(
@@ -47,6 +48,7 @@ def test_what_leaves_the_level_where_it_was_is_none(pulled):
     assert not any(brought_down(pulled, t, told) for t in tried)
 
 
+@pytest.mark.long
 def test_a_clean_gyroscope_is_not_too_loud(tmp_path):
     make_case(tmp_path / "r", "free", [], 20261126, seconds=15.0, **QUICK)
     assert told_little(begun(read(tmp_path / "r")[0]).fit) == {}

@@ -243,6 +243,7 @@ def test_a_failing_input_is_made_small(defective):
 # The command
 
 
+@pytest.mark.long
 def test_a_run_counts_every_reader_and_ends_well(capsys, tmp_path):
     assert main(["--each", "2", "--workers", "1", "--corpus", str(tmp_path), "--reader", "sequences-toml"]) == 0
     out = capsys.readouterr().out

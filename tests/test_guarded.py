@@ -181,6 +181,7 @@ def test_larger_biases_are_guarded_against_when_it_is_told():
     assert any(careful.why.startswith("sensor biases could turn an axis by") for _, careful in told)
 
 
+@pytest.mark.long
 def test_a_sign_left_to_chance_is_not_accepted():
     # All motion is fast, Algorithm 3 keeps no accelerometer sample, and Algorithm 4 accepts either pairing.
     updates = both(samples_of(rig_of(1, count=20_000, amplitude=1.0)), Settings(n_min=3))[30:]
@@ -203,6 +204,7 @@ def test_of_mounts_that_lean_no_wrong_axis_is_accepted():
     assert right[1] > 0
 
 
+@pytest.mark.long
 def test_biases_of_the_papers_size_pass_and_are_right():
     accepted = 0
     for seed in range(10):
@@ -262,6 +264,7 @@ def test_what_is_refused_is_offered_below_a_band_and_labelled_so(recordings):
     assert status == {"3-4": "converged", "4-5": "not converged"}
 
 
+@pytest.mark.long
 def test_a_soft_rig_that_is_refused_is_offered_below_a_band():
     one = case(1006)  # IMUs that rock: nothing of the stream is accepted
     answer, below = estimate(one.recording), banded(one.recording)

@@ -155,6 +155,7 @@ def test_the_error_of_a_tilted_socket_is_the_tilt(level):
     np.testing.assert_allclose(found, level, atol=0.06)  # the clean rig errs by up to 0.04 deg, see the module's sweep
 
 
+@pytest.mark.long
 def test_larger_play_coupling_and_misalignment_err_more():
     for name in ("play under load", "axis coupling", "gyro misalignment"):
         found = sweep(name, IMPERFECTIONS[name].levels[1:5:3], 1)["deviation"]
@@ -162,6 +163,7 @@ def test_larger_play_coupling_and_misalignment_err_more():
         assert errors == sorted(errors)
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_numbers():
     first, again = (sweep("play under hands", (1.0,), 2)["deviation"] for _ in range(2))
     np.testing.assert_array_equal(first, again)

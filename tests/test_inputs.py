@@ -246,6 +246,7 @@ def test_hdf5_is_read_without_following_links(tmp_path):
     says("expected a readable HDF5 file, got: ", read_hdf5, path, ["good"])
 
 
+@pytest.mark.long
 def test_a_matlab_file_that_unpacks_to_gigabytes_is_not_read(tmp_path):
     path = tmp_path / "t.mat"
     savemat(path, {"x": np.arange(4.0)}, do_compression=True)

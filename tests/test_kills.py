@@ -34,6 +34,7 @@ def undisturbed(made, tmp_path_factory):
     return kills
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda s: s.name)
 @pytest.mark.parametrize("name", [n if n == "run" else pytest.param(n, marks=pytest.mark.slow) for n in LONG])
 def test_a_command_that_is_killed_leaves_nothing_running_and_comes_to_the_same_bytes(name, number, undisturbed):

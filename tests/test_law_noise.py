@@ -45,6 +45,7 @@ def test_what_drives_a_law_is_what_it_reads_with_the_sensor_at_rest(tmp_path):
     assert drive == pytest.approx(same, rel=0.05)  # 2.4 %: the knots go on beyond the samples
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "parameter"), [("viscous_friction", "c"), ("joint_spring", "k")])
 def test_a_friction_that_drives_is_none_nor_a_spring_that_pushes_away(tmp_path, name, parameter):
     make_case(tmp_path / "r", "pendulum", [(name, "joint")], 3, seconds=10.0, swing=True)

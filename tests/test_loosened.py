@@ -40,6 +40,7 @@ def test_a_twist_about_the_axis_is_not_taken_for_a_smaller_angle(tmp_path, at, s
     assert off(loosened(fit), h, truth).max() < 2.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effect", "encoder"), [("skin_sliding", True), ("accel_bias", False), ("skin_sliding", False)]
 )

@@ -34,6 +34,7 @@ def at_levels(fit, noise):
     return solve(fit.model, fit.state, noise, fit.anchor)
 
 
+@pytest.mark.long
 def test_a_triple_of_which_no_sample_counts_is_not_asked(clean):
     """As of an accelerometer that clips throughout; its level is still the one that was declared."""
     fit = nominal_fit(clean, {"imu2.accel": np.zeros(clean.imus[1].time.size, dtype=bool)})
@@ -42,6 +43,7 @@ def test_a_triple_of_which_no_sample_counts_is_not_asked(clean):
     assert loud(fit, [WHERE], set()) == []
 
 
+@pytest.mark.long
 def test_what_is_declared_is_not_loud(clean):
     assert loud(nominal_fit(clean), [WHERE], set()) == []
 
@@ -56,6 +58,7 @@ def test_what_is_left_over_is_what_costs_more_than_noise_may(clean):
     assert left_over(fit) == pytest.approx(0.5 * clean.imus[1].gyro.size * (power / ALLOWED - 1), rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shared", [False, True])
 def test_louder_white_noise_has_its_name_and_size(clean, shared):
     """Also where both IMUs share what the one is blamed for: each is judged by what is left of its own."""
@@ -86,6 +89,7 @@ def test_a_noise_that_the_samples_show_goes_where_the_fit_leaves_less(clean):
     assert refuted((said(2 * own),), loud_fit, {"imu2"}) == ()
 
 
+@pytest.mark.long
 def test_a_level_far_from_what_is_left_is_estimated_again(clean):
     fit = nominal_fit(clean)
     assert with_settled_noise(fit) is fit
@@ -103,6 +107,7 @@ def test_noise_that_comes_with_the_motion_has_no_name(clean):
     assert (told.effect, told.at, told.where) == (UNKNOWN, "imu2", WHERE)
 
 
+@pytest.mark.long
 def test_noise_that_is_loud_now_and_then_has_no_name(clean):
     """White, and as loud in quick moments as in calm ones: its tail tells it from a louder noise."""
     rng = np.random.default_rng(8)
@@ -128,6 +133,7 @@ def test_coloured_noise_has_no_name(clean):
     assert (told.effect, told.at) == (UNKNOWN, "imu2")
 
 
+@pytest.mark.long
 def test_a_level_of_which_the_fit_leaves_next_to_nothing_is_not_told(tmp_path):
     """A free body with a pose: its accelerometer alone says how it is pushed, and the motion follows 98 % of it."""
     options = {"rate": 128.0, "rate2": 128.0, "band": 8.7, "vigour": 0.53, "rest": 0.03, "pose": True}

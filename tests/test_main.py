@@ -137,6 +137,7 @@ def test_a_signal_that_is_dropped_ends_the_command_all_the_same(how, number, tmp
     assert one_line(done.stderr) == f"imubench: {word}; nothing half-written is left"
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="sends signals")
 def test_a_signal_while_a_context_is_left_leaves_nothing(tmp_path):
     """The signal comes when `undone` is about to undo: the door undoes it then."""
@@ -164,6 +165,7 @@ def test_a_signal_while_a_context_is_left_leaves_nothing(tmp_path):
         ]
 
 
+@pytest.mark.long
 def test_a_command_starts_no_process_to_look_for_a_windows_library(tmp_path):
     """MuJoCo's import would start a Python for it; an interrupt that reached that one made it print a trace."""
     code = """

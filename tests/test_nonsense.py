@@ -164,6 +164,7 @@ def test_every_fault_belongs_to_the_way_that_it_makes():
         np.testing.assert_allclose(slope, -np.cross(ways[0] @ w_r, f_r), atol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("rig", ["hinge", "pendulum", "free"])
 def test_a_mirrored_sensor_is_named_with_its_axis(made, rig, axis):
@@ -177,6 +178,7 @@ def test_a_mirrored_sensor_is_named_with_its_axis(made, rig, axis):
     assert said(mirrored(changed(recording, at, accel=mirror))) == [accel]
 
 
+@pytest.mark.long
 def test_axes_that_differ_between_gyroscope_and_accelerometer_are_said(made):
     turned = changed(made("hinge", 1), "imu2", gyro=I[[1, 2, 0]])
     (what,) = said(mirrored(turned))

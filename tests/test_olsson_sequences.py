@@ -167,6 +167,7 @@ def test_a_hook_changes_what_the_sensors_feel(session):
         assert same(join(plan, changed), join(plan, session)) == MOTIONS[number].screw
 
 
+@pytest.mark.long
 def test_imus_with_a_clock_and_a_filter_of_their_own_keep_every_section_full():
     imu2 = replace(profile("mpu9250"), clock_offset=0.013, clock_skew=1e-4)
     imus = {"imu1": profile("mpu9250"), "imu2": imu2}

@@ -24,6 +24,7 @@ def fit_of(tmp_path, rig, effects, seed, **options):
     return nominal_fit(read(tmp_path / "r")[0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("rig", "effects", "own"),
     [

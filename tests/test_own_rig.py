@@ -27,6 +27,7 @@ def own(tmp_path_factory):
     return folder / "rec"
 
 
+@pytest.mark.long
 def test_a_diagnosis_of_it_is_one_line_and_no_key_error(own, tmp_path):
     with pytest.raises(InputError, match=r"for a diagnosis, got 'my\.xml'"):
         diagnose(read(own)[0])
@@ -37,6 +38,7 @@ def test_a_diagnosis_of_it_is_one_line_and_no_key_error(own, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_a_correction_by_a_diagnosis_is_refused_too(own, tmp_path):
     hinge = moved_hinge()[0]
     one, two = hinge.imus

@@ -119,6 +119,7 @@ def optical():
     return cut(replace(recording, imus=(imu,)), 2.0, 17.0)
 
 
+@pytest.mark.long
 def test_a_gyroscope_beside_errors_that_wander_keeps_its_own_noise(optical):
     fit = begun(optical).fit
     assert fit.noise["imu1.gyro"] == pytest.approx(2e-3, rel=0.2)  # taken for independent they make it three times that

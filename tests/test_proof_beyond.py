@@ -94,6 +94,7 @@ def test_a_mount_that_slips_at_one_of_the_moments_is_a_slip():
     assert found["beyond"] < 0.02 * visibility(case)
 
 
+@pytest.mark.long
 def test_what_is_slow_hides_in_noise_whose_colour_nobody_knows():
     """A jump of a bias in white noise: the least is what is left of it in noise of the slowest colour."""
     jump = {"channel": "gyro", "jump": [0.0, 0.002, 0.0], "time": 2.9}

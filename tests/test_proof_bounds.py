@@ -135,6 +135,7 @@ def test_a_mount_turned_about_a_free_hinge_is_not_seen_without_an_encoder(encode
     assert turned < 0.02 if encoder else turned > 1.0
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("error")
 def test_a_mount_too_hard_to_have_a_motion_is_not_drawn():
     case = build("hinge", [("hardening_mount", "imu2")], seed=6, **SHORT)

@@ -91,6 +91,7 @@ def all_of(rig):
     return places(chosen) | unknown_places(chosen)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rig", [rig for rig in RIGS if rig != "hinge with two rates"])
 def test_every_effect_changes_what_it_should_on_every_rig_it_fits(rig, tmp_path):
     options = {"seconds": 5.0, **RIGS[rig]}

@@ -1,6 +1,7 @@
 """Physics outside the table, each against its equation, seen from outside."""
 
 import numpy as np
+import pytest
 
 from imubench.proof.case import build
 from imubench.proof.frames import read_at
@@ -25,6 +26,7 @@ def test_a_bias_jumps():
     assert np.array_equal(samples.gyro, true["gyro"])
 
 
+@pytest.mark.long
 def test_a_thermal_walk_grows_with_the_root_of_time():
     walks = []
     for seed in range(30):

@@ -35,6 +35,7 @@ def fitted_with(folder, names, **options):
     return with_noise(fit, 1)
 
 
+@pytest.mark.long
 def test_no_clock_stays_in_a_fit_that_began_with_two(tmp_path):
     fit = fitted_with(tmp_path, [("time_offset", "imu1"), ("time_offset", "imu2")], encoder=True)
     begun = [Kept(h, np.inf, NOTHING, ()) for h in fit.model.hypotheses]
@@ -54,6 +55,7 @@ def test_a_filter_that_delays_by_nothing_is_dropped_as_worth_nothing(tmp_path):
     assert not kept and not left.model.hypotheses
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("colour", "stays"), [(0.0, True), (0.2, False)])
 def test_a_drift_that_the_noise_s_colour_may_be_is_none(tmp_path, colour, stays):
     """A drift that stands out of white noise: a fifth of coloured noise may be that."""

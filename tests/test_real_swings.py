@@ -100,6 +100,7 @@ def whole(recording, laws):
     return dict(zip(names, x, strict=True)), float(np.sqrt(np.mean(found[:, 0] ** 2)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("piece", ["id-1", "id-2", "id-3"])
 def test_whole_trajectories_say_dry_friction_and_drag(pieces, piece):
     """They leave less than viscous friction does, in every piece, and take as much in one piece as in another."""

@@ -95,6 +95,7 @@ def test_exit_codes(tmp_path, monkeypatch, capsys):
         assert ("fails" in capsys.readouterr().out) == bool(code)
 
 
+@pytest.mark.long
 def test_an_unknown_paper_is_exit_code_2(tmp_path):
     done = imubench("reproduce", "olson2020", "--out", "out", folder=tmp_path, limit=300)
     assert done.returncode == 2

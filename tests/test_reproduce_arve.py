@@ -26,6 +26,7 @@ SEEDS = np.arange(10)
 # --- the fit ---
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["arve", "arve-d"])
 def test_the_stored_covariances_are_those_of_the_fit(name):
     for key, value in fit.fitted(name).items():
@@ -102,6 +103,7 @@ def judged(r: Results) -> list[Judged]:
     return [judge(claim, PAPER.measures[claim.measure](r)) for claim in PAPER.claims]
 
 
+@pytest.mark.long
 def test_all_promises_hold_and_no_guard_is_passed(clean):
     found = judged(clean)
     assert [j.claim.name for j in found if j.news] == []
@@ -126,6 +128,7 @@ def flipped(block):
     return wrong
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("block", [R_, W_, A_], ids=["da/dr", "da/dw", "da/dw'"])
 def test_a_wrong_sign_in_one_block_of_the_jacobian_is_noticed(clean, monkeypatch, block):
     monkeypatch.setattr(_Runs, "_linearise", flipped(block))

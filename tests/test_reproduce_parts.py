@@ -48,6 +48,7 @@ def test_other_settings_and_broken_files_are_computed(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["log"]
 
 
+@pytest.mark.long
 def test_processes_give_what_one_process_gives(tmp_path):
     arguments = {"seed": 3, "number": 5, "w0": np.array([1.0, 50.0]), "starts": 4}
     parts = [Part(f"w{n}", "weights", 1.0, experiments.weighting, {**arguments, "number": n}) for n in (5, 6)]

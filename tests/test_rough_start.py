@@ -1,6 +1,7 @@
 """A start that is rougher than the first guess is not held too smooth: its quaternions keep their norm."""
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 from imubench.diagnosis.fit import solve
@@ -35,6 +36,7 @@ def test_a_calm_start_has_the_first_guess():
     assert roughness(model, state, anchor)[f"smooth.{ATTITUDE}"] == START_SMOOTH[ATTITUDE]
 
 
+@pytest.mark.long
 def test_a_quick_one_keeps_its_quaternions():
     model, state, anchor = started(3.0)
     guess = roughness(model, state, anchor)

@@ -52,6 +52,7 @@ def test_a_lone_rounded_imu_is_the_joint_too_and_a_gyroscope_has_no_hum(lone):
     assert sharp(rounded_to(lone.imus[0].accel_noise_std), lone) == {}
 
 
+@pytest.mark.long
 def test_a_state_that_gains_no_more_than_rounding_goes_and_what_has_none_stays(lone):
     fit = refit(nominal_fit(lone), (PIVOT, BIAS))
     kept = [

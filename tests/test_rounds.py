@@ -58,6 +58,7 @@ def test_states_that_come_in_first_are_at_the_noise_that_they_leave(tmp_path, mo
         assert now.first.noise[name] == pytest.approx(fit.noise[name], rel=0.15)
 
 
+@pytest.mark.long
 def test_a_slip_needs_recording_before_and_after_it(tmp_path):
     make_case(tmp_path / "case", "hinge", [], 72, seconds=6.0)
     fit = nominal_fit(read(tmp_path / "case")[0])

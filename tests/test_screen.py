@@ -152,6 +152,7 @@ def test_a_spring_that_slow_motion_hardly_moves_promises_what_it_shows(tmp_path)
     assert 0.4 < found[0].amount < 1.6  # 1 by the law
 
 
+@pytest.mark.long
 def test_an_excerpt_is_the_fit_of_its_samples(fitted):
     recording, fit, _ = fitted(("soft_mount", "imu2"))
     short = excerpt(fit, 3.0, 8.0)
@@ -165,12 +166,14 @@ def test_an_excerpt_is_the_fit_of_its_samples(fitted):
     assert end - start == pytest.approx(4.0)
 
 
+@pytest.mark.long
 def test_a_hum_is_heard(fitted):
     _, fit, truth = fitted(("vibration", "imu1"), seed=101)
     true = float(truth["effects"][0]["parameters"]["frequency"])
     assert hum(fit, "imu1") == pytest.approx(true, abs=0.1)  # a line of 12 s is 0.08 Hz wide
 
 
+@pytest.mark.long
 def test_a_state_without_a_law_is_seen_in_what_the_fit_took_for_noise(fitted):
     _, fit, _ = fitted(("moving_pivot", "joint"), seed=11, rig="pendulum", strength="weak", seconds=15.0)
     pivot = next(s for s in screen(fit, lively(fit)) if s.hypothesis.effect.name == "moving_pivot")
@@ -194,6 +197,7 @@ def test_a_linear_step_foresees_what_a_refit_comes_to(fitted):
     assert won(fit.noise, before, fit.noise, seen) > 20.0
 
 
+@pytest.mark.long
 def test_a_refused_spline_hides_no_plain_effect(fitted):
     _, fit, _ = fitted(("accel_bias", "imu1"))
     spline, *plain = (
@@ -225,6 +229,7 @@ def test_springs_are_begun_softer_where_a_refit_falls_short(tmp_path):
     assert softer(screen(fit, [h for h in candidates(fit.model) if h.effect.name == FILTER])[0]) is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("frequency", [53.0, 30.0])
 def test_a_hum_begins_where_the_samples_have_it_and_not_at_its_image_in_the_knots(tmp_path, frequency):
     """128 knots a second follow 53 Hz and leave 75; of 30 Hz they leave 30."""

@@ -56,6 +56,7 @@ def test_poses_or_tilts_separate_a_bias_from_a_scale(tmp_path):
     assert found.sentence.endswith(f": expected log Bayes factor {found.gain:.0f}")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("options", "told"), [({"swing": True}, ""), ({}, ", mass and inertia declared")])
 def test_a_free_swing_separates_gravity_from_a_scale(tmp_path, options, told):
     fit, h = explained(tmp_path, ("gravity", "world"), 3, rig="pendulum", **options)
@@ -64,6 +65,7 @@ def test_a_free_swing_separates_gravity_from_a_scale(tmp_path, options, told):
     assert found.sentence.startswith(f"20 s of free swing from 1 rad{told}: ")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rival", ["dry_friction", "air_drag"])
 def test_a_free_swing_from_1_rad_separates_friction(tmp_path, rival):
     """The generator's own swing from 1.02 rad in this seed, and what was expected of one from 1 rad."""

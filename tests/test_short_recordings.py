@@ -103,6 +103,7 @@ def test_a_second_of_samples_at_any_rate_is_enough_if_they_are_more_than_the_unk
     assert too_short(np.arange(3.0 + SPARE), 4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["olsson2020", "seel2012"])
 def test_an_axis_from_one_second_is_what_it_claims(name):
     """Of an exact rig, 24 stretches of a second each: none is off by more than five of its own sigma and 1 deg."""

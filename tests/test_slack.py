@@ -28,6 +28,7 @@ def test_an_encoder_with_play_is_not_two_late_clocks(tmp_path):
     assert np.exp(fit.state.values["backlash@joint.range"]) == pytest.approx([0.04], rel=0.05)
 
 
+@pytest.mark.long
 def test_a_late_clock_is_no_backlash(tmp_path):
     before, kept, _ = held(tmp_path, "time_offset", "imu2", {"offset": 0.05})
     assert before

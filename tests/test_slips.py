@@ -47,6 +47,7 @@ def test_a_slip_of_a_hinge_is_dated(tmp_path):
     assert slip(Base.of(fit), "imu2") == pytest.approx(true - fit.model.start, abs=0.1)
 
 
+@pytest.mark.long
 def test_a_slip_that_does_not_turn_the_sensor_is_dated_by_its_peak(tmp_path):
     """From moments 2 s apart none led there, and a pivot that moves was found instead (11,175 nat)."""
     moved = {"rotation": [0.0, 0.0, 0.0], "translation": [-0.0019, 0.0028, 0.005], "time": 8.207}

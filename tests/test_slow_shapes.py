@@ -68,6 +68,7 @@ def beyond(kind, seed, share, size=1.0):
     return slow.beyond(WALK), slow.beyond(JUMP)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("share", [0.0, 0.2])
 def test_a_walk_and_a_jump_are_worth_more_than_a_drift_or_nothing_and_noise_is_not(share):
     walks, jumps = zip(*(beyond("nothing", seed, share) for seed in range(12)), strict=True)

@@ -31,6 +31,7 @@ def disturbed(fit, size=0.02):
     return State(fit.state.coefficients + noise, fit.state.values)
 
 
+@pytest.mark.long
 def test_a_pace_is_where_nothing_else_in_it_costs_less(fit):
     state = paced(fit.model, disturbed(fit))
     best, own = cost(fit, state), fit.model.tracks.columns("velocity")

@@ -63,6 +63,7 @@ def test_a_pendulum_stops_about_the_axis_on_which_its_knocks_agree(seed, tmp_pat
     assert angle.std < 0.035
 
 
+@pytest.mark.long
 def test_knocks_of_a_pendulum_at_any_angle_are_no_stop(tmp_path):
     knocks = ("impacts", "imu1", {"times": [2.1, 3.4, 5.2, 6.9, 8.3, 9.6], "peak": 40.0})
     make_case(tmp_path / "r", "pendulum", [knocks], 204, seconds=15.0, swing=True)

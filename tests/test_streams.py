@@ -38,6 +38,7 @@ def listed(tmp_path_factory):
     return found
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs Linux' always full device")
 def test_an_output_stream_on_a_full_disk_is_one_line_and_the_result_is_there(listed, tmp_path):
     done = shell("imubench list --out out > /dev/full", tmp_path)
@@ -47,6 +48,7 @@ def test_an_output_stream_on_a_full_disk_is_one_line_and_the_result_is_there(lis
     assert content(tmp_path / "out") == listed
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs Linux' always full device")
 def test_an_error_that_cannot_be_said_keeps_its_exit_code(tmp_path):
     assert shell("imubench run hinge-hnd --out out 2> /dev/full", tmp_path).returncode == 2
@@ -73,6 +75,7 @@ def test_streams_that_are_closed_are_not_mistaken_for_files(closed, listed, tmp_
     assert content(tmp_path / "out") == listed
 
 
+@pytest.mark.long
 def test_workers_of_a_command_without_streams_do_their_work(tmp_path):
     (tmp_path / "spec.toml").write_text("name = 'small'\nseconds = 2\n[[rig]]\nfamily = 'hinge'\n")
     for name, closed in (("a", ""), ("b", "<&- >&- 2>&-")):
@@ -81,6 +84,7 @@ def test_workers_of_a_command_without_streams_do_their_work(tmp_path):
     assert content(tmp_path / "a") == content(tmp_path / "b")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "environment", ({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, {"PYTHONIOENCODING": "ascii"})
 )
@@ -96,6 +100,7 @@ def test_what_a_terminal_cannot_show_is_shown_another_way(environment, tmp_path)
     assert one_line(done.stderr).isascii()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "line",
     (

@@ -77,6 +77,7 @@ def calm(folder, effects, rig="hinge", seed=77, **options):
     return nominal_fit(samples.heard(recording), samples.masks), samples
 
 
+@pytest.mark.long
 def test_several_knocks_too_faint_for_the_raw_samples_are_found_together(tmp_path):
     fit, samples = calm(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.2})])
     assert not [f for f in samples.findings if f.effect == "impacts"]
@@ -91,11 +92,13 @@ def test_several_knocks_too_faint_for_the_raw_samples_are_found_together(tmp_pat
     assert struck_again(fit, samples.struck, (lost,)) == ()
 
 
+@pytest.mark.long
 def test_a_calm_hand_has_no_faint_knocks(tmp_path):
     fit, samples = calm(tmp_path, [])
     assert struck_again(fit, samples.struck, ()) == ()
 
 
+@pytest.mark.long
 def test_knocks_that_a_free_motion_follows_are_rougher_than_it_is_elsewhere(tmp_path):
     fit, samples = calm(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.2})], "free", rate=200.0)
     assert not [f for f in samples.findings if f.effect == "impacts"]

@@ -33,6 +33,7 @@ def clean(tmp_path_factory):
     return nominal_fit(read(folder)[0])
 
 
+@pytest.mark.long
 def test_a_spline_that_is_worth_less_than_nothing_stays_so(clean):
     """What slow noise may have given it is taken off what it gains, and off no loss."""
     h = Hypothesis(EFFECTS["joint_play"], "joint")

@@ -166,6 +166,7 @@ def test_no_mismatch_is_never_said_of_a_search_that_was_stopped(fit):
     assert "--time-limit" in unseen[0].motion
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("limit", [0.5, 6.0, pytest.param(20.0, marks=pytest.mark.slow)])
 def test_a_diagnosis_keeps_its_limit_and_says_so(biased, limit, tmp_path):
     write_recording(biased, tmp_path / "rec")
@@ -192,6 +193,7 @@ def test_within_its_limit_a_diagnosis_is_as_without(biased):
     }
 
 
+@pytest.mark.long
 def test_the_command_takes_a_limit_and_prints_what_was_not_tried(biased, tmp_path):
     write_recording(biased, tmp_path / "rec")
     words_of = ("diagnose", "rec", "--out", "out", "--time-limit", "5")

@@ -41,6 +41,7 @@ def test_offsets_of_either_sign_are_found(late):
     np.testing.assert_allclose(timing.applied(stamps), stamps - timing.late)
 
 
+@pytest.mark.long
 def test_offsets_are_as_far_off_as_they_say():
     errors = [(t.late - 0.0162) / t.std for t in (optical_timing(pairs_of(0.0162, seed=s)) for s in range(20))]
     assert 0.5 < np.sqrt(np.mean(np.square(errors))) < 1.7  # 20 of them: 1 +- 0.16, and stds of ten blocks +- 0.2

@@ -77,6 +77,7 @@ def biased(tmp_path_factory):
     return nominal_fit(recorded(tmp_path_factory.mktemp("biased"), [("gyro_bias", "imu1")], 1))
 
 
+@pytest.mark.long
 def test_the_channel_with_the_largest_residual_is_not_the_source(biased):
     weighed = gather.weighed(biased, declared(biased.model))
     assert locate(gather.traces(weighed), regressors(biased))[0].at == "imu2"

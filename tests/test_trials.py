@@ -52,6 +52,7 @@ def case(tmp_path_factory):
     return folder, made(shortened(question, 6.0), folder)
 
 
+@pytest.mark.long
 def test_a_proof_is_sealed_diagnosed_opened_and_scored(tmp_path):
     announced = []
     done = prove(Settings(4, SEED, program(tmp_path), seconds=6.0), tmp_path / "out", 2, quiet, announced.append)
@@ -79,6 +80,7 @@ def test_a_truth_changed_after_the_seal_is_found(case, tmp_path):
         check_proof(tmp_path)
 
 
+@pytest.mark.long
 def test_an_interrupted_proof_goes_on_where_it_was(tmp_path):
     calls = []
 
@@ -114,6 +116,7 @@ def test_a_recording_tells_nothing_of_its_truth(case):
     assert leaks(*case) == []
 
 
+@pytest.mark.long
 def test_a_truth_planted_into_a_file_name_or_a_header_is_caught(tmp_path):
     question = shortened(next(q for q in mixture(SEED, 20) if q.kind == "one" and q.observable), 6.0)
     name = question.effects[0][0]
@@ -151,6 +154,7 @@ def test_a_diagnosis_that_wants_more_than_its_recording_is_caught(cheat, case, t
     assert not (hidden / "note").exists()
 
 
+@pytest.mark.long
 def test_a_cheat_has_no_score_and_fails_the_proof(tmp_path):
     (tmp_path / "truths.json").write_text("{}")
     peek = f"try:\n    open({str(tmp_path / 'truths.json')!r})\nexcept OSError:\n    pass"

@@ -60,6 +60,7 @@ def test_lasso_meets_its_conditions_of_optimality():
     assert (np.abs(gradient[~there]) <= penalty + 1e-5).all()
 
 
+@pytest.mark.long
 def test_l1_and_the_oracle_find_a_large_bias(told):
     start, truth = told
     assert ("accel_bias", "imu2") in [(f.effect, f.at) for f in l1(start.first).findings]
@@ -86,6 +87,7 @@ def test_the_size_of_the_residual_has_a_place_and_no_name(misfit, expected):
     assert tuple((f.effect, f.at) for f in residual_size(ours, 1.59).findings) == expected
 
 
+@pytest.mark.long
 def test_an_effect_left_out_is_not_in_the_library_of_the_diagnosis(tmp_path):
     biased(tmp_path / "recording")
     (tmp_path / "asks.py").write_text(ASKS)

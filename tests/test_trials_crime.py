@@ -101,6 +101,7 @@ def test_gravity_acts_on_the_world_and_is_not_declared():
     assert ratio == pytest.approx(9.7 / 9.81, rel=1e-4)  # noise of 1e-3 averaged over 1000 samples
 
 
+@pytest.mark.long
 def test_a_proof_compares_both_ways_on_the_same_questions(tmp_path):
     (tmp_path / "silent.py").write_text(SILENT)
     settings = Settings(4, SEED, f"{tmp_path / 'silent.py'} {{recording}} {{out}}", seconds=6.0, crime=True)

@@ -136,6 +136,7 @@ def test_of_what_both_recordings_have_the_change_counts():
     assert beside(said(hums[1]), said(hums[0])).findings == (hums[1],)  # it is another one, not the sum of two
 
 
+@pytest.mark.long
 def test_a_proof_on_real_recordings_end_to_end(recording, tmp_path):
     (tmp_path / "silent.py").write_text(SILENT)
     settings = Settings(2, 3, f"{tmp_path / 'silent.py'} {{recording}} {{out}}", added=str(recording.parent))

@@ -149,6 +149,7 @@ def test_physics_outside_the_table_is_documented_as_unknown(folder):
     assert (s.flagged, s.verdict, s.alarm) == (False, "no mismatch", False)
 
 
+@pytest.mark.long
 def test_the_four_real_recordings_are_sealed_and_do_not_tell(tmp_path, recordings):
     from benchmarks.sealed_diodem import sealed_folder
 

@@ -95,6 +95,7 @@ def test_begun_anew_a_far_turned_mount_is_where_it_is(tmp_path):
     assert told.inv().apply(in_sensor) @ true.inv().apply(in_sensor) > np.cos(0.05)
 
 
+@pytest.mark.long
 def test_what_is_no_pose_or_on_no_hinge_is_not_begun_anew(tmp_path):
     fit = fit_of(tmp_path, [posed("imu2", FLIPPED)])
     assert turned(fit, Hypothesis(EFFECTS["gyro_scale"], "imu2")) is None
@@ -102,6 +103,7 @@ def test_what_is_no_pose_or_on_no_hinge_is_not_begun_anew(tmp_path):
     assert turned(nominal_fit(read(tmp_path / "free")[0]), Hypothesis(EFFECTS["mount_pose"], "imu1")) is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("at", "turn", "options"),
     [

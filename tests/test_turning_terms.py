@@ -13,6 +13,7 @@ ROTATION, CONSTANT = np.array([0.003, -0.002, 0.004]), 0.15 * 8.0  # rad, s
 SETTLES = "time: the sensor turns and settles"
 
 
+@pytest.mark.long
 def test_a_sensor_that_creeps_reads_how_fast_it_turns_as_well(tmp_path):
     """Seed and noise are the same: what is between the samples is the creep alone, here and on average."""
     creep = {"rotation": ROTATION.tolist(), "time_constant": CONSTANT}

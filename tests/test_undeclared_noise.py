@@ -21,6 +21,7 @@ def undeclared(folder, *effects, **options):
     return read(folder / "case")[0]
 
 
+@pytest.mark.long
 def test_both_imus_have_their_own_noise_where_one_hums(tmp_path):
     hum = ("vibration", "imu1", {"frequency": 20.6, "amplitude": [0.08, 0.17, 0.26]})
     start = begun(undeclared(tmp_path, hum))
