@@ -136,7 +136,7 @@ def diagnose(
         named, rest = material(named, rest, best, samples, recording, budget, tolerance)
     with step("ask whether the halves agree"):
         doubted_by = speaking_against(plain, before, after, named, budget)
-    noise = gather.noise_of(before.levels, samples.rest)
+    noise = gather.noise_of(before.levels, recording, samples.rest)
     noise = noise if learned is None else learned.known(noise)
     sensors: tuple[SensorErrors, ...] = ()
     if chosen:  # one step of the solver: owed whatever the time, for what takes it over

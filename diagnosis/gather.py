@@ -14,6 +14,8 @@ from imubench.diagnosis.noise import levels
 from imubench.diagnosis.rest_noise import quiet_noise
 from imubench.diagnosis.result import NOT_KNOWN, Noise
 from imubench.diagnosis.rows import Rows
+from imubench.format1.profile_noise import by_profile
+from imubench.recording import Recording
 
 CHANNELS = {
     "gyro": (("gyr_x", "gyr_y", "gyr_z"), "rad/s"),
@@ -64,11 +66,20 @@ def weighed(fit: Fit, known: Mapping[str, float], seen: Mapping[str, float] | No
     return Weighed(fit, leverage, tuple(table))
 
 
-def noise_of(levels: Sequence[Level], rested: Collection[str] = ()) -> dict[str, Noise]:
-    """Return the noise that counts by triple, and how it is known; `rested` names those that have shown it at rest."""
+def noise_of(levels: Sequence[Level], recording: Recording, rested: Collection[str] = ()) -> dict[str, Noise]:
+    """Return the noise that counts by triple, and how it is known.
+
+    Args:
+        levels: of every triple.
+        recording: as it was read.
+        rested: triples that have shown their noise at rest.
+    """
+    named = {f"{imu.name}.{key.removesuffix('_noise_std')}" for imu in recording.imus for key in by_profile(imu)}
 
     def source(level: Level) -> str:
-        return "declared" if level.declared else "rest" if level.group in rested else NOT_KNOWN
+        if level.declared:
+            return "profile" if level.group in named else "declared"
+        return "rest" if level.group in rested else NOT_KNOWN
 
     return {level.group: Noise(level.used, level.unit, source(level)) for level in levels}
 

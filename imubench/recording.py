@@ -42,6 +42,7 @@ class Imu:
     mount_quaternion: Array = field(default_factory=lambda: np.array([1.0, 0, 0, 0]))  # sensor -> segment
     mount_position_std: float | None = None  # m; None: unknown
     mount_rotation_std: float | None = None  # rad
+    profile: str | None = None  # of an IMU like this one: it has told the noise where its owner did not
 
     def __post_init__(self) -> None:
         put = object.__setattr__

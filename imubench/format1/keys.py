@@ -57,6 +57,7 @@ KEYS: dict[str, dict[str, Key]] = {
         "name": _TEXT,
         "file": _TEXT,
         "rate": _number("Hz", required=True),
+        "profile": Key("text"),
         "gyro_noise_std": _number("rad/s"),
         "accel_noise_std": _number("m/s^2"),
         "gyro_range": _number("rad/s"),

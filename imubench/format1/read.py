@@ -14,6 +14,7 @@ from imubench.arrays import Array
 from imubench.errors import InputError, unknown
 from imubench.format1.keys import FILE_NAME, Declared, read_declared, title
 from imubench.format1.physics_checks import check_imu
+from imubench.format1.profile_noise import profile_noise
 from imubench.format1.track_checks import check_angle, check_lever, check_position, check_quaternions
 from imubench.format1.write import ANGLE, IMU, POSITION, QUATERNION, REFERENCE
 from imubench.inputs.files import what_is
@@ -96,6 +97,8 @@ def _read_imu(declared: Declared, index: int, entry: Mapping[str, Any], gravity:
     _, table = _read(declared, entry["file"], f"{where}, key 'file'", ["time", *IMU["gyro"], *IMU["accel"]])
     facts = {key: value for key, value in entry.items() if key != "file"}
     with _naming(declared.path):
+        if "profile" in facts:
+            facts = profile_noise(facts["profile"], facts["rate"]) | facts
         imu = Imu(time=table.columns["time"], gyro=table.stack(IMU["gyro"]), accel=table.stack(IMU["accel"]), **facts)
     check_imu(imu, gravity, table.place, f"{declared.path}, {where}")
     return imu

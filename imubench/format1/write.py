@@ -12,6 +12,7 @@ from imubench.arrays import Array
 from imubench.atomic import atomic_directory
 from imubench.errors import InputError, unknown
 from imubench.format1.keys import FILE_NAME, FORMAT, KEYS, LISTS, Declared
+from imubench.format1.profile_noise import by_profile
 from imubench.format1.tables import write_table
 from imubench.inputs.files import read_bytes
 from imubench.recording import RIGS, Recording
@@ -63,7 +64,8 @@ def write_tables(recording: Recording, folder: Path, reference: Reference | None
     for imu in recording.imus:
         name = f"{imu.name}.{suffix}"
         write_table(folder / name, _columns(imu.time, {IMU["gyro"]: imu.gyro, IMU["accel"]: imu.accel}))
-        imus.append(_with_file(_facts("imu", imu), name))
+        facts = {key: value for key, value in _facts("imu", imu).items() if key not in by_profile(imu)}
+        imus.append(_with_file(facts, name))
     for i, encoder in enumerate(recording.encoders):
         name = f"encoder{i + 1 if i else ''}.{suffix}"
         write_table(folder / name, _columns(encoder.time, {(ANGLE,): encoder.angle}))
