@@ -19,6 +19,7 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.linear import Linear
 from imubench.diagnosis.normal import KNOTS_PER_BLOCK
 from imubench.diagnosis.priors import TILT
+from imubench.diagnosis.refit import covariance_of
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.spread import Spread
 from imubench.diagnosis.swings import is_data
@@ -54,7 +55,7 @@ def parameter_std(fit: Fit) -> dict[str, Array]:
     """Return every parameter's standard deviations, colour of the residuals and noise in a law's states counted in."""
     fit, solution, parts = _solved(fit)
     measured, doubts = _measured(fit, parts), wider(fit, solution, parts)
-    spread = Spread.of(solution, fit.model.tracks.width)
+    spread = replace(Spread.of(solution, fit.model.tracks.width), shared=covariance_of(fit.model, solution.schur))
     variance = np.diag(spread.shared).copy()
     for (r, part), white in zip(measured, white_residuals(solution, measured, fit.model.tracks.width), strict=True):
         found = spectra(r.whitened, white)

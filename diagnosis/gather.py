@@ -11,7 +11,7 @@ from imubench.diagnosis.evidence import Comparison, Level, Played, Pose, Trace
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import FORCE, HINGE
 from imubench.diagnosis.noise import levels
-from imubench.diagnosis.rest_noise import quiet_noise
+from imubench.diagnosis.rest_noise import quietest
 from imubench.diagnosis.result import NOT_KNOWN, Noise
 from imubench.diagnosis.rows import Rows
 from imubench.format1.profile_noise import by_profile
@@ -55,8 +55,7 @@ class Weighed:
 def weighed(fit: Fit, known: Mapping[str, float], seen: Mapping[str, float] | None = None) -> Weighed:
     """Return a fit beside the noise by group: the known level, else what the samples have `seen`, or the quietest's."""
     left, leverage = levels(fit)
-    imus = fit.model.recording.imus
-    quiet = {f"{i.name}.{part}": quiet_noise(i, part) for i in imus for part in ("gyro", "accel")}
+    quiet = quietest(fit.model.recording)
     table = []
     for rows in fit.measured:
         least = min(quiet.get(rows.name, np.inf), float(left[rows.name]))

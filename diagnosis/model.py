@@ -33,6 +33,7 @@ class Model:
     tracks: Tracks
     mounts: dict[str, Geometry]  # per IMU
     start: float  # s, the stamp that counts as zero
+    least: Mapping[str, float] = field(default_factory=dict)  # noise std that each IMU has at least, by group
     hypotheses: tuple[Hypothesis, ...] = ()
     offsets: tuple[str, ...] = ()  # sensors whose clock may be off against the first's
     masks: dict[str, NDArray[np.bool_]] | None = None  # per "imu1.gyro" and so on: samples (n,) that count

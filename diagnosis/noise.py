@@ -127,12 +127,13 @@ def fit_with_noise(
 
     The motion's roughness is estimated with `motion`, once, and then loosened: one roughness for rests and strokes
     alike would pull the strokes smooth, and what it takes from them would look like a mismatch. `only` names the
-    groups whose level is estimated, where not all are.
+    groups whose level is estimated, where not all are. A law that takes in all that a sensor reads would leave that
+    exact, and every number with it: no sensor's level goes below `model.least`.
     """
-    floor = {name: FLOOR * std for name, std in declared(model).items()}
+    floor = dict(model.least) | {name: FLOOR * std for name, std in declared(model).items()}
     laws = {n for n in noise if "@" in n and not n.startswith("smooth.")}
     floor |= {name: min(LAW_FLOOR, noise[name]) for name in laws}
-    slow = set(floor)
+    slow = laws | declared(model).keys()
     floor[GROUP] = LAW_FLOOR
     ruled = {f"smooth.{h.key(s.name)}" for h in model.hypotheses if h.effect.lawful for s in h.effect.states}
     rough = {name for name in noise if name.startswith("smooth.") and "@" not in name}

@@ -17,6 +17,7 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.priors import TILT
+from imubench.diagnosis.refit import covariance_of
 from imubench.diagnosis.result import Own, Parameter, SensorErrors
 from imubench.diagnosis.score import started
 from imubench.diagnosis.system import all_rows, factored
@@ -58,7 +59,7 @@ def own_errors(fit: Fit) -> tuple[SensorErrors, ...]:
     whole = replace(fit, model=model, state=state, rows=rows)
     normal, solution, _ = factored(model, rows)
     _, step = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
-    covariance = np.linalg.inv(solution.schur)
+    covariance = covariance_of(model, solution.schur)
     del normal, solution  # memory
     white, wide = np.sqrt(np.diag(covariance)), np.ones(len(covariance))
     for name, std in parameter_std(whole).items():

@@ -119,10 +119,22 @@ def noise_density(rows: Rows) -> float:
 
 
 @one_thread
+def covariance_of(model: Model, schur: Array) -> Array:
+    """Return the covariance (p, p) of all parameters from what solving for the splines leaves of their information.
+
+    With D the priors' standard deviations no eigenvalue of D S D is below 1, for each prior is in S. Where a sensor is
+    nearly exact S is a small difference of large matrices, and rounding may leave less than the priors alone.
+    """
+    std = np.concatenate([p.std for p in model.priors.values()])
+    values, vectors = np.linalg.eigh(schur * np.outer(std, std))
+    wide = std[:, None] * vectors / np.sqrt(np.maximum(values, 1.0))
+    return np.asarray(wide @ wide.T, dtype=float)
+
+
 def information(fit: Fit) -> tuple[Array, dict[str, Array]]:
     """Return the covariance (p, p) of all parameters, and every parameter's standard deviations."""
     _, solution, _ = factored(fit.model, [r for r in fit.rows if not r.name.startswith(TILT)])
-    covariance = np.asarray(np.linalg.inv(solution.schur), dtype=float)
+    covariance = covariance_of(fit.model, solution.schur)
     std = np.sqrt(np.diag(covariance))
     return covariance, {name: std[fit.model.parameters.columns(name)] for name in fit.model.priors}
 

@@ -18,7 +18,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.quiet import quiet_level
 from imubench.diagnosis.raw_findings import UNITS, Windows
-from imubench.recording import Imu
+from imubench.recording import Imu, Recording
 
 MOST = {"gyro": 0.03, "accel": 0.3}
 """rad/s and m/s^2 per sample that the noise of a body-worn MEMS IMU has at most.
@@ -27,6 +27,13 @@ Over a bandwidth of 250 Hz, wider than inertial motion capture has: 0.1 deg/s/sq
 p. 17), the loudest gyroscope of the project's profiles, gives 0.028 rad/s; an accelerometer of 2 mg/sqrt(Hz) gives 0.31
 m/s^2, seven times the 300 ug/sqrt(Hz) of the MPU-9250 (PS-MPU-9250A-01, table 2), four times its total of 8 mg RMS.
 """
+LEAST = {"gyro": 2e-4, "accel": 1e-3}
+"""The same units, that it has at least: at 40 Hz, a rate as low as motion capture has, without rounding.
+
+Among the quietest MEMS parts are the gyroscope of the ICM-42688-P, 0.0028 deg/s/sqrt(Hz), 2.2e-4 rad/s over 20 Hz, and
+the accelerometer ADXL355, 25 ug/sqrt(Hz), 1.1e-3 m/s^2 (both by their data sheets).
+"""
+QUIETER = 0.1  # of the quietest moments: motion is no ten times louder than noise there
 MOST_BIAS = 0.1  # rad/s: +-5 deg/s is the zero-rate tolerance of the MPU-9250 (PS-MPU-9250A-01, table 1)
 FEWEST = 40  # samples: of three axes, the std is then known within 7 %, and chance correlates by 0.1
 LAG = 0.15  # s: a period of 7 Hz, and the rise of anything slower
@@ -39,6 +46,19 @@ def quiet_noise(imu: Imu, part: str) -> float:
     Coarse rounding may be louder than any noise, and stays.
     """
     return quiet_level(imu.time, getattr(imu, part), MOST[part])
+
+
+def quietest(recording: Recording) -> dict[str, float]:
+    """Return that of every triple of a recording's IMUs, by group: imu1.gyro and so on."""
+    return {f"{i.name}.{part}": quiet_noise(i, part) for i in recording.imus for part in UNITS}
+
+
+def least_noise(recording: Recording) -> dict[str, float]:
+    """Return the noise std that every triple has at least, by group: an IMU's, or a tenth of its quietest moments'.
+
+    The second is for recordings from a simulation, whose noise may be none.
+    """
+    return {name: min(LEAST[name.split(".")[1]], QUIETER * std) for name, std in quietest(recording).items()}
 
 
 def rest_noise(imu: Imu, windows: Windows, steps: Mapping[str, Array]) -> dict[str, float]:
@@ -76,4 +96,4 @@ def repeats(pieces: list[Array], power: float, lags: int) -> bool:
     return False
 
 
-__all__ = ["MOST", "quiet_noise", "rest_noise"]
+__all__ = ["MOST", "least_noise", "quiet_noise", "quietest", "rest_noise"]

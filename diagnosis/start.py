@@ -12,6 +12,7 @@ from imubench.diagnosis.hypothesis import Geometry, Hypothesis, State
 from imubench.diagnosis.kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, Rig
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.priors import START_SMOOTH, prior_rows
+from imubench.diagnosis.rest_noise import least_noise
 from imubench.diagnosis.rows import Rows
 from imubench.diagnosis.settle import moved
 from imubench.diagnosis.splines import Knots, Moment, Tracks
@@ -39,7 +40,7 @@ def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
     rate = knots_per_s or min(DENSEST, *[1 / float(np.median(np.diff(t))) for t in clocks])
     knots = Knots.over(-EDGE, end - start + EDGE, 1 / rate)
     mounts = {i.name: Geometry(i.mount_position, rotations.to_matrix(i.mount_quaternion)) for i in recording.imus}
-    return Model(recording, rig, Tracks(knots, rig.widths), mounts, float(start))
+    return Model(recording, rig, Tracks(knots, rig.widths), mounts, float(start), least_noise(recording))
 
 
 @one_thread

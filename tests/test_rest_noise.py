@@ -89,7 +89,7 @@ def test_where_each_noise_is_known_from(options, source, tmp_path):
         for imu in recording.imus
         for part in TRUE
     ]
-    found = noise_of(levels, samples.rest)
+    found = noise_of(levels, recording, samples.rest)
     assert {n.source for n in found.values()} == {source}
     if source == "rest":
         for name, std in samples.rest.items():
