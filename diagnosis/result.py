@@ -19,6 +19,8 @@ CHANNEL_UNIT = "RMS error over noise std"
 ROUNDED = 1e-6  # of a correlation, that rounding may change
 SOURCES = ("declared", "profile", "rest", "unknown")
 NOT_KNOWN = "unknown"  # the source of a noise that nobody declares and no rest shows
+How = Literal["rolled out", "prescribed"]
+HOW: tuple[str, ...] = get_args(How)
 
 Pair = tuple[float, float]
 
@@ -289,6 +291,37 @@ class Nonsense:
 
 
 @dataclass(frozen=True)
+class SimulatedChannel:
+    """How far MuJoCo's simulations are from one measured channel: the RMS of simulated minus measured."""
+
+    unit: str  # "rad/s", "m/s^2", "rad", "m"
+    before: float  # of the declared model
+    after: float  # of the model with all findings
+    noise: float  # std of a sample, where there is only noise
+
+    def __post_init__(self) -> None:
+        for key in ("before", "after", "noise"):
+            _within(getattr(self, key), 0.0, np.inf, f"simulation.{key}")
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """MuJoCo's simulations beside the recording."""
+
+    how: How  # "rolled out" by forces alone in `windows_s`, or with the motion of the hand "prescribed"
+    windows_s: tuple[Pair, ...]  # that are judged, on the recording's clock
+    heldout: bool  # whether every number of the models was learned on other samples than it is judged on
+    channels: Mapping[str, SimulatedChannel]  # "imu2.gyr_y", "encoder.hinge", "pose1.x"
+
+    def __post_init__(self) -> None:
+        if self.how not in HOW:
+            raise unknown("simulation.how", self.how, HOW)
+        object.__setattr__(self, "windows_s", tuple(_span(p, "simulation.windows_s") for p in self.windows_s))
+        for name in self.channels:
+            _place(name.partition(".")[0], f"simulation.channels.{name}")
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer; `InputError` where the verdict does not go with the findings."""
 
@@ -312,6 +345,7 @@ class Diagnosis:
     sensors: tuple[SensorErrors, ...] = ()  # of every IMU; empty where none was fitted
     baseline: Baseline | None = None
     doubts: tuple[Doubt, ...] = ()
+    simulation: Simulation | None = None  # None: MuJoCo has played nothing
 
     @property
     def alarm(self) -> bool:

@@ -1,0 +1,1 @@
+"""MuJoCo is the judge: the declared model and the model with the findings are played beside the recording."""
