@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from imubench.arrays import Array, frozen, frozen_quaternion, frozen_time
 from imubench.errors import InputError
 from imubench.recording import Recording, positive
+from imubench.sim.swing import Start
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,19 @@ class Played:
 
 
 @dataclass(frozen=True)
+class Swing:
+    """A stretch of a free swing and the state at its start."""
+
+    start: float  # s, the recording's clock
+    end: float  # s
+    state: Start
+
+    def __post_init__(self) -> None:
+        if not self.end > self.start:
+            raise InputError(f"swing: expected an end after its start, got {self.start:g} to {self.end:g} s")
+
+
+@dataclass(frozen=True)
 class Pose:
     """A fitted mount: the sensor in its segment."""
 
@@ -123,6 +137,7 @@ class Evidence:
     heldout_s: tuple[tuple[float, float], ...] = ()  # windows that the fit has not seen
     comparisons: tuple[tuple[Comparison, ...], ...] = ()  # for every finding, in their order: without and with it
     simulated: tuple[Comparison, ...] = ()  # every channel: the declared model, and the model with all findings
+    rolled_out: tuple[Swing, ...] = ()  # stretches of free swings that a replay rolls out, the states at their starts
     notes: tuple[str, ...] = field(default=())  # how it was done, a sentence each
 
     @property

@@ -1,22 +1,23 @@
 """What every sensor of a recording would read of a simulation, and how far that is from what it did read."""
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.evidence import Swing
 from imubench.diagnosis.gather import CHANNELS
 from imubench.diagnosis.misread import read
 from imubench.diagnosis.model_folder import reported
-from imubench.diagnosis.replay import DENSE, SplineMotion, played_through
-from imubench.diagnosis.simulation.rollout import Window, rolled_out
+from imubench.diagnosis.replay import DENSE, played_through
 from imubench.diagnosis.simulation.sim_model import SimModel
+from imubench.diagnosis.simulation.splice import with_swings
 from imubench.jets import Jet
 from imubench.recording import Recording
 from imubench.sim.imu_sampling import interpolate
-from imubench.sim.play import play
-from imubench.truth import SegmentTruth, SensorTruth, Truth
+from imubench.truth import Truth
 
 ENDS = 2  # rows of a simulation at either end of a window, that are interpolated from both sides of a jump
 
@@ -59,14 +60,16 @@ def channels(recording: Recording) -> tuple[Channel, ...]:
 def dense_rate(recording: Recording) -> float:
     """Return how many rows a second of a simulation there are, whole ones to each sample of the quickest sensor."""
     rates = [i.rate for i in recording.imus]
-    rates += [1 / float(np.median(np.diff(t.time))) for t in (*recording.encoders, *recording.poses)]
+    clocks = [e.time for e in recording.encoders] + [p.time for p in recording.poses]
+    rates += [1 / float(np.median(np.diff(time))) for time in clocks]
     quickest = max(rates)
     return quickest * max(1, int(np.ceil(DENSE / quickest)))
 
 
 def span_of(recording: Recording) -> tuple[float, float]:
     """Return the first and the last stamp in s."""
-    stamps = [t.time for t in (*recording.imus, *recording.encoders, *recording.poses)]
+    stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders]
+    stamps += [p.time for p in recording.poses]
     return min(float(t[0]) for t in stamps), max(float(t[-1]) for t in stamps)
 
 
@@ -102,53 +105,10 @@ def read_out(model: SimModel, recording: Recording, truth: Truth, zero: float) -
     return out
 
 
-def rolled_truth(model: SimModel, window: Window, rate: float) -> tuple[Truth, float]:
-    """Return MuJoCo's truth of a window that is rolled out, and the time of its first row in s.
-
-    The window is integrated with its sensors sitting fast; what is sprung or slides on the segment follows its motion.
-    """
-    motion = rolled_out(model.rig, window, rate)
-    count = motion.time.size
-    return play(
-        model.rig, SplineMotion(motion, window.start, model.rig.gravity), (count - 0.5) / rate, rate
-    ), window.start
-
-
-def simulated(model: SimModel, recording: Recording, windows: tuple[Window, ...]) -> dict[str, Array]:
+def simulated(model: SimModel, recording: Recording, windows: Sequence[Swing]) -> dict[str, Array]:
     """Return every channel of a recording as a model plays it: rolled out in the windows, prescribed elsewhere."""
     assert model.motion is not None
     start, end = span_of(recording)
     rate = dense_rate(recording)
     truth = played_through(model.rig, model.motion, start, end - start, rate)
-    rows = [(round((w.start - start) * rate), rolled_truth(model, w, rate)[0]) for w in windows]
-    return read_out(model, recording, spliced(truth, rows), start)
-
-
-def spliced(truth: Truth, pieces: list[tuple[int, Truth]]) -> Truth:
-    """Return a truth with other ones in place of its rows, each from a row on; all have the same rows a second."""
-    if not pieces:
-        return truth
-
-    def joined(whole: Array | None, parts: list[Array | None]) -> Array | None:
-        if whole is None:
-            return None
-        out = np.array(whole)
-        for (first, _), part in zip(pieces, parts, strict=True):
-            assert part is not None
-            n = min(len(part), len(out) - first)
-            out[first : first + n] = part[:n]
-        return out
-
-    def of(kind: type[SegmentTruth] | type[SensorTruth], group: str, k: int):  # type: ignore[no-untyped-def]
-        whole = getattr(truth, group)[k]
-        others = [getattr(piece, group)[k] for _, piece in pieces]
-        names = [f.name for f in fields(kind) if f.name != "name"]
-        return replace(whole, **{n: joined(getattr(whole, n), [getattr(o, n) for o in others]) for n in names})
-
-    return replace(
-        truth,
-        segments=tuple(of(SegmentTruth, "segments", k) for k in range(len(truth.segments))),
-        sensors=tuple(of(SensorTruth, "sensors", k) for k in range(len(truth.sensors))),
-        joint_angle=joined(truth.joint_angle, [p.joint_angle for _, p in pieces]),
-        joint_rate=joined(truth.joint_rate, [p.joint_rate for _, p in pieces]),
-    )
+    return read_out(model, recording, with_swings(model.rig, truth, start, windows), start)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.budget import check
-from imubench.diagnosis.evidence import Comparison
+from imubench.diagnosis.evidence import Comparison, Swing
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.refit import extended
@@ -25,20 +25,20 @@ from imubench.diagnosis.simulation.channels import (
     channels,
     dense_rate,
     read_out,
-    rolled_truth,
     simulated,
     span_of,
 )
 from imubench.diagnosis.simulation.learned import Learned, Part, half_at, learned, parts_of
-from imubench.diagnosis.simulation.rollout import LEAST_S, Misfit, Window, can_swing, horizon, refined
+from imubench.diagnosis.simulation.rollout import LEAST_S, Misfit, can_swing, horizon, refined
 from imubench.diagnosis.simulation.sim_model import SimModel, named, playable, sim_model, state_at
+from imubench.diagnosis.simulation.splice import rolled_truth
 from imubench.diagnosis.simulation.windows import free
-from imubench.diagnosis.windows import Window as Span
-from imubench.diagnosis.windows import covered
+from imubench.diagnosis.windows import Window, covered
 from imubench.recording import Recording
 
 MOST = 3  # channels that are shown of a finding
 COARSE = 200.0  # rows a second while a start is looked for: cubics between them are off by 1e-5 rad/s at swings' rates
+LONG_STEP = 2.5e-3  # s, of the integration meanwhile: Runge and Kutta's error is 1e-8 rad in a second
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,7 @@ class Beside:
     simulation: Simulation
     channels: tuple[Comparison, ...]  # every channel: the declared model, and the one with all findings
     findings: Mapping[tuple[str, str], tuple[Comparison, ...]]  # by effect and place: without it, and with it
+    windows: tuple[Swing, ...]  # that a replay rolls out, with the states of the whole fit
 
 
 @dataclass(frozen=True)
@@ -59,19 +60,18 @@ class Judge:
     counts: Mapping[str, NDArray[np.bool_]]  # by channel: samples (n,) that are a measurement
     noise: Mapping[str, float]  # std by group
     parts: tuple[Part, ...]
-    windows: tuple[tuple[Span, ...], tuple[Span, ...]]  # that are rolled out, by half
+    windows: tuple[tuple[Window, ...], tuple[Window, ...]]  # that are rolled out, by half
 
     def misfit(self, model: SimModel) -> Misfit:
         """Return a function of a window: its samples' times, and simulated minus measured over the noise."""
-        rate = COARSE
 
-        def of(window: Window) -> tuple[Array, Array]:
+        def of(window: Swing) -> tuple[Array, Array]:
             check()
-            truth, zero = rolled_truth(model, window, rate)
-            read = read_out(model, self.recording, truth, zero)
+            truth = rolled_truth(model.rig, window, COARSE, step=LONG_STEP)
+            read = read_out(model, self.recording, truth, window.start)
             times, off = [], []
+            margin = ENDS / COARSE
             for c in self.channels:
-                margin = ENDS / rate
                 own = (c.time >= window.start + margin) & (c.time <= window.end - margin) & self.counts[c.name]
                 times.append(c.time[own])
                 off.append((read[c.name] - c.measured)[own] / self.noise[c.group])
@@ -79,7 +79,7 @@ class Judge:
 
         return of
 
-    def played(self, one: Learned, half: int, started: Sequence[Window] | None = None) -> dict[str, Array]:
+    def played(self, one: Learned, half: int, started: Sequence[Swing] | None = None) -> dict[str, Array]:
         """Return every channel as one half's model plays it, from the states in `started` where they are known."""
         check()
         model = sim_model(one.fit)
@@ -87,12 +87,11 @@ class Judge:
             started = [self.started(one.fit, model, span) for span in self.windows[half]]
         return simulated(model, self.recording, tuple(started))
 
-    def started(self, fit: Fit, model: SimModel, span: Span) -> Window:
+    def started(self, fit: Fit, model: SimModel, span: Window) -> Swing:
         """Return a window with the fitted state at its start."""
-        start = on_row(self.recording, span[0])
-        return refined(model.rig, Window(start, span[1], state_at(fit, start)), self.misfit(model))
+        return refined(model.rig, Swing(*span, state_at(fit, span[0])), self.misfit(model))
 
-    def whole(self, halves: tuple[Learned, Learned], started: Sequence[Sequence[Window]] = ()) -> dict[str, Array]:
+    def whole(self, halves: tuple[Learned, Learned], started: Sequence[Sequence[Swing]] = ()) -> dict[str, Array]:
         """Return every channel, each half of the recording as it is played for that."""
         known = started or (None, None)
         both = [self.played(one, half, known[half]) for half, one in enumerate(halves)]
@@ -100,7 +99,7 @@ class Judge:
             c.name: np.where(half_at(self.parts, c.time) == 0, both[0][c.name], both[1][c.name]) for c in self.channels
         }
 
-    def judged(self) -> tuple[Span, ...]:
+    def judged(self) -> tuple[Window, ...]:
         """Return the windows that are judged: those that are rolled out, or everything where none is."""
         rolled = tuple(sorted(span for half in self.windows for span in half))
         return rolled or ((self.parts[0].start, self.parts[-1].end),)
@@ -131,12 +130,6 @@ class Judge:
         values = channel.measured, before[channel.name], after[channel.name]
         noise = self.noise[channel.group]
         return Comparison(channel.name, channel.unit, channel.time, *values, noise, span if told else ())
-
-
-def on_row(recording: Recording, time: float) -> float:
-    """Return the next time at which a simulation of a recording has a row."""
-    start, rate = span_of(recording)[0], dense_rate(recording)
-    return start + float(np.ceil((time - start) * rate - 1e-6)) / rate
 
 
 def beside(
@@ -186,6 +179,7 @@ def beside(
             if (of := of_finding(judge, h, after, with_all, others))
             for key in [(h.effect.name, h.at)]
         },
+        unbroken(judge, best, [w for half in started for w in half]),
     )
 
 
@@ -204,7 +198,7 @@ def counting(measured: Sequence[Channel], fit: Fit, recording: Recording) -> dic
     return out
 
 
-def rolled(judge: Judge, one: Learned, half: int) -> tuple[Window, ...]:
+def rolled(judge: Judge, one: Learned, half: int) -> tuple[Swing, ...]:
     """Return the windows of one half that are rolled out: each from its start, or where the last met its horizon."""
     model = sim_model(one.fit)
     if not can_swing(model.rig) or one.fit.model.recording.body is None:
@@ -219,6 +213,19 @@ def rolled(judge: Judge, one: Learned, half: int) -> tuple[Window, ...]:
                 out.append(replace(window, end=until if end - until >= LEAST_S else end))
                 start = out[-1].end
     return tuple(out)
+
+
+def unbroken(judge: Judge, fit: Fit, started: Sequence[Swing]) -> tuple[Swing, ...]:
+    """Return the windows that a replay rolls out: whole swings, or as they `started` where one met its horizon."""
+    if not started:
+        return ()
+    out, model = [], sim_model(fit)
+    ends = [part.end for part in judge.parts if part.swings]
+    for swing in free(fit):
+        own = [w for w in started if swing[0] <= w.start < swing[1]]
+        whole = all(any(np.isclose(w.end, end) for end in (swing[1], *ends)) for w in own)
+        out += [judge.started(fit, model, swing)] if whole else own
+    return tuple(sorted(out, key=lambda w: w.start))
 
 
 def of_finding(

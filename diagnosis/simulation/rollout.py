@@ -15,19 +15,19 @@ in two seconds, and beyond its `horizon` no model foretells anything. The roll-o
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.evidence import Played
+from imubench.diagnosis.evidence import Played, Swing
 from imubench.errors import InputError
 from imubench.sim.rigs import Mount, Rig
 from imubench.sim.swing import Start, swing
 from imubench.truth import Truth
 
-Misfit = Callable[["Window"], tuple[Array, Array]]
+Misfit = Callable[[Swing], tuple[Array, Array]]
 """Takes a window; returns the times (n,) s of all samples in it, and simulated minus measured over the noise (n,)."""
 
 STEP = 1e-3  # s, of the integration: Runge and Kutta's error of a swing of 1 Hz is 1e-9 rad a second
@@ -42,15 +42,6 @@ AHEAD = 3.0  # s that are looked ahead at first, then thrice as far: chaos shows
 BIN = 0.25  # s over which that is averaged: no sensor is blind to a swing for so long
 
 
-@dataclass(frozen=True)
-class Window:
-    """A stretch of a free swing and the state at its start."""
-
-    start: float  # s, the recording's clock
-    end: float  # s
-    state: Start
-
-
 def can_swing(rig: Rig) -> bool:
     """Return whether gravity and torques alone move a rig: on a base or a pivot that stands still."""
     return (rig.family == "hinge" and rig.base == "fixed") or (rig.family == "pendulum" and not rig.pivot_moves)
@@ -62,8 +53,14 @@ def bare(rig: Rig) -> Rig:
     return replace(rig, mounts=tuple(Mount(m.position, m.quaternion, mass=weight) for m in rig.mounts))
 
 
-def rolled_out(rig: Rig, window: Window, rate: float) -> Played:
-    """Return the motion of a rig by forces alone, `rate` rows a second from the window's start to its end.
+def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP) -> Played:
+    """Return the motion of a rig by forces alone.
+
+    Args:
+        rig: whose base or pivot stands still.
+        window: from whose start to whose end it is integrated.
+        rate: rows a second.
+        step: s, of the integration at most.
 
     Raises:
         InputError: for a rig whose base moves, a window of less than six rows, or a simulation that does not stay
@@ -71,7 +68,7 @@ def rolled_out(rig: Rig, window: Window, rate: float) -> Played:
     """
     if not can_swing(rig):
         raise InputError("roll-out: expected a base or a pivot that stands still, got one that is moved")
-    truth = swing(bare(rig), window.state, window.end - window.start + 1.5 / rate, rate, step=STEP)
+    truth = swing(bare(rig), window.state, window.end - window.start + 1.5 / rate, rate, step=step)
     first = truth.segments[0]
     flips = np.where(np.sum(first.quaternion[1:] * first.quaternion[:-1], axis=1) < 0, -1.0, 1.0)
     q = first.quaternion * np.cumprod(np.concatenate([[1.0], flips]))[:, None]
@@ -80,7 +77,7 @@ def rolled_out(rig: Rig, window: Window, rate: float) -> Played:
     )
 
 
-def angle(truth: Truth, window: Window) -> Array:
+def angle(truth: Truth, window: Swing) -> Array:
     """Return the hinge's angle (n,) rad as it is counted in the window's state, whole turns in it."""
     assert truth.joint_angle is not None
     turns = np.round((window.state.angle - truth.joint_angle[0]) / (2 * np.pi))
@@ -100,7 +97,7 @@ def beside(rig: Rig, state: Start, step: Array) -> Start:
     return replace(state, quaternion=turned, rate=state.rate + step[3:])
 
 
-def refined(rig: Rig, window: Window, misfit: Misfit) -> Window:
+def refined(rig: Rig, window: Swing, misfit: Misfit) -> Swing:
     """Return a window with the state at its start that fits its first second best, from a state that is near."""
     brief = replace(window, end=min(window.end, window.start + FIRST))
     found = misfit(brief)[1]
@@ -114,14 +111,14 @@ def refined(rig: Rig, window: Window, misfit: Misfit) -> Window:
     return replace(window, state=brief.state)
 
 
-def slopes(rig: Rig, window: Window, misfit: Misfit) -> Array:
+def slopes(rig: Rig, window: Swing, misfit: Misfit) -> Array:
     """Return the derivatives (n, 2 or 6) of a window's misfit by the state at its start, by differences."""
     here = misfit(window)[1]
     moved = (misfit(replace(window, state=beside(rig, window.state, TINY * row)))[1] for row in np.eye(freedoms(rig)))
     return np.stack([(there - here) / TINY for there in moved], axis=1)
 
 
-def horizon(rig: Rig, window: Window, misfit: Misfit) -> float:
+def horizon(rig: Rig, window: Swing, misfit: Misfit) -> float:
     """Return until when, in s, a window's roll-out is less uncertain than the noise for its start's sake."""
     if rig.family == "hinge":
         return window.end
@@ -142,4 +139,4 @@ def horizon(rig: Rig, window: Window, misfit: Misfit) -> float:
         ahead *= 3
 
 
-__all__ = ["LEAST_S", "Misfit", "Window", "can_swing", "horizon", "refined", "rolled_out"]
+__all__ = ["LEAST_S", "Misfit", "can_swing", "horizon", "refined", "rolled_out"]
