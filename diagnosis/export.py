@@ -17,6 +17,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.baseline import whole
 from imubench.diagnosis.evidence import Evidence, Played, Pose
 from imubench.diagnosis.result import Diagnosis, Finding
+from imubench.diagnosis.simulation.swing_file import KEY, swing_tables
 from imubench.effects import EFFECTS
 from imubench.effects.effect import Effect
 from imubench.errors import InputError
@@ -152,6 +153,7 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
             }
             for encoder in recording.encoders
         ],
+        KEY: swing_tables(evidence.rolled_out, recording.rig),
         "effect": [effect_table(f, recording.rig) for f in whole(d) if f.named],
     }
     (folder / SENSORS).write_text(toml(content), encoding="utf-8")

@@ -1,4 +1,7 @@
-"""The `model/` of a diagnosis, read back and played: MJCF, sensors, effects and motion become a recording."""
+"""The `model/` of a diagnosis, read back and played: MJCF, sensors, effects and motion become a recording.
+
+Inside its free swings the rig is rolled out by forces alone; elsewhere the recovered motion is prescribed.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,6 +14,8 @@ from imubench.diagnosis.evidence import Played
 from imubench.diagnosis.export import FORMAT, SENSORS, sensor_law
 from imubench.diagnosis.replay import DEGREE, played_through, readings
 from imubench.diagnosis.rig_file import read_rig
+from imubench.diagnosis.simulation.splice import with_swings
+from imubench.diagnosis.simulation.swing_file import KEY, read_swings
 from imubench.effects.effect import Reading
 from imubench.errors import InputError, shown, unknown
 from imubench.inputs.files import inside
@@ -103,6 +108,8 @@ def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
             f"{motion.time[0]:g} to {motion.time[-1]:g} s"
         )
     truth = played_through(rig, motion, start, end - start, max(float(s["rate"]) for s in (*imus, *encoders)))
+    swings = read_swings(_tables(content, KEY, path), family, (start, end), str(path))
+    truth = with_swings(rig, truth, start, swings)
     made = []
     for table in imus:
         name = table["name"]

@@ -25,12 +25,12 @@ from imubench.diagnosis.evidence import Played, Swing
 from imubench.errors import InputError
 from imubench.sim.rigs import Mount, Rig
 from imubench.sim.swing import Start, swing
-from imubench.truth import Truth
 
 Misfit = Callable[[Swing], tuple[Array, Array]]
 """Takes a window; returns the times (n,) s of all samples in it, and simulated minus measured over the noise (n,)."""
 
 STEP = 1e-3  # s, of the integration: Runge and Kutta's error of a swing of 1 Hz is 1e-9 rad a second
+CHUNK_S = 30.0  # s that are integrated at once: memory does not grow with the swing
 WEIGHT = 1e-9  # of the segment's mass, that a sensor has: MuJoCo takes no massless body
 FIRST = 1.0  # s, that the state at the start is fitted to
 ROUNDS = 3  # of Gauss and Newton: the state is known to some hundredths beforehand
@@ -68,20 +68,24 @@ def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP) -> Play
     """
     if not can_swing(rig):
         raise InputError("roll-out: expected a base or a pivot that stands still, got one that is moved")
-    truth = swing(bare(rig), window.state, window.end - window.start + 1.5 / rate, rate, step=step)
-    first = truth.segments[0]
-    flips = np.where(np.sum(first.quaternion[1:] * first.quaternion[:-1], axis=1) < 0, -1.0, 1.0)
-    q = first.quaternion * np.cumprod(np.concatenate([[1.0], flips]))[:, None]
-    return Played(
-        window.start + truth.time, q, first.position, None if truth.joint_angle is None else angle(truth, window)
-    )
-
-
-def angle(truth: Truth, window: Swing) -> Array:
-    """Return the hinge's angle (n,) rad as it is counted in the window's state, whole turns in it."""
-    assert truth.joint_angle is not None
-    turns = np.round((window.state.angle - truth.joint_angle[0]) / (2 * np.pi))
-    return np.asarray(truth.joint_angle + 2 * np.pi * turns)
+    light, state, rows = bare(rig), window.state, int((window.end - window.start) * rate + 1e-6) + 2
+    turns, angles, most = [], [], max(int(CHUNK_S * rate), 1)
+    for begin in range(0, rows, most):
+        count = min(most, rows - begin)
+        truth = swing(light, state, (count + 1) / rate, rate, step=step)
+        first = truth.segments[0]
+        turns.append(first.quaternion[:count])
+        if truth.joint_angle is None or truth.joint_rate is None:
+            state = Start(quaternion=first.quaternion[-1], rate=first.rate[-1])
+            continue
+        found = truth.joint_angle + 2 * np.pi * np.round((state.angle - truth.joint_angle[0]) / (2 * np.pi))
+        angles.append(found[:count])
+        state = Start(angle=float(found[-1]), angle_rate=float(truth.joint_rate[-1]))
+    q = np.concatenate(turns)
+    flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
+    q = q * np.cumprod(np.concatenate([[1.0], flips]))[:, None]
+    time = window.start + np.arange(rows) / rate
+    return Played(time, q, np.zeros((rows, 3)), np.concatenate(angles) if angles else None)
 
 
 def freedoms(rig: Rig) -> int:
