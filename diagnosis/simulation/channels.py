@@ -83,7 +83,8 @@ def read_out(model: SimModel, recording: Recording, truth: Truth, zero: float) -
         return interpolate(values, places)
 
     for imu in recording.imus:
-        both = reported(truth, zero, imu.time, imu.name, model.laws.get(imu.name, {}))
+        laws = model.laws.get(imu.name, {})
+        both = reported(truth, model.start, imu.time, imu.name, laws, zero - model.start)
         for part, values in zip(("gyro", "accel"), both, strict=True):
             out |= {f"{imu.name}.{name}": values[:, i] for i, name in enumerate(CHANNELS[part][0])}
     for encoder in recording.encoders:

@@ -8,7 +8,7 @@ from imubench.diagnosis.budget import NUMBERS, Budget
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.result import Finding, Simulation
-from imubench.diagnosis.simulation.judge import beside
+from imubench.diagnosis.simulation.beside import beside
 from imubench.errors import InputError
 
 UNPLAYED = "the simulation beside the recording"

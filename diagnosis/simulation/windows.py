@@ -26,14 +26,19 @@ CATCH = 0.3  # s in which a hand stops a limb
 LEVEL = 0.05  # of the torque of the segment's weight: an attitude is known to some degrees
 
 
-def free(fit: Fit) -> tuple[Window, ...]:
-    """Return the stretches of a fit's free swings in which the body is not held, in s of the recording's clock."""
+def free(fit: Fit, friction: float | None = None) -> tuple[Window, ...]:
+    """Return the stretches of a fit's free swings in which the body is not held, in s of the recording's clock.
+
+    `friction` is the dry friction in N m that may hold it; None: the fit's own.
+    """
     recording = fit.model.recording
-    out = [piece for swing in recording.free_swings for piece in cut_out([swing], held(fit, swing))]
+    if friction is None:
+        friction = sum(float(numbers(fit, h)["t"][0]) for h in named(fit) if h.effect.name == "dry_friction")
+    out = [piece for swing in recording.free_swings for piece in cut_out([swing], held(fit, swing, friction))]
     return tuple(piece for piece in out if piece[1] - piece[0] >= LEAST_S)
 
 
-def held(fit: Fit, swing: Window) -> tuple[Window, ...]:
+def held(fit: Fit, swing: Window, friction: float) -> tuple[Window, ...]:
     """Return when a hand holds the body in a free swing, until it moves again, in s of the recording's clock."""
     model, body = fit.model, fit.model.recording.body
     if body is None:
@@ -46,7 +51,6 @@ def held(fit: Fit, swing: Window) -> tuple[Window, ...]:
     lacks = missing_torque(model, fit.state, body, time).value
     size = np.abs(lacks[:, HINGE_AXIS]) if model.rig.hinge else np.linalg.norm(lacks, axis=1)
     weight = body.mass * STANDARD_GRAVITY * float(np.linalg.norm(body.com))
-    friction = sum(float(numbers(fit, h)["t"][0]) for h in named(fit) if h.effect.name == "dry_friction")
     return tuple(
         (a + model.start - CATCH, b + model.start)
         for a, b in stretches(time, still & (size > friction + LEVEL * weight), speed)
