@@ -13,13 +13,13 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.evidence import Comparison, Swing
-from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.fit import AGAIN, Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.noise import LOOSENED, levels
 from imubench.diagnosis.refit import extended
 from imubench.diagnosis.result import Simulation
 from imubench.diagnosis.simulation.channels import (
     channels,
-    span_of,
 )
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Learned, Part, learned, parts_of
@@ -65,12 +65,14 @@ def beside(
         return None
     measured = channels(recording)
     judge = Judge(recording, measured, counting(measured, best, recording), noise, parts(best), ((), ()))
+    found = named(best)
+    if found:
+        declared, best = as_smooth(declared, best)
     after = learned(best, judge.parts)
     of_half = [[part for part in judge.parts if part.half == half] for half in (0, 1)]
     started = [rolled(judge, one.fit, sim_model(one.fit), own) for one, own in zip(after, of_half, strict=True)]
     first, second = (tuple((w.start, w.end) for w in windows) for windows in started)
     judge = replace(judge, windows=(first, second))
-    found = named(best)
     before = learned(declared, judge.parts) if found else after
     with_all = judge.whole(after, started)
     without = judge.whole(before) if found else with_all
@@ -92,10 +94,32 @@ def beside(
     )
 
 
+def as_smooth(declared: Fit, best: Fit) -> tuple[Fit, Fit]:
+    """Return both fits solved again with one motion's roughness and one noise: as they are estimated beside `best`.
+
+    How rough a hand moves is the hand's. A declared model that lacks a spring is fitted with a motion so rough that it
+    rings as the spring does, and every other sensor with it: prescribed to that motion nothing would be wrong with it.
+    A search leaves the motion loose as well (`LOOSENED`), so that what it holds smooth is not taken for a mismatch.
+    """
+    rough = [name for name in declared.noise if name.startswith("smooth.")]
+    if not rough:
+        return declared, best
+    best = with_levels(best, {name: best.noise[name] / LOOSENED for name in rough})
+    found = levels(best)[0]
+    told = {name: found[name] for name in rough}
+    measured = {rows.name: best.noise[rows.name] for rows in best.measured}
+    return with_levels(declared, {n: std for n, std in measured.items() if n in declared.noise} | told), best
+
+
+def with_levels(fit: Fit, told: Mapping[str, float]) -> Fit:
+    """Return a fit solved again at other noise levels."""
+    return solve(fit.model, fit.state, fit.noise | told, fit.anchor, steps=AGAIN)
+
+
 def parts(fit: Fit) -> tuple[Part, ...]:
     """Return the halves that a recording is cut into, after the free swings of its fit."""
     recording = fit.model.recording
-    return parts_of(span_of(recording), recording.free_swings if recording.body is not None else ())
+    return parts_of(recording, recording.free_swings if recording.body is not None else ())
 
 
 def unbroken(judge: Judge, fit: Fit, started: Sequence[Swing]) -> tuple[Swing, ...]:

@@ -1,7 +1,8 @@
 """Numbers that were learned on other samples than they are judged on.
 
 The recording is cut into two halves. Where several free swings are declared, every other one is of one half, and each
-stretch between them is cut in the middle; a single swing, and a recording without any, is cut in the middle. So both
+stretch between them is cut in two; so is a single swing, and a recording without any. A stretch is cut where half of
+its motion is over, by the square of the rate: a swing that friction stops shows in its second minute nothing. So both
 halves have what shows a torque, and a roll-out begins anew with its half, from the state at its start.
 
 Each half's parameters are one Gauss-Newton step from those of the whole (as in `heldout`): exact where the rows are
@@ -28,8 +29,11 @@ from imubench.diagnosis.settle import moved
 from imubench.diagnosis.swings import is_data
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.windows import Window, cut_out
+from imubench.recording import Recording
 
 TELLS = 4.0  # times another half's std: with a sixteenth of its samples a half still teaches it something
+LEAST = 0.2  # of a stretch, that each half of it has at least
+MOST = 20_000  # times at which motion is summed up: 30 ms apart in ten minutes
 POLISH = 2  # steps of the solver, from where one step of the whole leads: the motion only has to follow
 
 
@@ -51,21 +55,45 @@ class Learned:
     held_out: bool  # whether all of them were learned there
 
 
-def parts_of(span: Window, swings: tuple[Window, ...]) -> tuple[Part, ...]:
-    """Return the parts of a recording from its first to its last stamp, in their order."""
+def parts_of(recording: Recording, swings: tuple[Window, ...]) -> tuple[Part, ...]:
+    """Return the parts of a recording with free `swings` (s) from its first to its last stamp, in their order."""
+    time, power = motion(recording)
+    span = float(time[0]), float(time[-1])
     swings = tuple(sorted((max(a, span[0]), min(b, span[1])) for a, b in swings if b > span[0] and a < span[1]))
-    out = [Part(*window, half, False) for gap in cut_out([span], swings) for half, window in enumerate(halved(gap))]
+
+    def halved(window: Window, swing: bool) -> list[Part]:
+        cut = half_way(time, power, window)
+        return [Part(window[0], cut, 0, swing), Part(cut, window[1], 1, swing)]
+
+    out = [part for gap in cut_out([span], swings) for part in halved(gap, False)]
     if len(swings) == 1:
-        out += [Part(*window, half, True) for half, window in enumerate(halved(swings[0]))]
+        out += halved(swings[0], True)
     else:
         out += [Part(*window, i % 2, True) for i, window in enumerate(swings)]
     return tuple(sorted(out, key=lambda part: part.start))
 
 
-def halved(window: Window) -> tuple[Window, Window]:
-    """Return both halves of a window."""
-    middle = (window[0] + window[1]) / 2
-    return (window[0], middle), (middle, window[1])
+def motion(recording: Recording) -> tuple[Array, Array]:
+    """Return times (n,) s from the first to the last stamp, and the squared rates that are measured there (n,)."""
+    stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders]
+    stamps += [p.time for p in recording.poses]
+    time = np.linspace(min(float(t[0]) for t in stamps), max(float(t[-1]) for t in stamps), MOST)
+    power = np.zeros(MOST)
+    for imu in recording.imus:
+        power += np.interp(time, imu.time, np.sum(imu.gyro**2, axis=1))
+    for encoder in recording.encoders:
+        power += np.gradient(np.interp(time, encoder.time, encoder.angle), time) ** 2
+    return time, power
+
+
+def half_way(time: Array, power: Array, window: Window) -> float:
+    """Return when half of a window's motion is over, not within its first or last `LEAST` share."""
+    inside = (time >= window[0]) & (time <= window[1])
+    low, high = (window[0] + share * (window[1] - window[0]) for share in (LEAST, 1 - LEAST))
+    total = np.cumsum(power[inside])
+    if not total.size or not total[-1] > 0:
+        return (window[0] + window[1]) / 2
+    return float(np.clip(time[inside][np.searchsorted(total, total[-1] / 2)], low, high))
 
 
 def half_at(parts: tuple[Part, ...], time: Array) -> NDArray[np.int64]:

@@ -4,6 +4,10 @@ Weight, the joint's torques and the declared body are the rig's; nothing is pres
 the declared body is with them. A hinge on a base that stands still has the state (q, q'), a limb on a ball joint
 (R, w), R segment -> world, w in segment axes.
 
+MuJoCo's dry friction is a constraint that turns over one step before the joint does: with it a roll-out is off by as
+much as the step is long (by 3e-3 rad after 8 s in steps of 1 ms). It is taken twice, in steps and in half steps, and
+extrapolated to none: q = q_half exp(log(q_whole^-1 q_half)).
+
 What is measured shows a state to its noise, and a swing of many periods shows what is wrong with that at its end. So
 the state is refined until the first second of the roll-out fits the samples best, by Gauss and Newton: a period of a
 limb of 25 cm, in which hundreds of samples tell two or six numbers, and friction takes off next to nothing.
@@ -68,6 +72,20 @@ def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP) -> Play
     """
     if not can_swing(rig):
         raise InputError("roll-out: expected a base or a pivot that stands still, got one that is moved")
+    steps = int(np.ceil(1.0 / (rate * step) - 1e-9))
+    q, angle = integrated(rig, window, rate, 1.0 / (rate * steps))
+    if rig.dry_friction:
+        finer, finer_angle = integrated(rig, window, rate, 0.5 / (rate * steps))
+        off = rotations.log(rotations.multiply(rotations.conjugate(q), finer))
+        q = rotations.multiply(finer, rotations.exp(off))
+        angle = None if angle is None or finer_angle is None else 2 * finer_angle - angle
+    flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
+    q = q * np.cumprod(np.concatenate([[1.0], flips]))[:, None]
+    return Played(window.start + np.arange(len(q)) / rate, q, np.zeros((len(q), 3)), angle)
+
+
+def integrated(rig: Rig, window: Swing, rate: float, step: float) -> tuple[Array, Array | None]:
+    """Return segment 1's attitude (n, 4) and the hinge's angle (n,) rad, None on a ball joint, in steps of `step` s."""
     light, state, rows = bare(rig), window.state, int((window.end - window.start) * rate + 1e-6) + 2
     turns, angles, most = [], [], max(int(CHUNK_S * rate), 1)
     for begin in range(0, rows, most):
@@ -81,11 +99,7 @@ def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP) -> Play
         found = truth.joint_angle + 2 * np.pi * np.round((state.angle - truth.joint_angle[0]) / (2 * np.pi))
         angles.append(found[:count])
         state = Start(angle=float(found[-1]), angle_rate=float(truth.joint_rate[-1]))
-    q = np.concatenate(turns)
-    flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
-    q = q * np.cumprod(np.concatenate([[1.0], flips]))[:, None]
-    time = window.start + np.arange(rows) / rate
-    return Played(time, q, np.zeros((rows, 3)), np.concatenate(angles) if angles else None)
+    return np.concatenate(turns), np.concatenate(angles) if angles else None
 
 
 def freedoms(rig: Rig) -> int:
