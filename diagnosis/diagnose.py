@@ -42,6 +42,7 @@ from imubench.diagnosis.rounded import beside_rounding, sharp
 from imubench.diagnosis.samples import Sampled
 from imubench.diagnosis.select import FURTHER, Selection, select
 from imubench.diagnosis.series import named_by_law
+from imubench.diagnosis.simulation.step import judged_by_simulation
 from imubench.diagnosis.stopped import NAMELESS as UNNAMED
 from imubench.diagnosis.stopped import doubted, not_fitted, verdict_when_stopped, with_rest
 from imubench.diagnosis.struck import struck_again
@@ -132,8 +133,9 @@ def diagnose(
         if chosen and not partly and any(f.confidence >= SURE for f in named):
             rest = not_told(with_rest(rest, after, allowed(after)), samples.findings)
         traces = gather.traces(before, after if named or rest else None)
+    without: dict[tuple[str, str], Fit] = {}
     with step("see what each finding moves"):
-        named, rest = material(named, rest, best, samples, recording, budget, tolerance)
+        named, rest = material(named, rest, best, samples, recording, budget, tolerance, without)
     with step("ask whether the halves agree"):
         doubted_by = speaking_against(plain, before, after, named, budget)
     noise = gather.noise_of(before.levels, recording, samples.rest)
@@ -156,6 +158,8 @@ def diagnose(
             *samples.notes,
         ),
     )
+    with step("play the simulations beside the recording"):
+        simulation, evidence = judged_by_simulation(evidence, first, plain, (*named, *rest), without, budget)
     verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest, nobody, bool(doubted_by))
     if partly:
         verdict, unseen = verdict_when_stopped(named, rest, after, nobody, bool(doubted_by))
@@ -185,6 +189,7 @@ def diagnose(
         sensors,
         None if learned is None else learned.record,
         doubts=doubted_by if verdict == "partly explained" else (),
+        simulation=simulation,
     )
     return diagnosis, evidence
 
@@ -208,11 +213,15 @@ def material(
     recording: Recording,
     budget: Budget,
     tolerance: Pair,
+    without: dict[tuple[str, str], Fit],
 ) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
-    """Return findings with and without a name, with what each moves and whether that is material."""
+    """Return findings with and without a name, with what each moves and whether that is material.
+
+    Fits without one of them are put into `without`, by effect and place.
+    """
     moves: dict[int, dict[str, Move]] = {}
     with budget.part(NUMBERS, "what each finding moves"):
-        for finding, known in moves_of((*named, *rest), fit, samples, recording):
+        for finding, known in moves_of((*named, *rest), fit, samples, recording, without):
             moves[id(finding)] = known
     return with_moves(named, moves, tolerance), with_moves(rest, moves, tolerance)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from imubench.arrays import Array, frozen, frozen_quaternion, frozen_time
 from imubench.errors import InputError
 from imubench.recording import Recording, positive
+from imubench.sim.swing import Start
 
 
 @dataclass(frozen=True)
@@ -48,17 +49,19 @@ class Trace:
 
 @dataclass(frozen=True)
 class Comparison:
-    """One channel on data that the fit has not seen: measured, and predicted without and with a finding."""
+    """One channel: measured, and simulated by MuJoCo without and with a finding, or all of them."""
 
-    channel: str  # imu2.acc_x
+    channel: str  # imu2.acc_x, encoder.hinge
     unit: str
-    time: Array  # (n,) s
+    time: Array  # (n,) s, the sensor's stamps
     measured: Array  # (n,)
-    before: Array  # (n,) predicted by the model without the finding
+    before: Array  # (n,) of the model without the finding
     after: Array  # (n,) and with it
     noise: float  # std of the channel's noise
+    held_out: tuple[tuple[float, float], ...] = ()  # windows in s whose numbers were learned on other samples
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "held_out", tuple((float(a), float(b)) for a, b in self.held_out))
         object.__setattr__(self, "time", frozen_time(self.time, f"{self.channel}.time"))
         for key in ("measured", "before", "after"):
             object.__setattr__(self, key, frozen(getattr(self, key), (self.time.size,), f"{self.channel}.{key}"))
@@ -83,6 +86,19 @@ class Played:
         ):  # fmt: skip
             if getattr(self, key) is not None:
                 object.__setattr__(self, key, frozen(getattr(self, key), shape, f"motion.{key}"))
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A stretch of a free swing and the state at its start."""
+
+    start: float  # s, the recording's clock
+    end: float  # s
+    state: Start
+
+    def __post_init__(self) -> None:
+        if not self.end > self.start:
+            raise InputError(f"swing: expected an end after its start, got {self.start:g} to {self.end:g} s")
 
 
 @dataclass(frozen=True)
@@ -119,7 +135,9 @@ class Evidence:
     levels: tuple[Level, ...]
     motion_before: Played | None = None  # of the nominal model, where it is another
     heldout_s: tuple[tuple[float, float], ...] = ()  # windows that the fit has not seen
-    comparisons: tuple[tuple[Comparison, ...], ...] = ()  # for every finding, in their order
+    comparisons: tuple[tuple[Comparison, ...], ...] = ()  # for every finding, in their order: without and with it
+    simulated: tuple[Comparison, ...] = ()  # every channel: the declared model, and the model with all findings
+    rolled_out: tuple[Swing, ...] = ()  # stretches of free swings that a replay rolls out, the states at their starts
     notes: tuple[str, ...] = field(default=())  # how it was done, a sentence each
 
     @property

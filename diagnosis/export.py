@@ -17,12 +17,14 @@ from imubench.arrays import Array
 from imubench.diagnosis.baseline import whole
 from imubench.diagnosis.evidence import Evidence, Played, Pose
 from imubench.diagnosis.result import Diagnosis, Finding
+from imubench.diagnosis.simulation.swing_file import KEY, swing_tables
 from imubench.effects import EFFECTS
 from imubench.effects.effect import Effect
 from imubench.errors import InputError
 from imubench.format1.tables import write_table
 from imubench.recording import Recording
 from imubench.sim.compile import specify
+from imubench.sim.injected import SWUNG
 from imubench.sim.rigs import HEAVIEST, STANDARD_RIGS, Mount, Rig, Segment, springs
 
 FORMAT = 1
@@ -152,17 +154,22 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
             }
             for encoder in recording.encoders
         ],
-        "effect": [effect_table(f, recording.rig) for f in whole(d) if f.named],
+        KEY: swing_tables(evidence.rolled_out, recording.rig),
+        "effect": [effect_table(f, recording.rig, bool(evidence.rolled_out)) for f in whole(d) if f.named],
     }
     (folder / SENSORS).write_text(toml(content), encoding="utf-8")
     return name
 
 
-def effect_table(f: Finding, rig: str) -> dict[str, Any]:
-    """Return a finding for imus.toml; `replayed` says whether the model's replay has it in."""
+def effect_table(f: Finding, rig: str, swings: bool = True) -> dict[str, Any]:
+    """Return a finding for imus.toml; `replayed` says whether the model's replay has it in.
+
+    A torque moves nothing unless the replay rolls out a free swing; `swings` says whether it does.
+    """
     parameters = {name: p.value.tolist() for name, p in f.parameters.items()}
     modelled = (*SPRUNG, *GEOMETRY, *(OF_A_HINGE if rig == "hinge" else ()))
     played = f.effect in modelled or sensor_law(f.effect, f.parameters) is not None
+    played = played and (swings or f.effect not in SWUNG)
     return {"name": f.effect, "at": f.at, "replayed": played, "parameters": parameters}
 
 

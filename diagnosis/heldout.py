@@ -80,7 +80,7 @@ def held_out(fit: Fit, span: tuple[float, float] | None = None, most: float = BL
     for half in (0, 1):
         own = [part.of(block % 2 == half) for part, block in zip(parts, blocks, strict=True)]
         normal = Normal.of(model.tracks, model.parameters, own + priors)
-        halves.append(_told_by(normal))
+        halves.append(told_by(normal)[:3])
         del normal  # with its factors, before the other half's: memory
     cost = np.zeros(count)
     for half, (motion, own_step, follow) in enumerate(halves):
@@ -130,14 +130,15 @@ def gain(before: Array, after: Array, rng: np.random.Generator) -> Gain:
     return Gain(float(blocks.sum()), float(low), float(high), blocks)
 
 
-def _told_by(normal: Normal) -> tuple[Array, Array, Array]:
+def told_by(normal: Normal) -> tuple[Array, Array, Array, Array]:
     """Return the steps of the splines (m, b) and the parameters (p,) that a half alone asks for.
 
-    With them what the splines do (m, b, p) when a parameter takes another step.
+    With them what the splines do (m, b, p) when a parameter takes another step, and the parameters' std (p,).
     """
     solution = solve_arrow(normal.band, normal.border, normal.corner)
     x, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
-    return x[:, :, 0], p[:, 0], -solution.factor.backward(solution.half)
+    std = np.sqrt(np.diag(np.linalg.inv(solution.schur)))
+    return x[:, :, 0], p[:, 0], -solution.factor.backward(solution.half), std
 
 
 def _left(part: Linear, motion: Array, learnt: Array, width: int) -> Array:
@@ -146,4 +147,4 @@ def _left(part: Linear, motion: Array, learnt: Array, width: int) -> Array:
     return np.asarray(part.residual + followed + part.border @ learnt)
 
 
-__all__ = ["Gain", "block_of", "by_halves", "gain", "held_out", "predicted"]
+__all__ = ["Gain", "block_of", "by_halves", "gain", "held_out", "predicted", "told_by"]

@@ -1,4 +1,7 @@
-"""The `model/` of a diagnosis, read back and played: MJCF, sensors, effects and motion become a recording."""
+"""The `model/` of a diagnosis, read back and played: MJCF, sensors, effects and motion become a recording.
+
+Inside its free swings the rig is rolled out by forces alone; elsewhere the recovered motion is prescribed.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,6 +14,8 @@ from imubench.diagnosis.evidence import Played
 from imubench.diagnosis.export import FORMAT, SENSORS, sensor_law
 from imubench.diagnosis.replay import DEGREE, played_through, readings
 from imubench.diagnosis.rig_file import read_rig
+from imubench.diagnosis.simulation.splice import with_swings
+from imubench.diagnosis.simulation.swing_file import KEY, read_swings
 from imubench.effects.effect import Reading
 from imubench.errors import InputError, shown, unknown
 from imubench.inputs.files import inside
@@ -37,7 +42,7 @@ def check_same(folder: Path, recording: Recording) -> None:
     if not is_model(folder):
         return
     path = folder / SENSORS
-    for i, table in enumerate(_tables(load_toml(path), "imu", path)):
+    for i, table in enumerate(tables_of(load_toml(path), "imu", path)):
         where = f"{path}, imu[{i}]"
         name, imus = _text(table, "name", where), {i.name: i for i in recording.imus}
         if name not in imus:
@@ -69,7 +74,7 @@ def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
     model, path_of_motion = (inside(folder, _text(content, key, str(path)), str(path)) for key in ("model", "motion"))
     rig = read_rig(model, family)
     motion = read_motion(path_of_motion)
-    imus, encoders = (_tables(content, key, path) for key in ("imu", "encoder"))
+    imus, encoders = (tables_of(content, key, path) for key in ("imu", "encoder"))
     stamps: dict[str, Array] = {}
     noise: dict[str, tuple[float, float]] = {}
     known = [f"imu{i + 1}" for i in range(len(rig.mounts))]
@@ -84,16 +89,7 @@ def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
         where = f"{path}, encoder[{i}]"
         stamps[_text(table, "joint", where)] = _stamps(table, where)
     angle_noise = [_number(e, "angle_noise_std", f"{path}, encoder[{i}]") for i, e in enumerate(encoders)]
-    effects = {}
-    for i, table in enumerate(_tables(content, "effect", path)):
-        where = f"{path}, effect[{i}]"
-        effect = _text(table, "name", where)
-        effects[effect, _text(table, "at", where)] = values = _parameters(table, where)
-        law = sensor_law(effect, values)
-        for p in law.parameters if law else ():
-            if values[p.name].size != p.width:
-                got = values[p.name].size
-                raise InputError(f"{where}, key 'parameters.{p.name}': expected {p.width} of {effect}, got {got}")
+    effects = effects_of(content, path)
     if not stamps:
         raise InputError(f"{path}: expected an [[imu]] or an [[encoder]], got none")
     start, end = min(t[0] for t in stamps.values()), max(t[-1] for t in stamps.values())
@@ -103,6 +99,8 @@ def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
             f"{motion.time[0]:g} to {motion.time[-1]:g} s"
         )
     truth = played_through(rig, motion, start, end - start, max(float(s["rate"]) for s in (*imus, *encoders)))
+    swings = read_swings(tables_of(content, KEY, path), family, (start, end), str(path))
+    truth = with_swings(rig, truth, start, swings)
     made = []
     for table in imus:
         name = table["name"]
@@ -127,7 +125,23 @@ def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
     return recording, truth
 
 
-def _tables(content: Mapping[str, Any], key: str, path: Path) -> list[dict[str, Any]]:
+def effects_of(content: Mapping[str, Any], path: Path) -> dict[tuple[str, str], dict[str, Array]]:
+    """Return the parameters of every effect in the content of imus.toml, by effect and place."""
+    effects = {}
+    for i, table in enumerate(tables_of(content, "effect", path)):
+        where = f"{path}, effect[{i}]"
+        effect = _text(table, "name", where)
+        effects[effect, _text(table, "at", where)] = values = _parameters(table, where)
+        law = sensor_law(effect, values)
+        for p in law.parameters if law else ():
+            if values[p.name].size != p.width:
+                got = values[p.name].size
+                raise InputError(f"{where}, key 'parameters.{p.name}': expected {p.width} of {effect}, got {got}")
+    return effects
+
+
+def tables_of(content: Mapping[str, Any], key: str, path: Path) -> list[dict[str, Any]]:
+    """Return the [[key]] tables in the content of imus.toml; none where there are none."""
     found = content.get(key, [])
     if not isinstance(found, list) or not all(isinstance(table, dict) for table in found):
         raise InputError(f"{path}, key '{key}': expected [[{key}]] tables, got {shown(found)}")
@@ -186,15 +200,23 @@ def _encoder(truth: Truth, start: float, joint: str, stamps: Array, std: float, 
 
 
 def reported(
-    truth: Truth, start: float, stamps: Array, name: str, effects: Mapping[str, Mapping[str, Array]]
+    truth: Truth,
+    start: float,
+    stamps: Array,
+    name: str,
+    effects: Mapping[str, Mapping[str, Array]],
+    first: float = 0.0,
 ) -> tuple[Array, Array]:
-    """Return rate and specific force (n, 3) as an IMU reports them, its clock and its errors in."""
+    """Return rate and specific force (n, 3) as an IMU reports them, its clock and its errors in.
+
+    Drifts and clocks count from `start`, a stamp in s; the first row of the truth is `first` s behind it.
+    """
     laws = [(sensor_law(effect, values), values) for effect, values in effects.items()]
     known = [(law, {k: Jet(v.reshape(1, -1)) for k, v in values.items()}) for law, values in laws if law is not None]
     time = Jet((stamps - start)[:, None])
     for law, values in known:
         time = law.clock(time, values)
-    gyro, accel = readings(truth, 0.0, {name: np.clip(time.value[:, 0], 0.0, truth.time[-1])})[name]
+    gyro, accel = readings(truth, first, {name: np.clip(time.value[:, 0], first, first + truth.time[-1])})[name]
     reading = Reading(Jet(gyro), Jet(accel), time)
     for law, values in known:
         error = law.error(reading, values)

@@ -1,6 +1,5 @@
 """What a diagnosis says, as it stands in diagnosis.json: checked when it is made, and frozen from then on."""
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
@@ -8,19 +7,22 @@ from typing import Literal, get_args
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.result_checks import PLACES as PLACES
+from imubench.diagnosis.result_checks import Pair as Pair
+from imubench.diagnosis.result_checks import finite as finite
+from imubench.diagnosis.result_checks import place, span, within
+from imubench.diagnosis.simulation.result import SimulatedChannel as SimulatedChannel
+from imubench.diagnosis.simulation.result import Simulation as Simulation
 from imubench.errors import InputError, unknown
 
 Verdict = Literal["no mismatch", "explained", "partly explained", "unexplained", "unobservable"]
 VERDICTS: tuple[str, ...] = get_args(Verdict)
 UNKNOWN = "unknown"  # the effect that stands for what the library does not explain
-PLACES = re.compile(r"imu[12]|joint|body|world|encoder|pose[1-9]")
 SURE = 0.5  # confidence from which a finding counts in the verdict
 CHANNEL_UNIT = "RMS error over noise std"
 ROUNDED = 1e-6  # of a correlation, that rounding may change
 SOURCES = ("declared", "profile", "rest", "unknown")
 NOT_KNOWN = "unknown"  # the source of a noise that nobody declares and no rest shows
-
-Pair = tuple[float, float]
 
 TOLERANCE: Pair = (0.5, 5.0)
 """deg and mm, from which on what a finding moves is material: about what a reference can tell.
@@ -41,11 +43,11 @@ class Where:
     share: float  # of the recording's excess
 
     def __post_init__(self) -> None:
-        _place(self.at, "where.at")
+        place(self.at, "where.at")
         for name, share in (*self.channels.items(), ("share", self.share)):
-            _within(share, 0.0, 1.0 + 1e-9, f"where.{name}")
+            within(share, 0.0, 1.0 + 1e-9, f"where.{name}")
         for key in ("bands_hz", "windows_s"):
-            object.__setattr__(self, key, tuple(_span(p, f"where.{key}") for p in getattr(self, key)))
+            object.__setattr__(self, key, tuple(span(p, f"where.{key}") for p in getattr(self, key)))
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,7 @@ class Interval:
 
     def __post_init__(self) -> None:
         finite(self.value, "interval.value")
-        object.__setattr__(self, "ci", _span(self.ci, "interval.ci"))
+        object.__setattr__(self, "ci", span(self.ci, "interval.ci"))
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,7 @@ class Rejected:
     heldout_gain: float
 
     def __post_init__(self) -> None:
-        _place(self.at, "rejected.at")
+        place(self.at, "rejected.at")
         finite(self.heldout_gain, "rejected.heldout_gain")
 
 
@@ -133,7 +135,7 @@ class Noise:
     source: str  # of SOURCES
 
     def __post_init__(self) -> None:
-        _within(self.std, 0.0, np.inf, "noise.std")
+        within(self.std, 0.0, np.inf, "noise.std")
         if self.source not in SOURCES:
             raise unknown("noise.source", self.source, SOURCES)
 
@@ -154,8 +156,8 @@ class Finding:
     material: bool = True  # False: all that it moves is below the tolerance
 
     def __post_init__(self) -> None:
-        _place(self.at, "finding.at")
-        _within(self.confidence, 0.0, 1.0, "finding.confidence")
+        place(self.at, "finding.at")
+        within(self.confidence, 0.0, 1.0, "finding.confidence")
 
     @property
     def named(self) -> bool:
@@ -177,7 +179,7 @@ class Own:
     parameters: Mapping[str, Parameter]
 
     def __post_init__(self) -> None:
-        _place(self.at, "own.at")
+        place(self.at, "own.at")
 
 
 @dataclass(frozen=True)
@@ -191,7 +193,7 @@ class SensorErrors:
     correlation: Array  # (k, k) of their numbers, one after the other
 
     def __post_init__(self) -> None:
-        _place(self.at, "sensors.at")
+        place(self.at, "sensors.at")
         for name, value in (("rate", self.rate), *self.ranges.items()):
             if not finite(value, f"sensors.{name}") > 0:
                 raise InputError(f"sensors.{name}: expected a number above 0, got {value:g}")
@@ -252,7 +254,7 @@ class FitQuality:
 
     def __post_init__(self) -> None:
         for value in self.heldout:
-            _within(value, 0.0, np.inf, "fit.heldout")
+            within(value, 0.0, np.inf, "fit.heldout")
 
 
 @dataclass(frozen=True)
@@ -283,7 +285,7 @@ class Nonsense:
     missing: bool = False  # there is too little to say that anything is wrong: the recording shows nothing
 
     def __post_init__(self) -> None:
-        _place(self.at, "nonsense.at")
+        place(self.at, "nonsense.at")
         for name, value in self.evidence.items():
             finite(value, f"nonsense.evidence.{name}")
 
@@ -312,6 +314,7 @@ class Diagnosis:
     sensors: tuple[SensorErrors, ...] = ()  # of every IMU; empty where none was fitted
     baseline: Baseline | None = None
     doubts: tuple[Doubt, ...] = ()
+    simulation: Simulation | None = None  # None: MuJoCo has played nothing
 
     @property
     def alarm(self) -> bool:
@@ -332,7 +335,7 @@ class Diagnosis:
         if self.verdict not in VERDICTS:
             raise unknown("verdict", self.verdict, VERDICTS)
         for value in (*self.misfit, self.seconds):
-            _within(value, 0.0, np.inf, "diagnosis.misfit and seconds")
+            within(value, 0.0, np.inf, "diagnosis.misfit and seconds")
         sure = [f for f in self.findings if f.confidence >= SURE]
         named = [f for f in sure if f.named]
         fits = {
@@ -343,7 +346,7 @@ class Diagnosis:
             "unobservable": bool(self.unseen),
         }
         for value in self.tolerance:
-            _within(value, 0.0, np.inf, "diagnosis.tolerance")
+            within(value, 0.0, np.inf, "diagnosis.tolerance")
         if not fits[self.verdict]:
             strange = f", and no noise known of {', '.join(self.noise_unknown)}" if self.noise_unknown else ""
             strange += f", and doubts about {', '.join(d.of for d in self.doubts)}" if self.doubts else ""
@@ -351,30 +354,3 @@ class Diagnosis:
                 f"verdict '{self.verdict}': expected findings that go with it, got "
                 f"{[f'{f.effect} at {f.at}, {f.confidence:.2f}' for f in self.findings]}{strange}"
             )
-
-
-def finite(value: object, name: str) -> float:
-    """Return a number; `InputError` where it is none or not finite."""
-    number = isinstance(value, int | float | np.floating | np.integer) and not isinstance(value, bool)
-    if not number or not np.isfinite(value):  # type: ignore[call-overload]
-        raise InputError(f"{name}: expected a finite number, got {value!r}")
-    return float(value)  # type: ignore[arg-type]
-
-
-def _within(value: float, low: float, high: float, name: str) -> None:
-    if not low <= finite(value, name) <= high:
-        raise InputError(f"{name}: expected a number from {low:g} to {high:g}, got {value:g}")
-
-
-def _span(pair: object, name: str) -> Pair:
-    if not isinstance(pair, tuple | list) or len(pair) != 2:
-        raise InputError(f"{name}: expected two numbers, got {pair!r}")
-    low, high = (finite(x, name) for x in pair)
-    if high < low:
-        raise InputError(f"{name}: expected the lower end first, got {low:g} and {high:g}")
-    return low, high
-
-
-def _place(at: str, name: str) -> None:
-    if not isinstance(at, str) or not PLACES.fullmatch(at):
-        raise unknown(name, at, ("imu1", "imu2", "joint", "body", "world", "encoder", "pose1"))

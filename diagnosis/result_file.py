@@ -12,6 +12,7 @@ from imubench.diagnosis.result import (
     Parameter,
     Rejected,
     SensorErrors,
+    Simulation,
     Where,
 )
 
@@ -23,8 +24,8 @@ MISFIT_UNIT = "residual power over noise power, 1 = only noise"
 def as_dict(d: Diagnosis) -> dict[str, Any]:
     """Return the content of diagnosis.json.
 
-    "doubts", "unseen", "nonsense", "stopped" with "not_tried", "sensors", "baseline" and a finding's "where" stand in
-    it only where there are any.
+    "simulation", "doubts", "unseen", "nonsense", "stopped" with "not_tried", "sensors", "baseline" and a finding's
+    "where" stand in it only where there are any.
     """
     content: dict[str, Any] = {
         "format": FORMAT,
@@ -46,6 +47,8 @@ def as_dict(d: Diagnosis) -> dict[str, Any]:
         "model": d.model,
         "seconds": round(float(d.seconds), 3),
     }
+    if d.simulation is not None:
+        content["simulation"] = simulation_as_dict(d.simulation)
     if d.doubts:
         content["doubts"] = [{"of": doubt.of, "why": doubt.why} for doubt in d.doubts]
     if d.unseen:
@@ -60,6 +63,16 @@ def as_dict(d: Diagnosis) -> dict[str, Any]:
         taken = [_own(o) | {"at": o.at} for o in d.baseline.taken_over]
         content["baseline"] = {"recording": d.baseline.recording, "taken_over": taken}
     return content
+
+
+def simulation_as_dict(s: Simulation) -> dict[str, Any]:
+    """Return how far MuJoCo's simulations are from a recording, as diagnosis.json has it."""
+    channels = {
+        name: {"unit": c.unit, "before": float(c.before), "after": float(c.after), "noise": float(c.noise)}
+        for name, c in s.channels.items()
+    }
+    windows = [[float(start), float(end)] for start, end in s.windows_s]
+    return {"how": s.how, "windows_s": windows, "heldout": bool(s.heldout), "channels": channels}
 
 
 def _nonsense(n: Nonsense) -> dict[str, Any]:

@@ -21,6 +21,8 @@ from imubench.diagnosis.result import (
     Parameter,
     Rejected,
     SensorErrors,
+    SimulatedChannel,
+    Simulation,
     Unseen,
     Where,
     finite,
@@ -127,6 +129,7 @@ def _read_diagnosis(node: _Node) -> Diagnosis:
         tolerance=node.optional("tolerance", lambda n: (n["deg"].number, n["mm"].number), TOLERANCE),
         sensors=node.optional("sensors", lambda n: n.each(_read_sensor), ()),
         baseline=_read_baseline(node["baseline"]) if "baseline" in node.of(dict) else None,
+        simulation=_read_simulation(node["simulation"]) if "simulation" in node.of(dict) else None,
     )
     said = node.optional("alarm", lambda n: n.of(bool), found.alarm)
     if said != found.alarm:
@@ -231,6 +234,22 @@ def _read_baseline(node: _Node) -> Baseline:
 
 def _read_change(node: _Node) -> Change:
     return Change(node["before"].named(_number), node["after"].named(_number), _text(node["unit"]))
+
+
+def _read_simulation(node: _Node) -> Simulation:
+    try:
+        return Simulation(
+            _text(node["how"]),  # type: ignore[arg-type]  # checked by Simulation
+            node["windows_s"].each(_pair),
+            node["heldout"].of(bool),
+            node["channels"].named(_read_channel),
+        )
+    except InputError as error:
+        raise error if str(error).startswith("key") else InputError(f"key '{node.where}': {error}") from None
+
+
+def _read_channel(node: _Node) -> SimulatedChannel:
+    return SimulatedChannel(_text(node["unit"]), node["before"].number, node["after"].number, node["noise"].number)
 
 
 def _read_unseen(node: _Node) -> Unseen:

@@ -48,7 +48,11 @@ DRIVING = ("torque", "lighter", "gravity")  # what enters the equation of motion
 
 
 def moves_of(
-    findings: Iterable[Finding], fit: Fit, samples: Sampled, recording: Recording
+    findings: Iterable[Finding],
+    fit: Fit,
+    samples: Sampled,
+    recording: Recording,
+    without: dict[tuple[str, str], Fit] | None = None,
 ) -> Iterator[tuple[Finding, dict[str, Move]]]:
     """Yield each finding with what it moves, the surest first; nothing where that is not known.
 
@@ -57,6 +61,7 @@ def moves_of(
         fit: with all that was found.
         samples: what the raw samples say, with their masks.
         recording: as it came.
+        without: where the fits without one of those that are in the fit are put, by effect and place.
 
     Raises:
         OutOfTime: where the part's time is spent; what was yielded stays.
@@ -71,6 +76,8 @@ def moves_of(
             yield finding, {}
             continue
         said, gone = asked(other, time), in_fit(fit, finding)
+        if without is not None and gone:
+            without[finding.effect, finding.at] = other
         if any(on_mount(h) for h in gone):
             said = said.placed_as(asked(_left_out(fit, gone), time))
         yield finding, moved(whole, said, recording)

@@ -72,12 +72,30 @@ def run(
     estimator: Annotated[str | None, typer.Option(help="An estimator of `imubench list`.", show_default=False)] = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same numbers.", min=0)] = 0,
     band: Band = None,
+    on: Annotated[
+        Path | None,
+        typer.Option(help="A recording: roll a diagnosis' model/ out through its free swings.", show_default=False),
+    ] = None,
     out: Out = None,
 ) -> None:
-    """Simulate a scenario, estimate, score, and log it: score.json, recording/, run.rrd."""
+    """Simulate a scenario, estimate, score, and log it: score.json, recording/, run.rrd.
+
+    The model/ of a diagnosis is played again: rolled out by forces alone inside
+    its free swings, elsewhere with the motion that was recovered. With --on it is
+    rolled out through the free swings of another recording of the same rig, from
+    the state at their starts, beside the model that this recording declares:
+    simulation.json says how far each is off, by channel.
+    """
     from imubench.answers import pairing_note
     from imubench.run import run_scenario
 
+    if on is not None:
+        from imubench.cli_on import run as run_on
+
+        if estimator is not None or band is not None:
+            raise InputError("--on: expected it without --estimator and --band, got one of them")
+        run_on(Path(scenario), on, out or Path("runs") / f"{Path(scenario).name}-on-{real(on).name}", console, errors)
+        return
     out = out or Path("runs") / Path(scenario).name
     done = run_scenario(scenario, out, estimator, seed, on_console(errors), band)
     if done.estimate is None or done.score is None:

@@ -164,6 +164,10 @@ def test_every_fault_belongs_to_the_way_that_it_makes():
         np.testing.assert_allclose(slope, -np.cross(ways[0] @ w_r, f_r), atol=1e-12)
 
 
+def test_an_encoder_alone_makes_sense(swung):
+    assert nonsense(swung({"dry_friction": 0.02}, 3.0)) == ()
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("rig", ["hinge", "pendulum", "free"])

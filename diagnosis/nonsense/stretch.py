@@ -63,7 +63,12 @@ def quick_enough(time: Array) -> bool:
 
 
 def liveliest(recording: Recording, seconds: float) -> Recording:
-    """Return the stretch of at most so many seconds in which the IMUs turn most; a shorter recording as it is."""
+    """Return the stretch of at most so many seconds in which the IMUs turn most.
+
+    A shorter recording is returned as it is, and one without an IMU.
+    """
+    if not recording.imus:
+        return recording
     clocks = [i.time for i in recording.imus]
     start, end = max(float(t[0]) for t in clocks), min(float(t[-1]) for t in clocks)
     if end - start <= seconds:

@@ -1,0 +1,162 @@
+"""MuJoCo's simulations beside the recording: the declared model, and the model with all findings.
+
+Both are played twice, once for each half of the recording, with numbers from the other half (`learned`). Inside free
+swings they are rolled out by forces alone from the fitted state at the window's start (`rollout`), both over the same
+windows; elsewhere the motion that was recovered under the respective model is prescribed, and what is sprung, loose or
+late moves by its law.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.evidence import Comparison, Swing
+from imubench.diagnosis.fit import AGAIN, Fit, solve
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.noise import LOOSENED, levels
+from imubench.diagnosis.refit import extended
+from imubench.diagnosis.result import Simulation
+from imubench.diagnosis.simulation.channels import (
+    channels,
+)
+from imubench.diagnosis.simulation.judge import Judge, counting, rolled
+from imubench.diagnosis.simulation.learned import Learned, Part, learned, parts_of
+from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
+from imubench.diagnosis.simulation.windows import free
+from imubench.recording import Recording
+
+MOST = 3  # channels that are shown of a finding
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What MuJoCo says of a recording."""
+
+    simulation: Simulation
+    channels: tuple[Comparison, ...]  # every channel: the declared model, and the one with all findings
+    findings: Mapping[tuple[str, str], tuple[Comparison, ...]]  # by effect and place: without it, and with it
+    windows: tuple[Swing, ...]  # that a replay rolls out, with the states of the whole fit
+
+
+def beside(
+    recording: Recording,
+    declared: Fit,
+    best: Fit,
+    noise: Mapping[str, float],
+    others: Mapping[tuple[str, str], Fit],
+) -> Beside | None:
+    """Return what MuJoCo says of a recording under two models; None where it cannot play what the fit has in it.
+
+    Args:
+        recording: as it is held against the models, without what the raw checks took out of it.
+        declared: the fit of the model as it was declared.
+        best: with all findings that have a law.
+        noise: std of a sample by group of the fit.
+        others: `best` solved again without one of its effects, by effect and place.
+
+    Raises:
+        InputError: where springs do not hold their sensor, or a simulation does not stay finite.
+        NotPositiveDefiniteError: where half of the samples does not hold the motion.
+        OutOfTime: where the time of this part of the work is spent.
+    """
+    if not all(playable(best, h) for h in named(best)):
+        return None
+    measured = channels(recording)
+    judge = Judge(recording, measured, counting(measured, best, recording), noise, parts(best), ((), ()))
+    found = named(best)
+    if found:
+        declared, best = as_smooth(declared, best)
+    after = learned(best, judge.parts)
+    of_half = [[part for part in judge.parts if part.half == half] for half in (0, 1)]
+    started = [rolled(judge, one.fit, sim_model(one.fit), own) for one, own in zip(after, of_half, strict=True)]
+    first, second = (tuple((w.start, w.end) for w in windows) for windows in started)
+    judge = replace(judge, windows=(first, second))
+    before = learned(declared, judge.parts) if found else after
+    with_all = judge.whole(after, started)
+    without = judge.whole(before) if found else with_all
+    return Beside(
+        Simulation(
+            "rolled out" if any(judge.windows) else "prescribed",
+            judge.judged(),
+            all(one.held_out for one in (*before, *after)),
+            {c.name: judge.off(c, without[c.name], with_all[c.name]) for c in measured},
+        ),
+        tuple(judge.compared(c, without, with_all, (*before, *after)) for c in measured),
+        {
+            key: of
+            for h in found
+            if (of := of_finding(judge, h, after, with_all, others))
+            for key in [(h.effect.name, h.at)]
+        },
+        unbroken(judge, best, [w for half in started for w in half]),
+    )
+
+
+def as_smooth(declared: Fit, best: Fit) -> tuple[Fit, Fit]:
+    """Return both fits solved again with one motion's roughness and one noise: as they are estimated beside `best`.
+
+    How rough a hand moves is the hand's. A declared model that lacks a spring is fitted with a motion so rough that it
+    rings as the spring does, and every other sensor with it: prescribed to that motion nothing would be wrong with it.
+    A search leaves the motion loose as well (`LOOSENED`), so that what it holds smooth is not taken for a mismatch.
+    """
+    rough = [name for name in declared.noise if name.startswith("smooth.")]
+    if not rough:
+        return declared, best
+    best = with_levels(best, {name: best.noise[name] / LOOSENED for name in rough})
+    found = levels(best)[0]
+    told = {name: found[name] for name in rough}
+    measured = {rows.name: best.noise[rows.name] for rows in best.measured}
+    return with_levels(declared, {n: std for n, std in measured.items() if n in declared.noise} | told), best
+
+
+def with_levels(fit: Fit, told: Mapping[str, float]) -> Fit:
+    """Return a fit solved again at other noise levels."""
+    return solve(fit.model, fit.state, fit.noise | told, fit.anchor, steps=AGAIN)
+
+
+def parts(fit: Fit) -> tuple[Part, ...]:
+    """Return the halves that a recording is cut into, after the free swings of its fit."""
+    recording = fit.model.recording
+    return parts_of(recording, recording.free_swings if recording.body is not None else ())
+
+
+def unbroken(judge: Judge, fit: Fit, started: Sequence[Swing]) -> tuple[Swing, ...]:
+    """Return the windows that a replay rolls out: whole swings, or as they `started` where one met its horizon."""
+    if not started:
+        return ()
+    out, model = [], sim_model(fit)
+    ends = [part.end for part in judge.parts if part.swings]
+    for swing in free(fit):
+        own = [w for w in started if swing[0] <= w.start < swing[1]]
+        whole = all(any(np.isclose(w.end, end) for end in (swing[1], *ends)) for w in own)
+        out += [judge.started(fit, model, swing)] if whole else own
+    return tuple(sorted(out, key=lambda w: w.start))
+
+
+def of_finding(
+    judge: Judge,
+    h: Hypothesis,
+    after: tuple[Learned, Learned],
+    with_all: Mapping[str, Array],
+    others: Mapping[tuple[str, str], Fit],
+) -> tuple[Comparison, ...]:
+    """Return the channels in which an effect matters most, simulated without it and with it."""
+    other = others.get((h.effect.name, h.at))
+    halves = (without(after[0], h), without(after[1], h)) if other is None else learned(other, judge.parts)
+    gone = judge.whole(halves)
+    shown = sorted(judge.channels, key=lambda c: -judge.gain(c, gone[c.name], with_all[c.name]))
+    return tuple(judge.compared(c, gone, with_all, (*halves, *after)) for c in shown[:MOST])
+
+
+def without(one: Learned, h: Hypothesis) -> Learned:
+    """Return a fit with an effect left out, not solved again: what drives a free swing moves no fit of its sensors."""
+    fit = one.fit
+    keys = {h.key(p.name) for p in h.effect.parameters}
+    fixed = {name: value for name, value in (fit.model.fixed or {}).items() if name not in keys}
+    fit = replace(fit, model=replace(fit.model, fixed=fixed))
+    return replace(one, fit=extended(fit, tuple(other for other in fit.model.hypotheses if other != h)))
+
+
+__all__ = ["Beside", "beside"]

@@ -1,0 +1,115 @@
+"""What every sensor of a recording would read of a simulation, and how far that is from what it did read."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.diagnosis.evidence import Swing
+from imubench.diagnosis.gather import CHANNELS
+from imubench.diagnosis.misread import read
+from imubench.diagnosis.model_folder import reported
+from imubench.diagnosis.replay import DENSE, played_through
+from imubench.diagnosis.simulation.sim_model import SimModel
+from imubench.diagnosis.simulation.splice import with_swings
+from imubench.jets import Jet
+from imubench.recording import Recording
+from imubench.sim.imu_sampling import interpolate
+from imubench.truth import Truth
+
+ENDS = 2  # rows of a simulation at either end of a window, that are interpolated from both sides of a jump
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One measured channel."""
+
+    name: str  # imu2.gyr_y, encoder.hinge, pose1.x
+    group: str  # of the fit: imu2.gyro, encoder.angle, pose1.position
+    unit: str
+    time: Array  # (n,) s
+    measured: Array  # (n,)
+
+
+def channels(recording: Recording) -> tuple[Channel, ...]:
+    """Return every measured channel; samples that were not seen are not in it.
+
+    A measured orientation is its own zero: what is simulated is a rotation vector from there, segment axes.
+    """
+    out = []
+    for imu in recording.imus:
+        for part, values in (("gyro", imu.gyro), ("accel", imu.accel)):
+            names, unit = CHANNELS[part]
+            for i, name in enumerate(names):
+                out.append(Channel(f"{imu.name}.{name}", f"{imu.name}.{part}", unit, imu.time, values[:, i]))
+    for encoder in recording.encoders:
+        out.append(Channel(f"encoder.{encoder.joint}", "encoder.angle", "rad", encoder.time, encoder.angle))
+    for i, pose in enumerate(recording.poses, 1):
+        for part, measured in (("position", pose.position), ("rotation", pose.quaternion)):
+            if measured is None or not (seen := np.isfinite(measured).all(axis=1)).any():
+                continue
+            names, unit = CHANNELS[part]
+            for k, name in enumerate(names):
+                values = measured[seen, k] if part == "position" else np.zeros(int(seen.sum()))
+                out.append(Channel(f"pose{i}.{name}", f"pose{i}.{part}", unit, pose.time[seen], values))
+    return tuple(out)
+
+
+def dense_rate(recording: Recording) -> float:
+    """Return how many rows a second of a simulation there are, whole ones to each sample of the quickest sensor."""
+    rates = [i.rate for i in recording.imus]
+    clocks = [e.time for e in recording.encoders] + [p.time for p in recording.poses]
+    rates += [1 / float(np.median(np.diff(time))) for time in clocks]
+    quickest = max(rates)
+    return quickest * max(1, int(np.ceil(DENSE / quickest)))
+
+
+def span_of(recording: Recording) -> tuple[float, float]:
+    """Return the first and the last stamp in s."""
+    stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders]
+    stamps += [p.time for p in recording.poses]
+    return min(float(t[0]) for t in stamps), max(float(t[-1]) for t in stamps)
+
+
+def read_out(model: SimModel, recording: Recording, truth: Truth, zero: float) -> dict[str, Array]:
+    """Return what every channel of a recording reads of a simulation whose rows begin at `zero` s."""
+    out: dict[str, Array] = {}
+    step = truth.time[1] - truth.time[0]
+
+    def at(time: Array, values: Array) -> Array:
+        places = np.clip((time - zero) / step, 0.0, truth.time.size - 1.0)
+        return interpolate(values, places)
+
+    for imu in recording.imus:
+        laws = model.laws.get(imu.name, {})
+        both = reported(truth, model.start, imu.time, imu.name, laws, zero - model.start)
+        for part, values in zip(("gyro", "accel"), both, strict=True):
+            out |= {f"{imu.name}.{name}": values[:, i] for i, name in enumerate(CHANNELS[part][0])}
+    for encoder in recording.encoders:
+        assert truth.joint_angle is not None  # a recording with an encoder is a hinge's
+        angle = at(encoder.time, truth.joint_angle[:, None])
+        if model.encoder_error is not None:
+            angle = read(Jet(angle), Jet(model.encoder_error[None])).value
+        out[f"encoder.{encoder.joint}"] = angle[:, 0] - encoder.zero
+    for i, pose in enumerate(recording.poses, 1):
+        segment = next(s for s in truth.segments if s.name == pose.segment)
+        if pose.position is not None and (seen := np.isfinite(pose.position).all(axis=1)).any():
+            place = at(pose.time[seen], segment.position)
+            out |= {f"pose{i}.{name}": place[:, k] for k, name in enumerate(CHANNELS["position"][0])}
+        if pose.quaternion is not None and (seen := np.isfinite(pose.quaternion).all(axis=1)).any():
+            q = at(pose.time[seen], segment.quaternion)
+            off = rotations.multiply(rotations.conjugate(pose.quaternion[seen]), q / np.linalg.norm(q, axis=1)[:, None])
+            vector = rotations.log(off)
+            out |= {f"pose{i}.{name}": vector[:, k] for k, name in enumerate(CHANNELS["rotation"][0])}
+    return out
+
+
+def simulated(model: SimModel, recording: Recording, windows: Sequence[Swing]) -> dict[str, Array]:
+    """Return every channel of a recording as a model plays it: rolled out in the windows, prescribed elsewhere."""
+    assert model.motion is not None
+    start, end = span_of(recording)
+    rate = dense_rate(recording)
+    truth = played_through(model.rig, model.motion, start, end - start, rate)
+    return read_out(model, recording, with_swings(model.rig, truth, start, windows), start)

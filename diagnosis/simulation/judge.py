@@ -1,0 +1,149 @@
+"""A recording that simulations are held against: where they are rolled out, from which states, how far they are off."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imubench.arrays import Array
+from imubench.diagnosis.budget import check
+from imubench.diagnosis.evidence import Comparison, Swing
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.result import SimulatedChannel
+from imubench.diagnosis.simulation.channels import (
+    ENDS,
+    Channel,
+    dense_rate,
+    read_out,
+    simulated,
+)
+from imubench.diagnosis.simulation.learned import Learned, Part, half_at
+from imubench.diagnosis.simulation.rollout import LEAST_S, Misfit, can_swing, horizon, refined
+from imubench.diagnosis.simulation.sim_model import SimModel, sim_model, state_at
+from imubench.diagnosis.simulation.splice import rolled_truth
+from imubench.diagnosis.simulation.windows import free
+from imubench.diagnosis.windows import Window, covered
+from imubench.recording import Recording
+
+COARSE = 200.0  # rows a second while a start is looked for: cubics between them are off by 1e-5 rad/s at swings' rates
+LONG_STEP = 2.5e-3  # s, of the integration meanwhile: Runge and Kutta's error is 1e-8 rad in a second
+
+
+@dataclass(frozen=True)
+class Judge:
+    """A recording, and where and how models are held against it."""
+
+    recording: Recording
+    channels: tuple[Channel, ...]
+    counts: Mapping[str, NDArray[np.bool_]]  # by channel: samples (n,) that are a measurement
+    noise: Mapping[str, float]  # std by group
+    parts: tuple[Part, ...]
+    windows: tuple[tuple[Window, ...], tuple[Window, ...]]  # that are rolled out, by half
+
+    def misfit(self, model: SimModel) -> Misfit:
+        """Return a function of a window: its samples' times, and simulated minus measured over the noise."""
+
+        def of(window: Swing) -> tuple[Array, Array]:
+            check()
+            truth = rolled_truth(model.rig, window, COARSE, step=LONG_STEP)
+            read = read_out(model, self.recording, truth, window.start)
+            times, off = [], []
+            margin = ENDS / COARSE
+            for c in self.channels:
+                own = (c.time >= window.start + margin) & (c.time <= window.end - margin) & self.counts[c.name]
+                times.append(c.time[own])
+                off.append((read[c.name] - c.measured)[own] / self.noise[c.group])
+            return np.concatenate(times), np.concatenate(off)
+
+        return of
+
+    def played(self, one: Learned, half: int, started: Sequence[Swing] | None = None) -> dict[str, Array]:
+        """Return every channel as one half's model plays it, from the states in `started` where they are known."""
+        check()
+        model = sim_model(one.fit)
+        if started is None:
+            started = [self.started(one.fit, model, span) for span in self.windows[half]]
+        return simulated(model, self.recording, tuple(started))
+
+    def started(self, fit: Fit, model: SimModel, span: Window) -> Swing:
+        """Return a window with the fitted state at its start."""
+        return refined(model.rig, Swing(*span, state_at(fit, span[0])), self.misfit(model))
+
+    def whole(self, halves: tuple[Learned, Learned], started: Sequence[Sequence[Swing]] = ()) -> dict[str, Array]:
+        """Return every channel, each half of the recording as it is played for that."""
+        known = started or (None, None)
+        both = [self.played(one, half, known[half]) for half, one in enumerate(halves)]
+        return {
+            c.name: np.where(half_at(self.parts, c.time) == 0, both[0][c.name], both[1][c.name]) for c in self.channels
+        }
+
+    def judged(self) -> tuple[Window, ...]:
+        """Return the windows that are judged: those that are rolled out, or everything where none is."""
+        rolled = tuple(sorted(span for half in self.windows for span in half))
+        return rolled or ((self.parts[0].start, self.parts[-1].end),)
+
+    def inside(self, channel: Channel) -> NDArray[np.bool_]:
+        """Return which samples (n,) of a channel are judged."""
+        margin = ENDS / dense_rate(self.recording) if any(self.windows) else 0.0
+        windows = [(start + margin, end - margin) for start, end in self.judged()]
+        return self.counts[channel.name] & covered(channel.time, windows)
+
+    def off(self, channel: Channel, before: Array, after: Array) -> SimulatedChannel:
+        """Return how far two simulations (n,) are from a channel."""
+        own = self.inside(channel)
+        rms = [float(np.sqrt(np.mean((x - channel.measured)[own] ** 2))) if own.any() else 0.0 for x in (before, after)]
+        return SimulatedChannel(channel.unit, rms[0], rms[1], self.noise[channel.group])
+
+    def gain(self, channel: Channel, before: Array, after: Array) -> float:
+        """Return by how much the second of two simulations (n,) is nearer to a channel, as power over noise power."""
+        off = self.off(channel, before, after)
+        return (off.before**2 - off.after**2) / off.noise**2
+
+    def compared(
+        self, channel: Channel, before: Mapping[str, Array], after: Mapping[str, Array], models: Iterable[Learned]
+    ) -> Comparison:
+        """Return a channel beside two simulations."""
+        told = all(one.held_out for one in models)
+        span = ((self.parts[0].start, self.parts[-1].end),)
+        values = channel.measured, before[channel.name], after[channel.name]
+        noise = self.noise[channel.group]
+        return Comparison(channel.name, channel.unit, channel.time, *values, noise, span if told else ())
+
+
+def rolled(
+    judge: Judge, fit: Fit, model: SimModel, parts: Iterable[Part], friction: float | None = None
+) -> tuple[Swing, ...]:
+    """Return the windows of some parts that are rolled out: each from its start, or where the last met its horizon.
+
+    Args:
+        judge: of the recording.
+        fit: whose motion says where the windows start, and when a hand holds the body.
+        model: that is rolled out.
+        parts: of the recording.
+        friction: N m, dry friction that may hold the body; None: the fit's.
+    """
+    if not can_swing(model.rig) or fit.model.recording.body is None:
+        return ()
+    out, misfit = [], judge.misfit(model)
+    for swing in free(fit, friction):
+        for part in (p for p in parts if p.swings):
+            start, end = max(part.start, swing[0]), min(part.end, swing[1])
+            while end - start >= LEAST_S:
+                window = judge.started(fit, model, (start, end))
+                until = horizon(model.rig, window, misfit)
+                out.append(replace(window, end=until if end - until >= LEAST_S else end))
+                start = out[-1].end
+    return tuple(out)
+
+
+def counting(measured: Sequence[Channel], fit: Fit, recording: Recording) -> dict[str, NDArray[np.bool_]]:
+    """Return which samples of every channel are a measurement: not those that clip, are repeated or knocked."""
+    stamps, out = fit.model.stamps, {}
+    for c in measured:
+        mask = (fit.model.masks or {}).get(c.group, np.ones(len(stamps[c.group]), dtype=bool))
+        out[c.name] = mask[np.isin(stamps[c.group], c.time)]
+    return out
+
+
+__all__ = ["Judge", "counting", "rolled"]

@@ -1,0 +1,136 @@
+"""Numbers that were learned on other samples than they are judged on.
+
+The recording is cut into two halves. Where several free swings are declared, every other one is of one half, and each
+stretch between them is cut in two; so is a single swing, and a recording without any. A stretch is cut where half of
+its motion is over, by the square of the rate: a swing that friction stops shows in its second minute nothing. So both
+halves have what shows a torque, and a roll-out begins anew with its half, from the state at its start.
+
+Each half's parameters are one Gauss-Newton step from those of the whole (as in `heldout`): exact where the rows are
+linear in them, and off by the square of a step of some standard deviations where they are not. The motion is then
+solved for again, on all samples, with the other half's parameters held. The state at the start of a swing, and the
+motion of a hand, belong to the samples that are judged: nothing else could tell them.
+
+Some numbers only one half can tell: when a sensor slipped, how a stop gives way that is met once. Where a half knows a
+number `TELLS` times worse than the other half does, the number is that of the whole, and the simulation says
+that it is not held out.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imubench.arrays import Array
+from imubench.diagnosis.fit import Fit, solve
+from imubench.diagnosis.heldout import told_by
+from imubench.diagnosis.linear import linearise
+from imubench.diagnosis.normal import Normal
+from imubench.diagnosis.settle import moved
+from imubench.diagnosis.swings import is_data
+from imubench.diagnosis.threads import one_thread
+from imubench.diagnosis.windows import Window, cut_out
+from imubench.recording import Recording
+
+TELLS = 4.0  # times another half's std: with a sixteenth of its samples a half still teaches it something
+LEAST = 0.2  # of a stretch, that each half of it has at least
+MOST = 20_000  # times at which motion is summed up: 30 ms apart in ten minutes
+POLISH = 2  # steps of the solver, from where one step of the whole leads: the motion only has to follow
+
+
+@dataclass(frozen=True)
+class Part:
+    """A stretch of a recording and the half that it belongs to."""
+
+    start: float  # s, the recording's clock
+    end: float  # s
+    half: int  # 0 or 1
+    swings: bool = False  # whether it lies in a free swing
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A fit with the numbers that another half has taught."""
+
+    fit: Fit  # all samples' motion under these numbers
+    held_out: bool  # whether all of them were learned there
+
+
+def parts_of(recording: Recording, swings: tuple[Window, ...]) -> tuple[Part, ...]:
+    """Return the parts of a recording with free `swings` (s) from its first to its last stamp, in their order."""
+    time, power = motion(recording)
+    span = float(time[0]), float(time[-1])
+    swings = tuple(sorted((max(a, span[0]), min(b, span[1])) for a, b in swings if b > span[0] and a < span[1]))
+
+    def halved(window: Window, swing: bool) -> list[Part]:
+        cut = half_way(time, power, window)
+        return [Part(window[0], cut, 0, swing), Part(cut, window[1], 1, swing)]
+
+    out = [part for gap in cut_out([span], swings) for part in halved(gap, False)]
+    if len(swings) == 1:
+        out += halved(swings[0], True)
+    else:
+        out += [Part(*window, i % 2, True) for i, window in enumerate(swings)]
+    return tuple(sorted(out, key=lambda part: part.start))
+
+
+def motion(recording: Recording) -> tuple[Array, Array]:
+    """Return times (n,) s from the first to the last stamp, and the squared rates that are measured there (n,)."""
+    stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders]
+    stamps += [p.time for p in recording.poses]
+    time = np.linspace(min(float(t[0]) for t in stamps), max(float(t[-1]) for t in stamps), MOST)
+    power = np.zeros(MOST)
+    for imu in recording.imus:
+        power += np.interp(time, imu.time, np.sum(imu.gyro**2, axis=1))
+    for encoder in recording.encoders:
+        power += np.gradient(np.interp(time, encoder.time, encoder.angle), time) ** 2
+    return time, power
+
+
+def half_way(time: Array, power: Array, window: Window) -> float:
+    """Return when half of a window's motion is over, not within its first or last `LEAST` share."""
+    inside = (time >= window[0]) & (time <= window[1])
+    low, high = (window[0] + share * (window[1] - window[0]) for share in (LEAST, 1 - LEAST))
+    total = np.cumsum(power[inside])
+    if not total.size or not total[-1] > 0:
+        return (window[0] + window[1]) / 2
+    return float(np.clip(time[inside][np.searchsorted(total, total[-1] / 2)], low, high))
+
+
+def half_at(parts: tuple[Part, ...], time: Array) -> NDArray[np.int64]:
+    """Return the half (n,) that each time (n,) s belongs to."""
+    place = np.searchsorted([part.start for part in parts], time, side="right") - 1
+    return np.array([part.half for part in parts], dtype=np.int64)[np.clip(place, 0, len(parts) - 1)]
+
+
+@one_thread
+def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
+    """Return a fit twice: with numbers for judging half 0, learned on half 1, and the reverse.
+
+    Raises:
+        NotPositiveDefiniteError: where a half does not hold the motion.
+        OutOfTime: where the time of the part of the work is spent.
+    """
+    model = fit.model
+    if not model.parameters.count:
+        return Learned(fit, True), Learned(fit, True)
+    linear = [(is_data(r), r.time + model.start, linearise(r, model.tracks, model.parameters)) for r in fit.rows]
+    steps, stds = [], []
+    for half in (0, 1):
+        own = [part.of(half_at(parts, time) == half) if data else part for data, time, part in linear]
+        normal = Normal.of(model.tracks, model.parameters, own)
+        _, step, _, std = told_by(normal)
+        steps.append(step)
+        stds.append(std)
+        del normal  # with its factors, before the next one's: memory
+    motion, step, follow, _ = told_by(Normal.of(model.tracks, model.parameters, [part for _, _, part in linear]))
+    out = []
+    for half in (0, 1):
+        told = stds[1 - half] <= TELLS * stds[half]
+        taught = np.where(told, steps[1 - half], step)
+        start = moved(model, fit.state, motion + follow @ (taught - step), taught)
+        held = replace(model, fixed=dict(start.values))
+        out.append(Learned(solve(held, start, fit.noise, fit.anchor, steps=POLISH), bool(told.all())))
+    return out[0], out[1]
+
+
+__all__ = ["Learned", "Part", "half_at", "learned", "parts_of"]

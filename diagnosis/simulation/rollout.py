@@ -1,0 +1,160 @@
+"""A free swing by forces alone: MuJoCo integrates a rig from a state at the window's start.
+
+Weight, the joint's torques and the declared body are the rig's; nothing is prescribed. Sensors weigh nothing here:
+the declared body is with them. A hinge on a base that stands still has the state (q, q'), a limb on a ball joint
+(R, w), R segment -> world, w in segment axes.
+
+MuJoCo's dry friction is a constraint that turns over one step before the joint does: with it a roll-out is off by as
+much as the step is long (by 3e-3 rad after 8 s in steps of 1 ms). It is taken twice, in steps and in half steps, and
+extrapolated to none: q = q_half exp(log(q_whole^-1 q_half)).
+
+What is measured shows a state to its noise, and a swing of many periods shows what is wrong with that at its end. So
+the state is refined until the first second of the roll-out fits the samples best, by Gauss and Newton: a period of a
+limb of 25 cm, in which hundreds of samples tell two or six numbers, and friction takes off next to nothing.
+
+What is left unknown of the state grows. With J(t) the derivatives of what the sensors read, over their noise, by the
+state, and P = (J' J)^-1 from the first second, the roll-out is uncertain by sqrt(J(t) P J(t)') times the noise. A hinge
+has one degree of freedom and is never chaotic. A limb on a ball joint may be, without friction: there it grows tenfold
+in two seconds, and beyond its `horizon` no model foretells anything. The roll-out then starts anew.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.diagnosis.evidence import Played, Swing
+from imubench.errors import InputError
+from imubench.sim.rigs import Mount, Rig
+from imubench.sim.swing import Start, swing
+
+Misfit = Callable[[Swing], tuple[Array, Array]]
+"""Takes a window; returns the times (n,) s of all samples in it, and simulated minus measured over the noise (n,)."""
+
+STEP = 1e-3  # s, of the integration: Runge and Kutta's error of a swing of 1 Hz is 1e-9 rad a second
+CHUNK_S = 30.0  # s that are integrated at once: memory does not grow with the swing
+WEIGHT = 1e-9  # of the segment's mass, that a sensor has: MuJoCo takes no massless body
+FIRST = 1.0  # s, that the state at the start is fitted to
+ROUNDS = 3  # of Gauss and Newton: the state is known to some hundredths beforehand
+TINY = 1e-4  # rad, rad/s: of differences; the response is linear over it to 1e-8
+SAME = 1e-9  # of the largest singular value: a direction that no sample shows, as a heading, stays
+LEAST_S = 1.5  # s of a window that is rolled out: over less hardly more than its start shows
+UNCERTAIN = 1.0  # times the noise, of a roll-out for its start's sake: beyond it shows the start, not the model
+AHEAD = 3.0  # s that are looked ahead at first, then thrice as far: chaos shows soon
+BIN = 0.25  # s over which that is averaged: no sensor is blind to a swing for so long
+
+
+def can_swing(rig: Rig) -> bool:
+    """Return whether gravity and torques alone move a rig: on a base or a pivot that stands still."""
+    return (rig.family == "hinge" and rig.base == "fixed") or (rig.family == "pendulum" and not rig.pivot_moves)
+
+
+def bare(rig: Rig) -> Rig:
+    """Return a rig with weightless sensors that sit fast, as it is integrated."""
+    weight = WEIGHT * rig.segments[-1].mass
+    return replace(rig, mounts=tuple(Mount(m.position, m.quaternion, mass=weight) for m in rig.mounts))
+
+
+def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP) -> Played:
+    """Return the motion of a rig by forces alone.
+
+    Args:
+        rig: whose base or pivot stands still.
+        window: from whose start to whose end it is integrated.
+        rate: rows a second.
+        step: s, of the integration at most.
+
+    Raises:
+        InputError: for a rig whose base moves, a window of less than six rows, or a simulation that does not stay
+            finite.
+    """
+    if not can_swing(rig):
+        raise InputError("roll-out: expected a base or a pivot that stands still, got one that is moved")
+    steps = int(np.ceil(1.0 / (rate * step) - 1e-9))
+    q, angle = integrated(rig, window, rate, 1.0 / (rate * steps))
+    if rig.dry_friction:
+        finer, finer_angle = integrated(rig, window, rate, 0.5 / (rate * steps))
+        off = rotations.log(rotations.multiply(rotations.conjugate(q), finer))
+        q = rotations.multiply(finer, rotations.exp(off))
+        angle = None if angle is None or finer_angle is None else 2 * finer_angle - angle
+    flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
+    q = q * np.cumprod(np.concatenate([[1.0], flips]))[:, None]
+    return Played(window.start + np.arange(len(q)) / rate, q, np.zeros((len(q), 3)), angle)
+
+
+def integrated(rig: Rig, window: Swing, rate: float, step: float) -> tuple[Array, Array | None]:
+    """Return segment 1's attitude (n, 4) and the hinge's angle (n,) rad, None on a ball joint, in steps of `step` s."""
+    light, state, rows = bare(rig), window.state, int((window.end - window.start) * rate + 1e-6) + 2
+    turns, angles, most = [], [], max(int(CHUNK_S * rate), 1)
+    for begin in range(0, rows, most):
+        count = min(most, rows - begin)
+        truth = swing(light, state, (count + 1) / rate, rate, step=step)
+        first = truth.segments[0]
+        turns.append(first.quaternion[:count])
+        if truth.joint_angle is None or truth.joint_rate is None:
+            state = Start(quaternion=first.quaternion[-1], rate=first.rate[-1])
+            continue
+        found = truth.joint_angle + 2 * np.pi * np.round((state.angle - truth.joint_angle[0]) / (2 * np.pi))
+        angles.append(found[:count])
+        state = Start(angle=float(found[-1]), angle_rate=float(truth.joint_rate[-1]))
+    return np.concatenate(turns), np.concatenate(angles) if angles else None
+
+
+def freedoms(rig: Rig) -> int:
+    """Return how many numbers the state at a window's start has."""
+    return 2 if rig.family == "hinge" else 6
+
+
+def beside(rig: Rig, state: Start, step: Array) -> Start:
+    """Return the state a step (2 or 6,) away: angle and rate, or a rotation vector and a rate in segment axes."""
+    if rig.family == "hinge":
+        return replace(state, angle=state.angle + float(step[0]), angle_rate=state.angle_rate + float(step[1]))
+    turned = rotations.multiply(state.quaternion, rotations.exp(step[:3]))
+    return replace(state, quaternion=turned, rate=state.rate + step[3:])
+
+
+def refined(rig: Rig, window: Swing, misfit: Misfit) -> Swing:
+    """Return a window with the state at its start that fits its first second best, from a state that is near."""
+    brief = replace(window, end=min(window.end, window.start + FIRST))
+    found = misfit(brief)[1]
+    back = np.linalg.pinv(slopes(rig, brief, misfit), rcond=SAME)
+    for _ in range(ROUNDS):
+        tried = replace(brief, state=beside(rig, brief.state, -back @ found))
+        better = misfit(tried)[1]
+        if not better @ better < found @ found:
+            break
+        brief, found = tried, better
+    return replace(window, state=brief.state)
+
+
+def slopes(rig: Rig, window: Swing, misfit: Misfit) -> Array:
+    """Return the derivatives (n, 2 or 6) of a window's misfit by the state at its start, by differences."""
+    here = misfit(window)[1]
+    moved = (misfit(replace(window, state=beside(rig, window.state, TINY * row)))[1] for row in np.eye(freedoms(rig)))
+    return np.stack([(there - here) / TINY for there in moved], axis=1)
+
+
+def horizon(rig: Rig, window: Swing, misfit: Misfit) -> float:
+    """Return until when, in s, a window's roll-out is less uncertain than the noise for its start's sake."""
+    if rig.family == "hinge":
+        return window.end
+    ahead = AHEAD
+    while True:
+        end = min(window.end, window.start + ahead)
+        near = replace(window, end=end)
+        time, slope = misfit(near)[0], slopes(rig, near, misfit)
+        first = np.linalg.pinv(slope[time <= window.start + FIRST], rcond=SAME)
+        bins = ((time - window.start) / BIN).astype(int)
+        power = np.bincount(bins, np.sum((slope @ first) ** 2, axis=1)) / np.maximum(np.bincount(bins), 1)
+        beyond = np.flatnonzero(power > UNCERTAIN**2)
+        beyond = beyond[beyond * BIN >= LEAST_S]
+        if beyond.size:
+            return window.start + float(beyond[0]) * BIN
+        if end >= window.end:
+            return window.end
+        ahead *= 3
+
+
+__all__ = ["LEAST_S", "Misfit", "can_swing", "horizon", "refined", "rolled_out"]

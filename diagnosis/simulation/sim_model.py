@@ -1,0 +1,92 @@
+"""What MuJoCo plays: a rig with its torques and springs, the laws of its sensors, and the motion that drives it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.diagnosis import gather
+from imubench.diagnosis.evidence import Played
+from imubench.diagnosis.export import effect_table, rig_of
+from imubench.diagnosis.findings import parameters
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.kinematics import HINGE
+from imubench.diagnosis.misread import ERROR
+from imubench.diagnosis.result import Finding, Interval
+from imubench.diagnosis.terms import Unknown
+from imubench.effects.effect import Effect
+from imubench.sim.rigs import Rig
+from imubench.sim.swing import Start
+
+STAGES = ("gravity", "joint", "encoder", "mount", "filtered", "lighter", "torque", "equations")
+"""Where a law of an effect needs more of the simulation than what a sensor adds to a true reading."""
+
+Laws = Mapping[str, Mapping[str, Array]]
+"""Effect -> parameter -> value (k,)."""
+
+
+@dataclass(frozen=True)
+class SimModel:
+    """A model to be played beside a recording."""
+
+    rig: Rig
+    laws: Mapping[str, Laws]  # of every sensor
+    start: float  # s, the stamp that counts as zero
+    motion: Played | None = None  # what the hand drives; None: nothing but free swings is played
+    encoder_error: Array | None = None  # (1 + 2 waves,) rad, see `misread`
+
+
+def named(fit: Fit) -> tuple[Hypothesis, ...]:
+    """Return the effects of a fit that have a law: what has no name is not played."""
+    return tuple(h for h in fit.model.hypotheses if not isinstance(h.effect, Unknown))
+
+
+def finding_of(fit: Fit, h: Hypothesis) -> Finding:
+    """Return an effect of a fit as a finding, with the fit's numbers."""
+    std = {h.key(p.name): np.zeros(p.width) for p in h.effect.parameters}
+    return Finding(h.effect.name, h.at, 1.0, parameters(h, fit, std), Interval(0.0, (0.0, 0.0)))
+
+
+def playable(fit: Fit, h: Hypothesis) -> bool:
+    """Return whether MuJoCo's replay has an effect in it."""
+    sensors_own = not any(getattr(type(h.effect), s) is not getattr(Effect, s) for s in STAGES)
+    return sensors_own or bool(effect_table(finding_of(fit, h), fit.model.recording.rig)["replayed"])
+
+
+def sim_model(fit: Fit) -> SimModel:
+    """Return the model that a fit says, with its numbers and its motion."""
+    effects, laws = named(fit), {}
+    for imu in fit.model.recording.imus:
+        own = [h for h in effects if h.at == imu.name]
+        laws[imu.name] = {h.effect.name: numbers(fit, h) for h in own}
+    return SimModel(
+        rig_of(fit.model.recording, gather.mounts(fit), [finding_of(fit, h) for h in effects]),
+        laws,
+        fit.model.start,
+        gather.played(fit),
+        fit.state.values.get(ERROR),
+    )
+
+
+def numbers(fit: Fit, h: Hypothesis) -> dict[str, Array]:
+    """Return the parameters (k,) of an effect's law, in their units."""
+    values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
+    return {p.name: np.exp(values[p.name]) if p.log else values[p.name] for p in h.effect.parameters}
+
+
+def state_at(fit: Fit, time: float) -> Start:
+    """Return the state of a fit's rig at a time in s of the recording's clock; its base or pivot stands still."""
+    moment = fit.model.moment(fit.state, np.array([time]), "")
+    if fit.model.rig.hinge:
+        angle, rate = (float(moment.track(HINGE, order).value[0, 0]) for order in (0, 1))
+        return Start(angle=angle, angle_rate=rate)
+    first = fit.model.rig.first(moment)
+    assert first.turn is not None  # a limb on a ball joint has an attitude
+    matrix = np.broadcast_to(first.turn.matrix, (1, 3, 3))[0]
+    return Start(quaternion=rotations.from_matrix(matrix), rate=np.broadcast_to(first.rate.value, (1, 3))[0])
+
+
+__all__ = ["Laws", "SimModel", "finding_of", "named", "numbers", "playable", "sim_model", "state_at"]

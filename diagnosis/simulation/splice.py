@@ -1,0 +1,75 @@
+"""Free swings that are rolled out, put into the truth of a motion that is prescribed around them."""
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.evidence import Swing
+from imubench.diagnosis.replay import SplineMotion
+from imubench.diagnosis.simulation.rollout import STEP, rolled_out
+from imubench.sim.play import play
+from imubench.sim.rigs import Rig
+from imubench.truth import SegmentTruth, SensorTruth, Truth
+
+
+def rolled_truth(rig: Rig, window: Swing, rate: float, first: float | None = None, step: float = STEP) -> Truth:
+    """Return MuJoCo's truth of a window that is rolled out.
+
+    The window is integrated with its sensors sitting fast; what is sprung or slides on the segment follows its motion.
+
+    Args:
+        rig: as it swings.
+        window: a stretch of a free swing, the state at its start.
+        rate: rows a second.
+        first: s, of the first row, at most a row behind the window's start; None: there.
+        step: s, of the integration at most.
+    """
+    motion = rolled_out(rig, window, rate, step)
+    first = window.start if first is None else first
+    rows = int((window.end - first) * rate + 1e-6) + 1
+    return play(rig, SplineMotion(motion, first, rig.gravity), (rows + 0.1) / rate, rate)
+
+
+def with_swings(rig: Rig, truth: Truth, start: float, windows: Sequence[Swing]) -> Truth:
+    """Return a truth whose first row is at `start` s with some windows of it rolled out."""
+    rate = 1 / float(truth.time[1] - truth.time[0])
+    pieces = []
+    for window in windows:
+        row = int(np.ceil((window.start - start) * rate - 1e-6))
+        pieces.append((row, rolled_truth(rig, window, rate, start + row / rate)))
+    return spliced(truth, pieces)
+
+
+def spliced(truth: Truth, pieces: list[tuple[int, Truth]]) -> Truth:
+    """Return a truth with others in place of its rows, each from a row on; all have as many rows a second."""
+    if not pieces:
+        return truth
+
+    def joined(whole: Array | None, parts: list[Array | None]) -> Array | None:
+        if whole is None:
+            return None
+        out = np.array(whole)
+        for (first, _), part in zip(pieces, parts, strict=True):
+            assert part is not None
+            n = min(len(part), len(out) - first)
+            out[first : first + n] = part[:n]
+        return out
+
+    def of(kind: type[SegmentTruth] | type[SensorTruth], group: str, k: int):  # type: ignore[no-untyped-def]
+        whole = getattr(truth, group)[k]
+        others = [getattr(piece, group)[k] for _, piece in pieces]
+        names = [f.name for f in fields(kind) if f.name != "name"]
+        return replace(whole, **{n: joined(getattr(whole, n), [getattr(o, n) for o in others]) for n in names})
+
+    return replace(
+        truth,
+        segments=tuple(of(SegmentTruth, "segments", k) for k in range(len(truth.segments))),
+        sensors=tuple(of(SensorTruth, "sensors", k) for k in range(len(truth.sensors))),
+        joint_angle=joined(truth.joint_angle, [p.joint_angle for _, p in pieces]),
+        joint_rate=joined(truth.joint_rate, [p.joint_rate for _, p in pieces]),
+    )
+
+
+__all__ = ["rolled_truth", "spliced", "with_swings"]

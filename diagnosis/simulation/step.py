@@ -1,0 +1,55 @@
+"""The step of a diagnosis in which MuJoCo judges what was found."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from imubench.diagnosis.blocks import NotPositiveDefiniteError
+from imubench.diagnosis.budget import NUMBERS, Budget
+from imubench.diagnosis.evidence import Evidence
+from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.result import Finding, Simulation
+from imubench.diagnosis.simulation.beside import beside
+from imubench.errors import InputError
+
+UNPLAYED = "the simulation beside the recording"
+
+
+def judged_by_simulation(
+    evidence: Evidence,
+    declared: Fit,
+    best: Fit,
+    findings: Sequence[Finding],
+    others: Mapping[tuple[str, str], Fit],
+    budget: Budget,
+) -> tuple[Simulation | None, Evidence]:
+    """Return how far MuJoCo's simulations are from a recording, and the evidence with these.
+
+    Nothing where MuJoCo cannot play the model, where half of the recording does not hold its motion, or where the time
+    limit came first.
+
+    Args:
+        evidence: of the diagnosis.
+        declared: the fit of the declared model.
+        best: that with all findings.
+        findings: in the order of the diagnosis.
+        others: `best` solved again without one of its effects, by effect and place.
+        budget: of the diagnosis.
+    """
+    noise = {level.group: level.used for level in evidence.levels}
+    found = None
+    with budget.part(NUMBERS, UNPLAYED):
+        try:
+            found = beside(best.model.recording, declared, best, noise, others)
+        except (InputError, NotPositiveDefiniteError):
+            found = None
+    if found is None:
+        return None, evidence
+    return found.simulation, replace(
+        evidence,
+        simulated=found.channels,
+        comparisons=tuple(found.findings.get((f.effect, f.at), ()) for f in findings),
+        rolled_out=found.windows,
+    )
+
+
+__all__ = ["judged_by_simulation"]
