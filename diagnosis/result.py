@@ -64,12 +64,34 @@ class Interval:
 
 
 @dataclass(frozen=True)
+class Directions:
+    """Which directions of a parameter's k numbers a recording fixes, and how well: see `directions`."""
+
+    covariance: Array  # (k, k) of the numbers, in their unit squared
+    unseen: Array  # (k, m) unit vectors of the numbers' space, that the recording says little of; m may be 0
+
+    def __post_init__(self) -> None:
+        for key in ("covariance", "unseen"):
+            array = np.array(getattr(self, key), dtype=float)
+            if array.ndim != 2 or not np.isfinite(array).all():
+                raise InputError(f"parameter.{key}: expected a matrix of finite numbers, got shape {array.shape}")
+            array.flags.writeable = False
+            object.__setattr__(self, key, array)
+        if self.covariance.shape != (len(self.unseen),) * 2:
+            raise InputError(
+                f"parameter.unseen: expected as many rows as a covariance of shape {self.covariance.shape}, "
+                f"got {len(self.unseen)}"
+            )
+
+
+@dataclass(frozen=True)
 class Parameter:
     """An effect's parameter: its value and one standard deviation, of the shape that the effect gives it."""
 
     value: Array
     std: Array
     unit: str
+    fixed: Directions | None = field(default=None, compare=False)  # which directions of it the recording fixes
 
     def __post_init__(self) -> None:
         for key in ("value", "std"):
@@ -154,10 +176,14 @@ class Finding:
     where: Where | None = None  # of an unknown
     moves: Moves = field(default_factory=dict)  # "joint_axis", "hinge_angle", ...; empty: not known
     material: bool = True  # False: all that it moves is below the tolerance
+    share: float | None = None  # of what differs, that comes back without it in the final model; None: not known
+    unseen: tuple[str, ...] = ()  # directions of its parameters that the recording does not fix, in words
 
     def __post_init__(self) -> None:
         place(self.at, "finding.at")
         within(self.confidence, 0.0, 1.0, "finding.confidence")
+        if self.share is not None:
+            within(self.share, 0.0, 1.0, "finding.share")
 
     @property
     def named(self) -> bool:
