@@ -7,6 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.directions import Directions
 from imubench.diagnosis.result_checks import PLACES as PLACES
 from imubench.diagnosis.result_checks import Pair as Pair
 from imubench.diagnosis.result_checks import finite as finite
@@ -61,27 +62,6 @@ class Interval:
     def __post_init__(self) -> None:
         finite(self.value, "interval.value")
         object.__setattr__(self, "ci", span(self.ci, "interval.ci"))
-
-
-@dataclass(frozen=True)
-class Directions:
-    """Which directions of a parameter's k numbers a recording fixes, and how well: see `directions`."""
-
-    covariance: Array  # (k, k) of the numbers, in their unit squared
-    unseen: Array  # (k, m) unit vectors of the numbers' space, that the recording says little of; m may be 0
-
-    def __post_init__(self) -> None:
-        for key in ("covariance", "unseen"):
-            array = np.array(getattr(self, key), dtype=float)
-            if array.ndim != 2 or not np.isfinite(array).all():
-                raise InputError(f"parameter.{key}: expected a matrix of finite numbers, got shape {array.shape}")
-            array.flags.writeable = False
-            object.__setattr__(self, key, array)
-        if self.covariance.shape != (len(self.unseen),) * 2:
-            raise InputError(
-                f"parameter.unseen: expected as many rows as a covariance of shape {self.covariance.shape}, "
-                f"got {len(self.unseen)}"
-            )
 
 
 @dataclass(frozen=True)

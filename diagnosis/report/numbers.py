@@ -62,10 +62,10 @@ def size(name: str, p: Parameter) -> str:
 
     In the directions that are seen: with P the projection on these, v = P x and C = P S P of the covariance S, the
     length |v| has the standard deviation sqrt(v^T C v) / |v|, and v is sqrt(v^T C^+ v) standard deviations from zero.
-    Empty for a single number, and where the covariance is not known.
+    Empty for a single number, where zeros are not none (frequencies), and where the covariance is not known.
     """
     values = p.value.ravel()
-    if p.fixed is None or values.size < 2:
+    if p.fixed is None or not p.fixed.from_none or values.size < 2:
         return ""
     seen = np.eye(values.size) - p.fixed.unseen @ p.fixed.unseen.T
     vector, covariance = seen @ values, seen @ p.fixed.covariance @ seen
