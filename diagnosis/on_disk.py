@@ -37,6 +37,7 @@ STAGES = (
     "see what each finding moves",
     "ask whether the halves agree",
     "say what the sensors' own errors are",
+    "play the simulations beside the recording",
     "write the model",
     "write the Rerun file",
     "draw the report",

@@ -319,6 +319,28 @@ def test_what_explains_but_leaves_more_than_noise_is_not_called_only_noise():
     assert "That explains 97 % of what differs." in headline(left)  # 1 - 2 * 3^2 / (28.3^2 + 5.66^2)
 
 
+def test_a_simulation_that_follows_the_sensors_either_way_is_not_called_off():
+    """A recovered motion may take in a clock's error; then what each finding changes is told instead."""
+    d, shown = simulated()
+    channels = {n: replace(c, before=0.9 * c.noise, after=c.noise) for n, c in d.simulation.channels.items()}
+    same = replace(d, simulation=replace(d.simulation, channels=channels), misfit=(0.99, 1.0))
+    assert "off by" not in headline(same) and "With that in it, only sensor noise is left." in headline(same)
+    assert explained_percent(same) == ""
+    html = page(same, shown)
+    assert "the declared model follows the sensors as well" in html
+    assert (
+        "Without a soft mount that imu2 moves on as on springs the simulated imu2 accelerometer x is off by 0.85"
+        in html
+    )
+
+
+def test_a_figure_that_is_held_out_throughout_says_so_and_is_not_shaded():
+    one = diagnosis().findings[0]
+    drawn = figures(one, (channel("imu2.acc_x", 1.2, 0.02, held=((0.0, 30.0), (30.0, 60.0))),), 0.0, None)
+    assert "class='held'" not in drawn
+    assert "All of it was simulated with numbers that were learned on other samples." in drawn
+
+
 def test_something_unknown_is_drawn_and_nothing_is_not():
     unknown = Finding("unknown", "imu2", 0.8, {}, Interval(0.0, (0.0, 0.0)), where=WHERE)
     bare = replace(evidence(), comparisons=())

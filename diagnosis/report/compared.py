@@ -45,8 +45,11 @@ def figure(c: Comparison, name: str, start: float, whole: bool = False) -> str:
     measured, before, after = (factor * y for y in (c.measured, c.before, c.after))
     some = slice(0, len(time)) if whole else loudest(time, after - before)
     span = (float(time[some][0]), float(time[some][-1]))
-    held = [(a - start, b - start) for a, b in c.held_out]
-    seen = [(a, b) for a, b in held if b > span[0] and a < span[1]]
+    held = [(max(a - start, span[0]), min(b - start, span[1])) for a, b in c.held_out]
+    seen = [(a, b) for a, b in held if b > a]
+    step = (span[1] - span[0]) / max(len(time[some]) - 1, 1)
+    everywhere = sum(b - a for a, b in seen) >= (span[1] - span[0]) - 2 * step
+    seen = [] if everywhere else seen
     signals = [
         Line(time, measured, "measured", dots=True),
         Line(time, before, "before"),
@@ -58,7 +61,8 @@ def figure(c: Comparison, name: str, start: float, whole: bool = False) -> str:
         Panel(f"simulated minus measured ({unit})", errors, span, "s", 2 * factor * c.noise, seen, tall=False),
     ]
     keys = [*KEYS, NOISE_KEY, *([HELD_KEY] if seen else [])]
-    return chart(title(c, name), panels, keys, _part_shown(span, time))
+    note = "All of it was simulated with numbers that were learned on other samples." if everywhere else ""
+    return chart(title(c, name), panels, keys, " ".join(part for part in (_part_shown(span, time), note) if part))
 
 
 def title(c: Comparison, name: str) -> str:

@@ -50,13 +50,22 @@ def what(d: Diagnosis, evidence: Evidence) -> str:
     """Return how far the simulations are off."""
     parts = []
     if d.simulation is not None and d.simulation.channels:
-        how = term(d.simulation.how, {"rolled out": "rolled out by forces alone"}.get(d.simulation.how, ""))
+        how = term(d.simulation.how)
+        if d.simulation.how == "rolled out":
+            begins = words.listed([f"{a - evidence.span[0]:.1f}" for a, _ in d.simulation.windows_s])
+            how = f"{term('rolled out', 'rolled out by forces alone')} from the states at {begins} s"
         judged = (
             f"Judged on {term('held out', 'samples that the numbers were not learned from')}."
             if d.simulation.heldout
             else "The numbers were learned on the same samples."
         )
         parts.append(f"<p>MuJoCo's simulation, {how}, is off by (RMS):</p>{_bars(d)}<p class='soft small'>{judged}</p>")
+        if any(evidence.comparisons) and not headline.shown_by(d.simulation):
+            parts.append(
+                "<p>A motion was recovered with which the declared model follows the sensors as well. Held to "
+            )
+            parts.append("the motion that was recovered with everything found:</p>")
+            parts += [f"<p>{escape(text)}.</p>" for text in without_each(d, evidence)]
     elif d.fitted:
         before, after = (fixed(x, 2) for x in d.misfit)
         change = before if before == after else f"{before} as declared, {after} with what was found"
@@ -68,6 +77,12 @@ def what(d: Diagnosis, evidence: Evidence) -> str:
     if usual:
         parts.append(f"<p class='soft small'>The noise is not known: {escape(usual)}</p>")
     return "".join(parts)
+
+
+def without_each(d: Diagnosis, evidence: Evidence) -> list[str]:
+    """Return for each finding that is compared how far the simulation is off without it and with it."""
+    pairs = zip(d.findings, evidence.comparisons, strict=False)
+    return [title(max(some, key=changed_power), words.called(f.effect, f.at)) for f, some in pairs if some]
 
 
 def _bars(d: Diagnosis) -> str:
@@ -133,7 +148,13 @@ def how_sure(d: Diagnosis) -> str:
 
 def does(d: Diagnosis, evidence: Evidence) -> str:
     """Return what the findings move of what a reader asks for."""
-    parts = [f"<p>{'<b>Alarm</b>' if d.alarm else 'No alarm'}: {escape(words.alarm(d))}</p>"]
+    limit = escape(words.tolerance(d))
+    parts = [
+        f"<p><b>{term('alarm', 'Alarm')}</b>: it may matter, for what is likely there moves something by {limit} or "
+        "more, or by what is not known.</p>"
+        if d.alarm
+        else f"<p>No {term('alarm')}: {escape(words.alarm(d))}</p>"
+    ]
     for i in ordered(d, True):
         f = d.findings[i]
         parts.append(

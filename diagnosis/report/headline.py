@@ -47,15 +47,26 @@ def times_noise(s: Simulation) -> tuple[float, float]:
     return float(np.sqrt(np.mean(before**2))), float(np.sqrt(np.mean(after**2)))
 
 
+def shown_by(s: Simulation | None) -> bool:
+    """Return whether MuJoCo's simulations show that something was found: the declared one is off, and farther off.
+
+    Where a motion is prescribed, the one that was recovered under the declared model may follow the sensors as well.
+    """
+    if s is None or not s.channels:
+        return False
+    before, after = times_noise(s)
+    return before > AT_NOISE and before > after
+
+
 def explained_percent(d: Diagnosis) -> str:
     """Return which share of the power of what differs the findings explain, in words; empty where nothing tells.
 
     Of MuJoCo's simulations where they were played; else of the fitted motion's residuals beyond noise.
     """
     before, after = d.misfit
-    if d.simulation is not None and d.simulation.channels:
+    if d.simulation is not None and shown_by(d.simulation):
         before, after = (x**2 for x in times_noise(d.simulation))
-    elif before <= 1:
+    elif before <= AT_NOISE:
         return ""
     share = float(np.clip(1 - after / before, 0, 1)) if before > 0 else 0.0
     return words.percent(np.floor(100 * share) / 100)  # 99.7 % explained is not 100 %
@@ -105,7 +116,7 @@ def _agrees(d: Diagnosis) -> str:
 
 def _off(d: Diagnosis, with_it: bool = True) -> str:
     """Return how far the simulations are off in the channel that differs most over its noise; empty if not played."""
-    if d.simulation is None or not d.simulation.channels:
+    if d.simulation is None or not d.simulation.channels or (with_it and not shown_by(d.simulation)):
         return ""
     worst = offs(d.simulation)[0]
     at = words.spelled(worst.channel)
@@ -127,7 +138,7 @@ def _left(d: Diagnosis) -> str:
     if d.verdict == "explained":
         if d.simulation is None or not d.simulation.channels or times_noise(d.simulation)[1] <= AT_NOISE:
             return "With that in it, only sensor noise is left."
-        return f"That explains {share} of what differs."
+        return f"That explains {share} of what differs." if share else ""
     return f"That explains {share} of what differs; the rest is unexplained." if share else "The rest is unexplained."
 
 
@@ -171,4 +182,4 @@ def places(d: Diagnosis, span: tuple[float, float], zero: float | None = None) -
     return ["Nowhere by more than the sensors' noise."]
 
 
-__all__ = ["Off", "explained_percent", "headline", "offs", "places", "times_noise", "usual_noise"]
+__all__ = ["Off", "explained_percent", "headline", "offs", "places", "shown_by", "times_noise", "usual_noise"]
