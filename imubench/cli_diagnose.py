@@ -62,7 +62,7 @@ def print_diagnosis(d: Diagnosis, evidence: Evidence, console: Terminal, paths: 
     if d.baseline is not None:
         console.say(words.baseline(d.baseline))
     print_fit(d, evidence, console)
-    for i in ordered(d, True):
+    for i in ordered(d, True) if d.fitted else ():
         compared = evidence.comparisons[i] if i < len(evidence.comparisons) else ()
         console.say(f"  {consequence(d.findings[i], compared)}")
     print_numbers([d.findings[i] for i in ordered(d, True) if d.findings[i].named], console)
@@ -95,7 +95,7 @@ def print_fit(d: Diagnosis, evidence: Evidence, console: Terminal) -> None:
     usual = headline.usual_noise(d, {i.name: i.rate for i in evidence.recording.imus})
     if usual:
         console.say(f"noise not known: {usual}")
-    for text in headline.places(d, evidence.span):
+    for text in headline.places(d, evidence.span) if d.fitted else ():  # else that is what to do next
         console.say(f"  {text}")
     unit = d.fit.reference.unit
     for name, value in d.fit.reference.before.items():

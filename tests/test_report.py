@@ -22,6 +22,7 @@ from imubench.diagnosis.result import (
     Interval,
     Move,
     Noise,
+    Nonsense,
     Parameter,
     SimulatedChannel,
     Simulation,
@@ -351,6 +352,18 @@ def test_something_unknown_is_drawn_and_nothing_is_not():
     html = page(diagnosis(verdict="no mismatch", findings=(), where=()), bare)
     assert "Nowhere by more than the sensors&#x27; noise" in html
     assert "<figcaption>" not in html
+
+
+def test_a_recording_that_makes_no_sense_is_told_so_and_what_to_look_at(capsys):
+    wrong = Nonsense("imu2", "imu2 looks mirrored in z", {}, ("gyr_z",), "check the signs and the order of imu2's axes")
+    unknown = Finding("unknown", "imu2", 0.9, {}, Interval(0.0, (0.0, 0.0)))
+    d = diagnosis(verdict="unexplained", findings=(unknown,), where=(), nonsense=(wrong,))
+    html = page(d, evidence())
+    assert "imu2 looks mirrored in z. No simulation can be held against that." in html
+    assert "<dt>What next?</dt><dd><p>To do: check the signs and the order of imu2&#x27;s axes.</p></dd>" in html
+    assert "Because of what" not in html and "<svg" not in html and "model</code>" not in html
+    text = said(d, evidence(), capsys)
+    assert text.count("check the signs and the order of imu2's axes") == 1
 
 
 def test_a_model_that_is_doubted_is_not_offered_for_correction():

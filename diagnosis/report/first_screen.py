@@ -18,6 +18,10 @@ ESTIMATORS = {"hinge": "olsson2020", "pendulum": "sliding"}
 """Which estimator a reader is offered for a rig: the axis of a hinge, the joint centre of a pendulum."""
 
 
+IMUS = {"hinge": 2, "pendulum": 1}
+"""How many IMUs that estimator needs."""
+
+
 @dataclass(frozen=True)
 class Paths:
     """Where things are, as the reader would type them."""
@@ -29,7 +33,10 @@ class Paths:
 def first_screen(d: Diagnosis, evidence: Evidence, paths: Paths) -> str:
     """Return the questions that a reader comes with, and their answers, as HTML."""
     rows = [("What differs?", what(d, evidence)), ("Where?", where(d, evidence))]
-    if d.findings:
+    if not d.fitted:
+        wrong = "".join(f"<p>{escape(n.what)}.</p>" for n in d.nonsense)
+        rows = [("What is wrong?", wrong)]
+    elif d.findings:
         rows += [
             ("Because of what?", because(d)),
             ("How sure?", how_sure(d)),
@@ -188,6 +195,7 @@ def next_steps(d: Diagnosis, evidence: Evidence) -> str:
 def steps(d: Diagnosis, evidence: Evidence) -> Iterator[str]:
     """Yield what to do now, in sentences."""
     if not d.fitted:
+        yield from headline.places(d, evidence.span)  # what to look at
         return
     if d.stopped:
         yield words.stopped(d)
@@ -207,7 +215,8 @@ def steps(d: Diagnosis, evidence: Evidence) -> Iterator[str]:
 def correctable(d: Diagnosis, evidence: Evidence) -> bool:
     """Return whether `estimate --with` can take out what was found."""
     named = [f for f in d.findings if f.named and f.confidence >= SURE]
-    return bool(named) and not d.doubts and d.rig in ESTIMATORS and bool(evidence.recording.imus)
+    enough = len(evidence.recording.imus) >= IMUS.get(d.rig, 0)
+    return bool(named) and not d.doubts and d.rig in ESTIMATORS and enough
 
 
 def commands(d: Diagnosis, evidence: Evidence, paths: Paths) -> str:

@@ -103,7 +103,12 @@ def moved(finding: Finding) -> str:
     """Return what a finding moves, in words."""
     if not finding.moves:
         return "what is not known"
-    return ", ".join(f"{MOVED.get(name, name)} {_size(name, move)}" for name, move in finding.moves.items())
+    told: list[str] = []
+    for name, move in finding.moves.items():
+        whose = _whose(name, move.value.size)
+        again = bool(whose) and any(whose in text for text in told)
+        told.append(f"{MOVED.get(name, name)} {_size(move)}{'' if again else whose}")
+    return ", ".join(told)
 
 
 def motion(finding: Finding) -> str:
@@ -111,12 +116,15 @@ def motion(finding: Finding) -> str:
     return finding.separate_by.partition(": expected log Bayes factor")[0]
 
 
-def _size(name: str, move: Move) -> str:
+def _size(move: Move) -> str:
     digits = 1 if move.unit.startswith("mm") else 2
-    each = [f"{value:.{digits}f}" for value in move.value.ravel()]
+    return f"{listed([f'{value:.{digits}f}' for value in move.value.ravel()])} {move.unit}"
+
+
+def _whose(name: str, count: int) -> str:
+    """Return of which sensors or segments the numbers of a move are; empty where there is one."""
     of = "segment " if name == "orientation" else "imu"
-    whose = f" ({listed([f'{of}{i + 1}' for i in range(len(each))])})" if len(each) > 1 else ""
-    return f"{listed(each)} {move.unit}{whose}"
+    return f" ({listed([f'{of}{i + 1}' for i in range(count)])})" if count > 1 else ""
 
 
 def location(w: Where, span: Pair, zero: float | None = None) -> str:
