@@ -169,6 +169,15 @@ def test_the_channels_that_a_finding_improves_most_are_drawn():
     assert "imu1 accelerometer z" not in drawn
 
 
+def test_a_finding_whose_place_something_else_takes_says_so_instead_of_two_like_curves():
+    same = channel("imu2.gyr_y", 0.05, 0.05)
+    drawn = figures(diagnosis().findings[0], (same,), 0.0, None)
+    assert "<svg" not in drawn and "Without it the simulation follows the sensors as well" in drawn
+    d, shown = simulated()
+    d = replace(d, findings=(replace(d.findings[0], share=0.0), d.findings[1]))
+    assert "under 1 % of what differs" in page(d, replace(shown, comparisons=((same,), ())))
+
+
 def test_a_torque_is_shown_over_the_whole_swing_that_was_rolled_out():
     friction = Finding("dry_friction", "joint", 0.9, {}, Interval(1.0, (0.5, 2.0)))
     one = (channel("encoder.hinge", 0.7, 0.001, "rad", 0.0005, ((30.0, 60.0),)),)

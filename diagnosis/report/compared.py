@@ -17,6 +17,11 @@ EXCERPT = 3.0  # s: some thirty cycles of the mounts' usual 10 Hz, each 30 pixel
 SLOW = 0.5  # of the difference's power at less than a cycle an excerpt: then the whole is shown
 MOST = 2  # channels of a finding
 PLACES_OF_TORQUE = ("joint", "body", "world")
+SEEN = 1.1  # times the error with a finding: less is lost in how well the noise is known, 15 %
+ABSORBED = (
+    "<p>Without it the simulation follows the sensors as well: another motion, or another seat of the sensor, takes "
+    "its place. What that moves shows the difference.</p>"
+)
 KEYS = (("measured", "measured"), ("before", "simulated without it"), ("after", "simulated with it"))
 NOISE_KEY = ("band", "sensor noise, 95 % of it")
 HELD_KEY = ("held", "learned on other samples than these")
@@ -33,8 +38,10 @@ def figures(finding: Finding, compared: Sequence[Comparison], start: float, simu
     """
     rolled = simulation is not None and simulation.how == "rolled out"
     whole = rolled and finding.at in PLACES_OF_TORQUE
-    best = sorted(compared, key=changed_power, reverse=True)[:MOST]
+    best = [c for c in sorted(compared, key=changed_power, reverse=True)[:MOST] if is_seen(c)]
     name = called(finding.effect, finding.at)
+    if compared and not best:
+        return ABSORBED
     return "".join(figure(one, name, start, whole) for one in best)
 
 
@@ -132,6 +139,12 @@ def changed_power(c: Comparison) -> float:
     return max(power_explained(c), 1e-6 * moved)
 
 
+def is_seen(c: Comparison) -> bool:
+    """Return whether a channel is farther off without a finding than with it."""
+    before, after = (float(np.sum((y - c.measured) ** 2)) for y in (c.before, c.after))
+    return before > SEEN**2 * after
+
+
 def loudest(time: Array, values: Array) -> slice:
     """Return the few seconds of times (n,) in which values (n,) are largest; all of them where they are slow."""
     if len(time) < 2:
@@ -154,4 +167,4 @@ def slow(time: Array, values: Array) -> bool:
     return float(power[frequency < 1 / EXCERPT].sum()) > SLOW * float(power.sum())
 
 
-__all__ = ["changed_power", "figure", "figures", "left_over", "loudest", "residual", "slow", "title"]
+__all__ = ["changed_power", "figure", "figures", "is_seen", "left_over", "loudest", "residual", "slow", "title"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from imubench.diagnosis.evidence import Comparison, Evidence
 from imubench.diagnosis.report import headline, words
-from imubench.diagnosis.report.compared import changed_power, title
+from imubench.diagnosis.report.compared import changed_power, is_seen, title
 from imubench.diagnosis.report.html import sentence, term
 from imubench.diagnosis.report.numbers import fixed, shown
 from imubench.diagnosis.result import SURE, Diagnosis, Finding
@@ -67,12 +67,12 @@ def what(d: Diagnosis, evidence: Evidence) -> str:
             else "The numbers were learned on the same samples."
         )
         parts.append(f"<p>MuJoCo's simulation, {how}, is off by (RMS):</p>{_bars(d)}<p class='soft small'>{judged}</p>")
-        if any(evidence.comparisons) and not headline.shown_by(d.simulation):
+        if (changes := without_each(d, evidence)) and not headline.shown_by(d.simulation):
             parts.append(
                 "<p>A motion was recovered with which the declared model follows the sensors as well. Held to "
             )
             parts.append("the motion that was recovered with everything found:</p>")
-            parts += [f"<p>{escape(text)}.</p>" for text in without_each(d, evidence)]
+            parts += [f"<p>{escape(text)}.</p>" for text in changes]
     elif d.fitted:
         before, after = (fixed(x, 2) for x in d.misfit)
         change = before if before == after else f"{before} as declared, {after} with what was found"
@@ -89,7 +89,11 @@ def what(d: Diagnosis, evidence: Evidence) -> str:
 def without_each(d: Diagnosis, evidence: Evidence) -> list[str]:
     """Return for each finding that is compared how far the simulation is off without it and with it."""
     pairs = zip(d.findings, evidence.comparisons, strict=False)
-    return [title(max(some, key=changed_power), words.called(f.effect, f.at)) for f, some in pairs if some]
+    return [
+        title(max(some, key=changed_power), words.called(f.effect, f.at))
+        for f, some in pairs
+        if any(map(is_seen, some))
+    ]
 
 
 def _bars(d: Diagnosis) -> str:
@@ -133,7 +137,7 @@ def because(d: Diagnosis) -> str:
 
 
 def _share(f: Finding) -> str:
-    return "" if f.share is None else f": {words.percent(f.share)} of what differs"
+    return "" if f.share is None else f": {words.part(f.share)} of what differs"
 
 
 def how_sure(d: Diagnosis) -> str:
@@ -155,10 +159,9 @@ def how_sure(d: Diagnosis) -> str:
 
 def does(d: Diagnosis, evidence: Evidence) -> str:
     """Return what the findings move of what a reader asks for."""
-    limit = escape(words.tolerance(d))
+    limit = f"{d.tolerance[0]:g} deg or {d.tolerance[1]:g} mm"
     parts = [
-        f"<p><b>{term('alarm', 'Alarm')}</b>: it may matter, for what is likely there moves something by {limit} or "
-        "more, or by what is not known.</p>"
+        f"<p><b>{term('alarm', 'Alarm')}</b>: what is likely there may move your results by {limit}, or more.</p>"
         if d.alarm
         else f"<p>No {term('alarm')}: {escape(words.alarm(d))}</p>"
     ]
@@ -182,7 +185,7 @@ def consequence(f: Finding, compared: Sequence[Comparison]) -> str:
     name = words.called(f.effect, f.at)
     if f.moves:
         return f"{sentence(name)} moves {words.moved(f)}."
-    if compared:
+    if compared and is_seen(max(compared, key=changed_power)):
         return f"{title(max(compared, key=changed_power), name)}."
     return f"What {name} moves is not known."
 

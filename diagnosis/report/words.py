@@ -195,6 +195,11 @@ def listed(parts: list[str]) -> str:
     return parts[0] if len(parts) == 1 else ", ".join(parts[:-1]) + " and " + parts[-1] if parts else "nothing"
 
 
+def part(share: float) -> str:
+    """Return a share of what differs as a whole percentage; one that rounds to none is not none."""
+    return percent(share) if share >= 0.005 else "under 1 %"
+
+
 def percent(share: float) -> str:
     """Return a share as a whole percentage."""
     return f"{100 * share:.0f} %"
