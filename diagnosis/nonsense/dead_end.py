@@ -46,7 +46,7 @@ def dead_end(recording: Recording, wrong: Sequence[Nonsense], clock: float) -> t
     made = Diagnosis(
         recording.name, recording.rig, verdict, (misfit, misfit), where, found, (), quality, "", seconds, unseen
     )
-    return with_nonsense(replace(made, noise=noise_of(evidence.levels)), wrong), evidence
+    return with_nonsense(replace(made, noise=noise_of(evidence.levels, recording)), wrong), evidence
 
 
 def with_nonsense(d: Diagnosis, wrong: Sequence[Nonsense]) -> Diagnosis:
