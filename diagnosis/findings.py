@@ -18,6 +18,7 @@ from imubench.diagnosis.separate import separation
 from imubench.diagnosis.springs_std import with_springs
 from imubench.diagnosis.strained import STRAINED_SURE, strained
 from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, Passed, misfit
+from imubench.diagnosis.unseen import seen_of, unseen_in_words, widened, with_directions
 from imubench.effects import EFFECTS
 from imubench.recording import Recording
 
@@ -41,7 +42,9 @@ def findings(selection: Selection, measured: Recording | None = None, briefly: b
     the motions that would tell them apart.
     """
     numbers = selection.fit if briefly else selection.numbers
-    std = information(numbers)[1] if briefly else with_springs(numbers, parameter_std(numbers))
+    covariance, white = information(numbers)
+    std = white if briefly else with_springs(numbers, parameter_std(numbers))
+    covariance = widened(numbers, covariance, white, std)
     recording = selection.fit.model.recording
     loose, small, odd = loosely(selection.fit), overshadowed(selection), strained(selection.fit)
     out = []
@@ -61,10 +64,11 @@ def findings(selection: Selection, measured: Recording | None = None, briefly: b
                 h.effect.name,
                 h.at,
                 min(confidence(kept.evidence, NEEDED), most),
-                parameters(h, numbers, std, measured),
+                with_directions(parameters(h, numbers, std, measured), seen := seen_of(numbers, h, covariance)),
                 Interval(gain.value, (gain.low, gain.high)),
                 (*same, *ties),
                 "" if briefly else separation(selection.fit, h, [_rival(r, recording) for r in others]),
+                unseen=unseen_in_words(numbers, h, seen),
             )
         )
     return tuple(out)

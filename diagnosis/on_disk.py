@@ -12,12 +12,12 @@ from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.export import write_model
 from imubench.diagnosis.judge import judged
-from imubench.diagnosis.report import page
+from imubench.diagnosis.report import Paths, page
 from imubench.diagnosis.rerun_log import log_diagnosis
 from imubench.diagnosis.result import TOLERANCE, Diagnosis, Pair
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
-from imubench.errors import InputError
+from imubench.diagnosis.shares import with_shares
 from imubench.format1 import read
 from imubench.progress import Step, silent
 from imubench.recording import Recording
@@ -27,13 +27,30 @@ REPORT, LOG, MODEL, BASELINE = "report.html", "diagnosis.rrd", "model", "baselin
 SHARE = 0.5  # of the time limit that a baseline's recording may take
 
 
+STAGES = (
+    "read ",
+    "hold the sensors against each other",
+    "check the samples",
+    "fit the motion",
+    "find what was left out",
+    "weigh and locate what is left",
+    "see what each finding moves",
+    "ask whether the halves agree",
+    "say what the sensors' own errors are",
+    "play the simulations beside the recording",
+    "write the model",
+    "write the Rerun file",
+    "draw the report",
+)
+"""How the steps of a diagnosis begin, in their order."""
+
+
 @dataclass(frozen=True)
 class Done:
-    """A diagnosis, what shows it, and what could not be written."""
+    """A diagnosis, and what shows it."""
 
     diagnosis: Diagnosis
     evidence: Evidence
-    missing: str = ""  # why there is no report
 
 
 def diagnose_on_disk(
@@ -46,10 +63,9 @@ def diagnose_on_disk(
 ) -> Done:
     """Diagnose a recording in format 1 and write diagnosis.json, report.html, diagnosis.rrd and model/ into `out`.
 
-    The reference, if there is one, only judges. Without matplotlib everything but the report is written. After
-    `time_limit` s of processor time what is known by then is written. A finding that moves nothing by `tolerance` (deg,
-    mm) is not material. `baseline` is a diagnosis of the same sensors, or a recording: then that is diagnosed first,
-    into `out`/baseline, in at most `SHARE` of the time.
+    The reference, if there is one, only judges. After `time_limit` s of processor time what is known by then is
+    written. A finding that moves nothing by `tolerance` (deg, mm) is not material. `baseline` is a diagnosis of the
+    same sensors, or a recording: then that is diagnosed first, into `out`/baseline, in at most `SHARE` of the time.
     """
     began = process_time()
     inputs = [Path(folder)] if baseline is None else [Path(folder), Path(baseline)]
@@ -60,7 +76,7 @@ def diagnose_on_disk(
         if baseline is not None:
             told = _told(Path(baseline), recording, target / BASELINE, step, SHARE * time_limit, tolerance)
         left = Budget(time_limit, began)
-        return _written(recording, reference, target, step, left, tolerance, told)
+        return _written(recording, reference, target, step, left, tolerance, told, Paths(str(folder), str(out)))
 
 
 def _told(
@@ -88,10 +104,11 @@ def _written(
     budget: Budget,
     tolerance: Pair,
     baseline: Diagnosis | None = None,
+    paths: Paths | None = None,
 ) -> Done:
     """Return the diagnosis of a recording, after writing it into the empty folder `target`."""
-    missing = ""
     diagnosis, evidence = diagnose(recording, step, budget, tolerance, baseline)
+    diagnosis = with_shares(diagnosis, evidence)
     diagnosis = judged(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis
     with step("write the model"):
         (target / MODEL).mkdir()
@@ -101,8 +118,5 @@ def _written(
     with step("write the Rerun file"):
         log_diagnosis(target / LOG, diagnosis, evidence, reference)
     with step("draw the report"):
-        try:
-            (target / REPORT).write_text(page(diagnosis, evidence), encoding="utf-8")
-        except InputError as error:
-            missing = str(error)
-    return Done(diagnosis, evidence, missing)
+        (target / REPORT).write_text(page(diagnosis, evidence, paths), encoding="utf-8")
+    return Done(diagnosis, evidence)

@@ -10,7 +10,7 @@ from rerun.error_utils import catch_and_log_exceptions
 
 from imubench.atomic import atomic_file
 from imubench.diagnosis.evidence import Evidence, Played
-from imubench.diagnosis.report import words
+from imubench.diagnosis.report import headline, words
 from imubench.diagnosis.report.numbers import rows
 from imubench.diagnosis.result import Diagnosis
 from imubench.log.blueprint import eye, series_view
@@ -133,14 +133,14 @@ def layout(evidence: Evidence, scene: Scene, angles: bool, marked: bool) -> rrb.
 
 def summary(d: Diagnosis, evidence: Evidence) -> str:
     """Return the verdict, where and what in Markdown."""
-    lines = [f"### {words.headline(d)}", ""]
+    lines = [f"### {headline.headline(d)}", ""]
     if d.stopped:
         lines += [words.stopped(d), ""]
     if d.fitted:
         lines += [f"Misfit {d.misfit[0]:.2f} as declared, {d.misfit[1]:.2f} with the findings; 1 is only noise.", ""]
-        lines += [f"- {words.location(w, evidence.span)}" for w in d.where]
+        lines += [f"- {words.location(w, evidence.span, 0.0)}" for w in d.where]
     else:
-        lines += [f"- {text}" for text in words.places(d, evidence.span)]
+        lines += [f"- {text}" for text in headline.places(d, evidence.span, 0.0)]
     for finding in d.findings if d.fitted else ():
         lines += ["", f"**{words.title(finding)}** ({words.percent(finding.confidence)})", ""]
         body = [row for name, p in finding.parameters.items() for row in rows(name, p)]

@@ -7,6 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.directions import Directions
 from imubench.diagnosis.result_checks import PLACES as PLACES
 from imubench.diagnosis.result_checks import Pair as Pair
 from imubench.diagnosis.result_checks import finite as finite
@@ -70,6 +71,7 @@ class Parameter:
     value: Array
     std: Array
     unit: str
+    fixed: Directions | None = field(default=None, compare=False)  # which directions of it the recording fixes
 
     def __post_init__(self) -> None:
         for key in ("value", "std"):
@@ -154,10 +156,14 @@ class Finding:
     where: Where | None = None  # of an unknown
     moves: Moves = field(default_factory=dict)  # "joint_axis", "hinge_angle", ...; empty: not known
     material: bool = True  # False: all that it moves is below the tolerance
+    share: float | None = None  # of what differs, that comes back without it in the final model; None: not known
+    unseen: tuple[str, ...] = ()  # directions of its parameters that the recording does not fix, in words
 
     def __post_init__(self) -> None:
         place(self.at, "finding.at")
         within(self.confidence, 0.0, 1.0, "finding.confidence")
+        if self.share is not None:
+            within(self.share, 0.0, 1.0, "finding.share")
 
     @property
     def named(self) -> bool:

@@ -111,7 +111,7 @@ def _sensor(s: SensorErrors) -> dict[str, Any]:
 
 def _finding(f: Finding) -> dict[str, Any]:
     gain = f.heldout_gain
-    content = {
+    content: dict[str, Any] = {
         "effect": f.effect,
         "at": f.at,
         "confidence": float(f.confidence),
@@ -122,6 +122,10 @@ def _finding(f: Finding) -> dict[str, Any]:
         "moves": {name: {"value": m.value.tolist(), "unit": m.unit} for name, m in f.moves.items()},
         "material": bool(f.material),
     }
+    if f.share is not None:
+        content["share"] = float(f.share)
+    if f.unseen:
+        content["unseen"] = list(f.unseen)
     return content if f.where is None else content | {"where": _where(f.where)}
 
 

@@ -183,6 +183,8 @@ def _read_finding(node: _Node) -> Finding:
         where=node.optional("where", _read_where, None),
         moves=node.optional("moves", lambda n: n.named(_read_move), {}),
         material=node.optional("material", lambda n: n.of(bool), True),
+        share=node.optional("share", lambda n: n.number, None),
+        unseen=node.optional("unseen", lambda n: n.each(_text), ()),
     )
 
 

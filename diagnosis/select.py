@@ -29,6 +29,7 @@ from imubench.diagnosis.trial import FILTER, Kept, kind
 from imubench.diagnosis.unbiased import unbiased
 from imubench.effects import possible
 from imubench.effects.soft_mounts import Sprung
+from imubench.progress import tell
 
 SETTLED = 8  # rounds at most, of a law that the fit ends with
 FURTHER = "further effects"
@@ -63,9 +64,7 @@ def candidates(model: Model) -> list[Hypothesis]:
     return [Hypothesis(effect, at) for effect, at in possible(model.recording) if effect.parameters or effect.states]
 
 
-def select(
-    nominal: Fit, say: Callable[[str], None] = lambda _: None, rounding: Mapping[str, float] | None = None
-) -> Selection:
+def select(nominal: Fit, say: Callable[[str], None] = tell, rounding: Mapping[str, float] | None = None) -> Selection:
     """Return the effects that the recording needs.
 
     An effect with states that is dropped in the end hid what it stood for: a filter of both triples took what a soft

@@ -86,6 +86,12 @@ def laid(model: Model, stage: Stage, swing: Swing | None) -> State:
 
 def read(model: Model, state: State) -> Model:
     """Return the model of a recording in which the IMUs have measured what the model says."""
+    return replace(model, recording=readings(model, state))
+
+
+def readings(model: Model, state: State) -> Recording:
+    """Return a recording that nobody has made yet with what its IMUs and encoders read in a state, without noise."""
     told = {r.name: r.residual.value for r in model.measured(state)}  # the model less nothing
     imus = tuple(replace(i, gyro=told[f"{i.name}.gyro"], accel=told[f"{i.name}.accel"]) for i in model.recording.imus)
-    return replace(model, recording=replace(model.recording, imus=imus))
+    encoders = tuple(replace(e, angle=told["encoder.angle"][:, 0]) for e in model.recording.encoders)
+    return replace(model.recording, imus=imus, encoders=encoders)

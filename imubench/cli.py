@@ -235,6 +235,16 @@ def diagnose_command(
     run_diagnosis(recording, out, time_limit, tolerance, baseline, console, errors)
 
 
+@app.command("explain")
+def explain_command(
+    name: Annotated[str, typer.Argument(help="An effect, a figure or a word of a result.")], out: Out = None
+) -> None:
+    """Explain an effect, a figure or a word in plain words; with --out also as explain.json."""
+    from imubench.cli_explain import run as run_explain
+
+    run_explain(name, out, console)
+
+
 @app.command("prove")
 def prove_command(
     cases: Annotated[int, typer.Option(help="How many recordings.", min=1)] = 20,

@@ -1,19 +1,23 @@
-"""`imubench diagnose`: what is done while it runs, then the verdict, where, and what was found."""
+"""`imubench diagnose`: what is done while it runs, then the verdict, where, what was found, and what to do next."""
 
 from math import inf
 from pathlib import Path
 
 from rich.table import Table
 
-from imubench.diagnosis.on_disk import REPORT, diagnose_on_disk
-from imubench.diagnosis.report import words
-from imubench.diagnosis.report.numbers import rows, shown
-from imubench.diagnosis.result import Diagnosis
+from imubench.diagnosis.evidence import Evidence
+from imubench.diagnosis.on_disk import REPORT, STAGES, diagnose_on_disk
+from imubench.diagnosis.report import Paths, headline, words
+from imubench.diagnosis.report.first_screen import command_lines, consequence, ordered, steps
+from imubench.diagnosis.report.numbers import rows, shown, size
+from imubench.diagnosis.result import SURE, Diagnosis, Finding
+from imubench.diagnosis.result_file import FILE_NAME
 from imubench.errors import InputError
-from imubench.progress import on_console
+from imubench.progress import in_stages
 from imubench.terminal import Terminal
 
 COLOURS = {"good": "green", "part": "yellow", "bad": "red"}
+CHANNELS = 3  # that differ most, in a terminal's lines
 
 
 def run(
@@ -28,14 +32,14 @@ def run(
     """Diagnose a recording into `out` within `time_limit` s of processor time and print what came out.
 
     Raises:
-        InputError: for a tolerance that is none, a baseline of other sensors, and where the report could not be drawn.
+        InputError: for a tolerance that is none, and a baseline of other sensors.
     """
-    done = diagnose_on_disk(recording, out, on_console(errors), time_limit, read_tolerance(tolerance), baseline)
-    print_diagnosis(done.diagnosis, done.evidence.span, console)
-    shown = f"; open {out / REPORT}" if not done.missing else ""
-    console.say(f"written: {out}{shown}")
-    if done.missing:
-        raise InputError(done.missing)
+    limits = read_tolerance(tolerance)
+    known = baseline is None or baseline.is_file() or (baseline / FILE_NAME).is_file()
+    plan = STAGES if known else (STAGES[0], *STAGES, *STAGES[1:])
+    done = diagnose_on_disk(recording, out, in_stages(errors, plan), time_limit, limits, baseline)
+    print_diagnosis(done.diagnosis, done.evidence, console, Paths(str(recording), str(out)))
+    console.say(f"written: {out}; open {out / REPORT}")
 
 
 def read_tolerance(text: str) -> tuple[float, float]:
@@ -49,41 +53,20 @@ def read_tolerance(text: str) -> tuple[float, float]:
     return deg, mm
 
 
-def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Terminal) -> None:
-    """Print the verdict, the misfit, where it is and what was found."""
+def print_diagnosis(d: Diagnosis, evidence: Evidence, console: Terminal, paths: Paths | None = None) -> None:
+    """Print the verdict, how far the simulations are off, where, what was found, and what to type next."""
     colour = COLOURS[words.VERDICTS[d.verdict]]
-    console.say(d.verdict, f"bold {colour}", f": {words.headline(d)}")
+    console.say(d.verdict, f"bold {colour}", f": {headline.headline(d)}")
     if d.findings:
         console.say("alarm" if d.alarm else "no alarm", "bold red" if d.alarm else "bold green", f": {words.alarm(d)}")
     if d.baseline is not None:
         console.say(words.baseline(d.baseline))
-    if d.stopped:
-        console.say(words.stopped(d))
-    if d.fitted:
-        before, after = d.misfit
-        change = f"{before:.2f}" if before == after else f"{before:.2f} as declared, {after:.2f} with what was found"
-        console.print(f"misfit, 1 is only sensor noise: {change}")
-    for text in words.places(d, span):
-        console.say(f"  {text}")
-    unit = d.fit.reference.unit
-    for name, value in d.fit.reference.before.items():
-        was, is_now = (shown(x, unit.split()[0])[0] for x in (value, d.fit.reference.after[name]))
-        change = f"{was:.2f}" if was == is_now else f"{was:.2f} as declared, {is_now:.2f} with what was found"
-        console.print(f"{words.MEASURED.get(name, name)} against the reference (deg RMS): {change}")
-    named = [f for f in d.findings if f.named and f.material]
-    if named:
-        table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0))
-        for column in ("finding", "sure", "parameter", "value", "95 % interval", "unit"):
-            table.add_column(column, justify="right" if column in ("value", "95 % interval") else "left")
-        for finding in named:
-            body = [row for name, p in finding.parameters.items() for row in rows(name, p)] or [("", "", "", "")]
-            for i, row in enumerate(body):
-                first = (f"{finding.effect} at {finding.at}", words.percent(finding.confidence)) if i == 0 else ("", "")
-                table.add_row(*first, *row)
-        console.print(table)
-    for finding in [f for f in d.findings if f.material]:
-        console.say(f"  {finding.effect} at {finding.at} moves {words.moved(finding)}")
-    small = [f for f in d.findings if not f.material]
+    print_fit(d, evidence, console)
+    for i in ordered(d, True) if d.fitted else ():
+        compared = evidence.comparisons[i] if i < len(evidence.comparisons) else ()
+        console.say(f"  {consequence(d.findings[i], compared)}")
+    print_numbers([d.findings[i] for i in ordered(d, True) if d.findings[i].named], console)
+    small = [d.findings[i] for i in ordered(d, False)]
     if small:
         console.say(f"immaterial, below {words.tolerance(d)}:")
     for finding in small:
@@ -91,5 +74,53 @@ def print_diagnosis(d: Diagnosis, span: tuple[float, float], console: Terminal) 
         console.say(f"  {finding.effect} at {finding.at} ({sure} sure) moves {words.moved(finding)}")
     for doubt in d.doubts:
         console.say(f"  not to be trusted: {doubt.of}: {doubt.why}")
-    for unseen in d.unseen if d.fitted else ():  # else the headline says it
-        console.say(f"  to see {unseen.what}: {unseen.motion}")
+    for text in steps(d, evidence):
+        console.say(f"next: {text}")
+    for line in command_lines(d, evidence, paths or Paths()):
+        console.say(f"  {line}")
+
+
+def print_fit(d: Diagnosis, evidence: Evidence, console: Terminal) -> None:
+    """Print by how much the declared model, and the one with what was found, differ from the recording, and where."""
+    found = any(f.confidence >= SURE for f in d.findings)
+    if d.simulation is not None and d.simulation.channels:
+        console.say(f"MuJoCo's simulation, {d.simulation.how}, is off by (RMS):")
+        for off in headline.offs(d.simulation)[:CHANNELS]:
+            change = f"{off.before} as declared, {off.after} with what was found" if found else off.before
+            console.say(f"  {words.spelled(off.channel)}: {change} ({off.unit}; noise {off.noise})")
+    elif d.fitted:
+        before, after = (f"{x:.2f}" for x in d.misfit)
+        change = before if before == after else f"{before} as declared, {after} with what was found"
+        console.say(f"misfit of the fitted motion, 1 is only noise: {change}")
+    usual = headline.usual_noise(d, {i.name: i.rate for i in evidence.recording.imus})
+    if usual:
+        console.say(f"noise not known: {usual}")
+    for text in headline.places(d, evidence.span) if d.fitted else ():  # else that is what to do next
+        console.say(f"  {text}")
+    unit = d.fit.reference.unit
+    for name, value in d.fit.reference.before.items():
+        was, is_now = (shown(x, unit.split()[0])[0] for x in (value, d.fit.reference.after[name]))
+        change = f"{was:.2f}" if was == is_now else f"{was:.2f} as declared, {is_now:.2f} with what was found"
+        console.say(f"{words.MEASURED.get(name, name)} against the reference (deg RMS): {change}")
+
+
+def print_numbers(found: list[Finding], console: Terminal) -> None:
+    """Print the parameters of findings as a table, and what of them the recording does not show."""
+    if not found:
+        return
+    table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0))
+    for column in ("finding", "sure", "parameter", "value", "95 % interval", "unit"):
+        table.add_column(column, justify="right" if column in ("value", "95 % interval") else "left")
+    for finding in found:
+        body = [row for name, p in finding.parameters.items() for row in rows(name, p)] or [("", "", "", "")]
+        for i, row in enumerate(body):
+            first = (f"{finding.effect} at {finding.at}", words.percent(finding.confidence)) if i == 0 else ("", "")
+            table.add_row(*first, *row)
+    console.print(table)
+    for finding in found:
+        for name, p in finding.parameters.items():
+            if text := size(name, p):
+                console.say(f"  {finding.effect} at {finding.at}: {text}")
+        if finding.unseen:
+            unseen = words.listed([f"the {text}" for text in finding.unseen])
+            console.say(f"  {finding.effect} at {finding.at}: this recording does not show {unseen}")

@@ -10,9 +10,8 @@ import pytest
 from rerun.chunk import RrdReader
 from scipy.signal import lfilter
 
-from imubench.cli_diagnose import print_diagnosis, read_tolerance
+from imubench.cli_diagnose import read_tolerance
 from imubench.diagnosis.evidence import Comparison, Evidence, Level, Played, Pose, Trace
-from imubench.diagnosis.report import page
 from imubench.diagnosis.rerun_log import log_diagnosis
 from imubench.diagnosis.result import (
     CHANNEL_UNIT,
@@ -34,7 +33,6 @@ from imubench.errors import InputError
 from imubench.recording import Imu, Recording
 from imubench.reference import Reference
 from imubench.rotations import exp
-from imubench.terminal import Terminal
 
 CONTRACT = """
 {"format": 1, "recording": "name", "rig": "hinge",
@@ -303,28 +301,8 @@ def test_nothing_is_explained_beside_a_noise_that_nobody_knows():
         diagnosis(noise=nobody)
     partly = diagnosis(noise=nobody, verdict="partly explained")
     assert partly.noise_unknown == ("imu2.accel",)
-    html = page(partly, evidence())
-    assert "Whether only sensor noise is left cannot be said: that of imu2.accel is not known." in html
     with pytest.raises(InputError, match="expected findings that go with it"):
         diagnosis(verdict="partly explained")
-
-
-def test_the_page_and_the_terminal_list_what_is_immaterial_apart(capsys):
-    small = replace(finding("gyro_bias", 0.9, False), moves={"orientation": Move([0.1, 0.2], "deg RMS")})
-    one = diagnosis(findings=(*diagnosis().findings, small))
-    html = page(one, evidence())
-    assert "Alarm" in html and "It moves: joint axis 7.60 and 3.60 deg, hinge angle 0.90 deg RMS." in html
-    assert (
-        html.index("a soft mount that imu2")
-        < html.index("Immaterial: below 0.5 deg and 5 mm")
-        < html.index("It moves: orientation 0.10 and 0.20 deg RMS.")
-    )
-    print_diagnosis(one, (0.0, 60.0), Terminal())
-    text = capsys.readouterr().out
-    assert "alarm: a soft mount that imu2 moves on as on springs may matter: joint axis 7.60 and 3.60 deg" in text
-    assert "immaterial, below 0.5 deg and 5 mm:\n  gyro_bias at imu1 (90 % sure) moves orientation" in text
-    print_diagnosis(diagnosis(findings=(small,)), (0.0, 60.0), Terminal())
-    assert "no alarm: nothing that is sure moves a joint or a segment by 0.5 deg and 5 mm." in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("text", ["1", "1,2,3", "a,b", "-1,5", "nan,5", "1,inf", ""])
@@ -335,6 +313,18 @@ def test_a_tolerance_that_is_none_is_one_line(text):
     assert read_tolerance("0.2, 3") == (0.2, 3.0)
 
 
+def test_what_was_added_to_a_finding_is_written_and_read(tmp_path):
+    one = replace(diagnosis().findings[0], share=0.93, unseen=("translation along the hinge axis",))
+    written = as_dict(diagnosis(findings=(one,)))
+    assert written["findings"][0]["share"] == 0.93
+    (tmp_path / "diagnosis.json").write_text(json.dumps(written))
+    back = read_diagnosis(tmp_path).findings[0]
+    assert (back.share, back.unseen) == (one.share, one.unseen)
+    assert {"share", "unseen"}.isdisjoint(as_dict(diagnosis())["findings"][0])  # there only where they are known
+    with pytest.raises(InputError, match=r"finding\.share: expected a number from 0 to 1, got 1\.2"):
+        replace(one, share=1.2)
+
+
 def test_numbers_that_are_not_finite_are_refused_when_made():
     with pytest.raises(InputError, match="finite"):
         Parameter([np.nan], [1.0], "1")
@@ -342,29 +332,6 @@ def test_numbers_that_are_not_finite_are_refused_when_made():
         diagnosis(misfit=(np.inf, 1.0))
     with pytest.raises(InputError, match="expected shape"):
         Trace("imu1", "gyro", ("gyr_x",), "rad/s", TIME, np.zeros((5, 1)), 1.0)
-
-
-def test_the_page_says_the_verdict_and_draws_each_finding():
-    html = page(diagnosis(), evidence())
-    assert html.count("<img ") == 2
-    assert "The simulation leaves out a soft mount that imu2 moves on as on springs." in html
-    assert "acc_x (61 %)" in html
-    assert "11.20" in html  # value with the digits that its std of 0.1 leaves
-    assert "11.00 to 11.40" in html
-    assert "a mount that imu2 rocks on" in html
-    assert "2.92" in html  # 0.051 rad
-    assert not re.search(r"(src|href)='?http", html)
-
-
-def test_the_page_of_something_unknown_and_of_nothing():
-    unknown = Finding("unknown", "imu2", 0.8, {}, Interval(0.0, (0.0, 0.0)), where=WHERE)
-    bare = replace(evidence(), comparisons=())
-    html = page(diagnosis(verdict="unexplained", findings=(unknown,)), bare)
-    assert html.count("<img ") == 2
-    assert "no effect of the library explains it" in html
-    html = page(diagnosis(verdict="no mismatch", findings=(), where=()), bare)
-    assert html.count("<img ") == 1
-    assert "Nowhere by more than the sensors&#x27; noise" in html
 
 
 def test_the_rerun_file_holds_motion_residuals_and_windows(tmp_path):

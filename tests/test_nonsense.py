@@ -19,7 +19,7 @@ from imubench.diagnosis.nonsense.stretch import averaged, cut, grid, gridded
 from imubench.diagnosis.nonsense.stuck import stuck
 from imubench.diagnosis.nonsense.swapped import reading, swapped
 from imubench.diagnosis.nonsense.together import not_together
-from imubench.diagnosis.report import words
+from imubench.diagnosis.report.headline import headline
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
@@ -376,7 +376,7 @@ def test_readings_that_never_change_anywhere_say_nothing(made):
     )
     found, _ = diagnose(zero)
     assert found.verdict == "unobservable"
-    assert "imu1 reads the same in every sample: it is stuck, or nothing moves" in words.headline(found)
+    assert "imu1 reads the same in every sample: it is stuck, or nothing moves" in headline(found)
     assert not found.findings
 
 
@@ -420,7 +420,7 @@ def test_a_diagnosis_of_nonsense_ends_at_once_and_says_it(made, case):
     assert [f.effect for f in found.findings] == ["unknown"]  # and no saturation
     (wrong,) = found.nonsense
     assert found.findings[0].at == wrong.at
-    assert wrong.what[3:] in words.headline(found)  # but for a capital letter
+    assert wrong.what[3:] in headline(found)  # but for a capital letter
     assert not found.fitted
     assert evidence.traces
 

@@ -1,5 +1,7 @@
 """Which motion would tell two effects apart: what is expected, and what recordings of it then show."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,14 +11,16 @@ from imubench.diagnosis.menu import MENU, Swing, swung
 from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import extended, refit
-from imubench.diagnosis.separate import expected, separate, separation
+from imubench.diagnosis.separate import CLEAR, at_size, expected, separate, separation
+from imubench.diagnosis.symmetries import ALWAYS, BUT_IN_SWINGS
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof import played
 from imubench.proof.case import make_case
 from imubench.proof.frames import in_world
 from imubench.proof.options import World
-from imubench.recording import Body
+from imubench.recording import Body, Encoder
+from imubench.run import simulate
 
 MOTIONS = {m.name: m for m in MENU}
 
@@ -63,6 +67,8 @@ def test_a_free_swing_separates_gravity_from_a_scale(tmp_path, options, told):
     (found,) = separate(fit, [(h, Hypothesis(EFFECTS["accel_scale"], "imu1"))])
     assert found.motion.name == "free swing"
     assert found.sentence.startswith(f"20 s of free swing from 1 rad{told}: ")
+    (promised,) = expected(fit, [(h, Hypothesis(EFFECTS["accel_scale"], "imu1"))], found.motion)
+    assert found.gain == pytest.approx(promised, rel=0.02)  # 0.1 % here: the effect is small, the motion slow
 
 
 @pytest.mark.long
@@ -112,3 +118,52 @@ def test_a_swing_takes_as_long_as_a_pendulum_s():
     exact = 1.0663 * 2 * np.pi * np.sqrt(0.3 / 9.81)  # 1 + x^2/16 + 11 x^4/3072 at x = 1 rad
     assert np.mean(np.diff(falls)) == pytest.approx(exact, rel=2e-3)  # steps of 5 ms
     assert angle.max() == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.fixture(scope="module")
+def late(tmp_path_factory):
+    """A hinge whose second clock is late, and that clock's error."""
+    return explained(tmp_path_factory.mktemp("late"), ("time_offset", "imu2"), 3)
+
+
+@pytest.mark.long
+def test_no_motion_is_recommended_for_a_relabelling_of_time(late):
+    fit, h = late
+    assert separation(fit, h, [Hypothesis(h.effect, "imu1")]) == ""
+    taps = MOTIONS["taps"]
+    promised = expected(fit, [(h, Hypothesis(h.effect, "imu1"))], taps)[0]
+    assert promised > 1000  # nat: the linear prediction promises what the splines cannot follow
+    assert at_size(fit, h, Hypothesis(h.effect, "imu1"), taps) < CLEAR  # and simulating it shows nothing
+
+
+def test_symmetries_are_those_that_hold_for_the_recording():
+    recording = simulate("hinge-hand", seed=1)[0]
+    clock = EFFECTS["time_offset"]
+    clocks = Hypothesis(clock, "imu1"), Hypothesis(clock, "imu2")
+    assert any(s.joins(*clocks, recording) for s in ALWAYS)
+    time = recording.imus[0].time
+    third = replace(recording, encoders=(Encoder("hinge", time, np.zeros(len(time))),))
+    assert not any(s.joins(*clocks, third) for s in ALWAYS)  # the encoder's clock tells which one is late
+    centre, skin = Hypothesis(EFFECTS["moving_centre"], "joint"), Hypothesis(EFFECTS["skin_sliding"], "imu1")
+    assert any(s.joins(centre, skin, recording) and s.joins(skin, centre, recording) for s in ALWAYS)
+    assert not any(s.joins(centre, Hypothesis(EFFECTS["skin_sliding"], "imu2"), recording) for s in ALWAYS)
+    weight, scale = Hypothesis(EFFECTS["gravity"], "world"), Hypothesis(EFFECTS["accel_scale"], "imu1")
+    assert [
+        any(s.joins(weight, scale, recording, MOTIONS[m]) for s in BUT_IN_SWINGS) for m in ("taps", "free swing")
+    ] == [
+        True,
+        False,
+    ]
+    assert not any(
+        s.joins(weight, Hypothesis(EFFECTS["accel_bias"], "imu1"), recording) for s in (*ALWAYS, *BUT_IN_SWINGS)
+    )
+
+
+@pytest.mark.slow
+def test_a_promise_at_finite_size_is_what_a_recording_then_shows(tmp_path, monkeypatch):
+    monkeypatch.setattr(played, "hinge", tilting)
+    bias = {"bias": [0.02, -0.01, 0.02]}
+    fit, h = explained(tmp_path, ("accel_bias", "imu2", bias), 1, seconds=20.0)
+    scale = Hypothesis(EFFECTS["accel_scale"], "imu2")
+    gain, real = at_size(fit, h, scale, MOTIONS["slow tilts"]), lost(fit, h, scale)
+    assert gain == pytest.approx(real, abs=3 * np.sqrt(2 * real))  # the noise's own part of a log Bayes factor

@@ -76,16 +76,7 @@ def called(effect: str, at: str) -> str:
 def title(finding: Finding) -> str:
     """Return a finding as a headline."""
     text = called(finding.effect, finding.at)
-    return text[0].upper() + text[1:]
-
-
-def headline(d: Diagnosis) -> str:
-    """Return the verdict in one sentence for somebody who has seen nothing else; what makes no sense comes first."""
-    odd = "; ".join(n.what for n in d.nonsense)
-    odd = odd if odd.startswith(("imu", "pose", "gyr", "acc")) else odd[:1].upper() + odd[1:]  # names stay names
-    if not d.fitted:
-        return f"{odd}. No simulation can be held against that."
-    return f"{_headline(d)} {odd}." if odd else _headline(d)
+    return text if text.startswith(("imu", "pose")) else text[:1].upper() + text[1:]  # names stay names
 
 
 def tolerance(d: Diagnosis) -> str:
@@ -98,7 +89,8 @@ def alarm(d: Diagnosis) -> str:
     if not d.alarm:
         return f"nothing that is sure moves a joint or a segment by {tolerance(d)}."
     loud = [f for f in d.findings if f.material and (f.confidence >= SURE or not f.named)]
-    return f"{listed([called(f.effect, f.at) for f in loud])} may matter: {moved(loud[0])}."
+    names = listed([called(f.effect, f.at) for f in loud])
+    return f"{names} may matter: {moved(loud[0])}." if loud[0].moves else f"{names} may matter."
 
 
 def baseline(taken: Baseline) -> str:
@@ -111,7 +103,17 @@ def moved(finding: Finding) -> str:
     """Return what a finding moves, in words."""
     if not finding.moves:
         return "what is not known"
-    return ", ".join(f"{MOVED.get(name, name)} {_size(move)}" for name, move in finding.moves.items())
+    told: list[str] = []
+    for name, move in finding.moves.items():
+        whose = _whose(name, move.value.size)
+        again = bool(whose) and any(whose in text for text in told)
+        told.append(f"{MOVED.get(name, name)} {_size(move)}{'' if again else whose}")
+    return ", ".join(told)
+
+
+def motion(finding: Finding) -> str:
+    """Return the motion that would tell a finding from its equivalents, without what it is worth."""
+    return finding.separate_by.partition(": expected log Bayes factor")[0]
 
 
 def _size(move: Move) -> str:
@@ -119,54 +121,28 @@ def _size(move: Move) -> str:
     return f"{listed([f'{value:.{digits}f}' for value in move.value.ravel()])} {move.unit}"
 
 
-def _headline(d: Diagnosis) -> str:
-    named = listed([called(f.effect, f.at) for f in d.findings if f.named and f.confidence >= 0.5])
-    if d.verdict == "no mismatch":
-        return "The simulation and this recording agree: what differs is sensor noise."
-    if d.verdict == "explained":
-        return f"The simulation leaves out {named}. With that in it, only sensor noise is left."
-    if d.verdict == "partly explained" and d.doubts:
-        return f"The simulation leaves out {named}, or something like it; no model was found that can be trusted."
-    if d.verdict == "partly explained" and all(f.named for f in d.findings if f.confidence >= SURE):
-        sensors = listed(list(d.noise_unknown))
-        return (
-            f"The simulation leaves out {named}. Whether only sensor noise is left cannot be said: that of {sensors} "
-            "is not known."
-        )
-    if d.verdict == "partly explained":
-        return f"The simulation leaves out {named}. With that in it, part of the difference is still unexplained."
-    if d.verdict == "unobservable":
-        return f"This recording cannot show {listed([u.what for u in d.unseen])}."
-    where = d.where[0] if d.where else None
-    place = "" if where is None else f", most of all at {where.at} ({channels(where)})"
-    why = "what explains it was not found in the time given" if d.stopped else "no effect of the library explains it"
-    return f"The simulation and this recording differ{place}, and {why}."
+def _whose(name: str, count: int) -> str:
+    """Return of which sensors or segments the numbers of a move are; empty where there is one."""
+    of = "segment " if name == "orientation" else "imu"
+    return f" ({listed([f'{of}{i + 1}' for i in range(count)])})" if count > 1 else ""
 
 
-def places(d: Diagnosis, span: Pair) -> list[str]:
-    """Return sentences about where the recording differs from the declared model."""
-    if not d.fitted:
-        return list(dict.fromkeys(f"To do: {n.advice}." for n in d.nonsense))
-    if not d.where:
-        return ["Nowhere by more than the sensors' noise."]
-    found = [location(w, span) for w in d.where]
-    if d.verdict == "no mismatch":
-        total = (
-            f"Residuals have {d.misfit[0]:.2f} times the power of noise: too little above 1 to be called a mismatch."
-        )
-        return [f"{total} What there is:", *found]
-    return found
+def location(w: Where, span: Pair, zero: float | None = None) -> str:
+    """Return where an excess is, in a sentence or two.
 
-
-def location(w: Where, span: Pair) -> str:
-    """Return where an excess is, in a sentence or two; `span` is the recording's first and last time in s."""
+    Args:
+        w: the place.
+        span: the recording's first and last time in s.
+        zero: the time in s from which seconds are counted; None: the recording's first.
+    """
+    zero = span[0] if zero is None else zero
     parts = [f"{percent(w.share)} of what noise does not explain is at {w.at}: {shares(w)}"]
     if w.bands_hz:
         parts.append(f"at {listed([f'{a:.3g} to {b:.3g} Hz' for a, b in w.bands_hz])}")
     if any(covers(window, span) for window in w.windows_s):
         parts.append("all the time")
     elif w.windows_s:
-        parts.append(f"from {listed([f'{a:.1f} to {b:.1f} s' for a, b in w.windows_s])}")
+        parts.append(f"from {listed([f'{a - zero:.1f} to {b - zero:.1f} s' for a, b in w.windows_s])}")
     goes = "" if w.depends_on.startswith("nothing") else f" It comes and goes with {w.depends_on}."
     return ", ".join(parts) + "." + goes
 
@@ -179,6 +155,16 @@ def stopped(d: Diagnosis) -> str:
 def covers(window: Pair, span: Pair) -> bool:
     """Return whether a window is nearly all of a span."""
     return window[1] - window[0] > 0.9 * (span[1] - span[0])
+
+
+def spelled(channel: str) -> str:
+    """Return a channel such as imu2.acc_x in words."""
+    at, _, name = channel.partition(".")
+    part, _, axis = name.partition("_")
+    if at == "encoder":
+        return f"{name} encoder" if name != "angle" else "encoder"
+    kinds = {"gyr": "gyroscope", "acc": "accelerometer"}
+    return f"{at} {kinds[part]} {axis}" if part in kinds else f"{at} {name}"
 
 
 def channels(w: Where) -> str:
@@ -194,8 +180,8 @@ def shares(w: Where) -> str:
 def rejection(r: Rejected) -> str:
     """Return why an effect was not taken."""
     if r.heldout_gain < 0:
-        return "with it, data that the fit has not seen are predicted worse"
-    return "it predicts unseen data hardly better, and explains too little for its freedom"
+        return "with it, samples that the fit has not seen are predicted worse"
+    return "it predicts unseen samples hardly better, and explains too little for its freedom"
 
 
 def certainty(confidence: float) -> str:
@@ -207,6 +193,11 @@ def certainty(confidence: float) -> str:
 def listed(parts: list[str]) -> str:
     """Return `a, b and c`."""
     return parts[0] if len(parts) == 1 else ", ".join(parts[:-1]) + " and " + parts[-1] if parts else "nothing"
+
+
+def part(share: float) -> str:
+    """Return a share of what differs as a whole percentage; one that rounds to none is not none."""
+    return percent(share) if share >= 0.005 else "under 1 %"
 
 
 def percent(share: float) -> str:

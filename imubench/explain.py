@@ -1,0 +1,118 @@
+"""What an effect, a figure or a word of a result means, in plain words, and docs/glossary.md made of the same."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+import numpy as np
+
+from imubench.diagnosis.report.words import EFFECTS as PHRASES
+from imubench.diagnosis.report.words import called
+from imubench.effects import EFFECTS
+from imubench.effects.effect import Effect
+from imubench.errors import InputError, shortened, unknown
+from imubench.glossary import FIGURES, TERMS
+
+PLACES = {
+    "imu": "at a sensor, imu1 or imu2",
+    "joint": "at the joint",
+    "body": "at the swinging body",
+    "world": "everywhere",
+}
+ALWAYS_EQUIVALENT = {
+    "gravity": "one accel_scale that all accelerometers share, but in free swings",
+    "accel_scale": "gravity, where all accelerometers share it, but in free swings",
+    "moving_centre": "skin_sliding at imu1 with the opposite slide, with a free base",
+    "skin_sliding": "at imu1, without a twist: moving_centre with the opposite slide; at imu2, nearly: axis_coupling",
+    "axis_coupling": "skin_sliding at imu2, nearly",
+    "time_offset": "the opposite one at the other sensor, where nothing else has a clock",
+    "clock_skew": "the opposite one at the other sensor, where nothing else has a clock",
+}
+"""Effect -> what no motion tells it from."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What a name means."""
+
+    name: str
+    kind: str  # effect, figure, word
+    text: str  # a sentence or more
+    details: tuple[str, ...] = ()  # a line each
+
+
+def explained(name: str) -> Explanation:
+    """Return what a name means; `-`, `_`, spaces and capitals count alike.
+
+    Raises:
+        InputError: for a name that is none, with those that are like it.
+    """
+    for one in every():
+        if _plain(one.name) == _plain(name):
+            return one
+    names = [one.name for one in every()]
+    close = get_close_matches(_plain(name), [_plain(n) for n in names], n=5, cutoff=0.5)
+    if close:
+        raise unknown("name", name, [n for n in names if _plain(n) in close])
+    raise InputError(
+        f"unknown name '{shortened(name, 60)}'; known: the effects of `imubench list`, the figures of a result, and "
+        "the words of docs/glossary.md"
+    )
+
+
+def every() -> Iterator[Explanation]:
+    """Yield everything that can be explained."""
+    for name, effect in EFFECTS.items():
+        yield of_effect(name, effect)
+    for name, text in FIGURES.items():
+        yield Explanation(name, "figure", text)
+    for name, text in TERMS.items():
+        yield Explanation(name, "word", text)
+
+
+def of_effect(name: str, effect: Effect) -> Explanation:
+    """Return what an effect is, its law and its numbers."""
+    place = effect.place
+    text = called(name, "imu1" if place == "imu" else place) if name in PHRASES else name.replace("_", " ")
+    text = text.replace("imu1", "a sensor")
+    details = [f"acts {PLACES[place]}", f"law: {effect.law}"]
+    for p in effect.parameters:
+        if p.reported:
+            count = int(np.prod(p.shape, dtype=int))
+            many = f", {count} numbers" if count > 1 else ""
+            details.append(f"{p.name}{many}: in {'no unit' if p.unit == '1' else p.unit}")
+    for f in effect.found:
+        details.append(f"{f.name}: in {'no unit' if f.unit == '1' else f.unit}")
+    if name in ALWAYS_EQUIVALENT:
+        details.append(f"no motion tells it from: {ALWAYS_EQUIVALENT[name]}")
+    return Explanation(name, "effect", f"{text[:1].upper()}{text[1:]}.", tuple(details))
+
+
+def _plain(name: str) -> str:
+    return name.casefold().replace("_", " ").replace("-", " ").strip()
+
+
+def glossary_page() -> str:
+    """Return docs/glossary.md."""
+    lines = [
+        "# Glossary",
+        "",
+        "What the words, figures and effects of a result mean. Made by `python scripts/write_glossary.py`; "
+        "`imubench explain NAME` says the same in a terminal.",
+    ]
+    titles = {"word": "Words", "figure": "Figures", "effect": "Effects"}
+    for kind, title in titles.items():
+        lines += ["", f"## {title}", ""]
+        some = sorted((one for one in every() if one.kind == kind), key=lambda one: one.name.casefold())
+        for one in some:
+            text = " ".join([one.text, *(f"{d[:1].upper()}{d[1:]}." for d in one.details)])
+            lines.append(f"- **{one.name}**: {_cell(text)}")
+    return "\n".join(lines) + "\n"
+
+
+def _cell(text: str) -> str:
+    """Return text whose signs Markdown does not take for its own."""
+    return "".join(f"\\{c}" if c in "*_|`<" else c for c in text)
+
+
+__all__ = ["Explanation", "every", "explained", "glossary_page"]

@@ -1,0 +1,56 @@
+"""What is explained in plain words: every effect, every figure, every word, on the command line and in the docs."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from imubench.effects import EFFECTS
+from imubench.errors import InputError
+from imubench.explain import ALWAYS_EQUIVALENT, every, explained, glossary_page
+from imubench.glossary import FIGURES, TERMS
+from tests.command import imubench
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+
+
+def test_everything_is_explained_once():
+    names = [one.name.casefold() for one in every()]
+    assert len(names) == len(set(names)) == len(EFFECTS) + len(FIGURES) + len(TERMS)
+    for one in every():
+        assert one.text.endswith("."), one.name
+        assert one.text[0].isupper(), one.name
+        assert "{" not in one.text, one.name
+
+
+def test_every_effect_says_its_law_its_place_and_its_numbers():
+    found = explained("soft_mount")
+    assert found.kind == "effect"
+    assert found.text == "A soft mount that a sensor moves on as on springs."
+    assert "frequency, 3 numbers: in Hz" in found.details
+    assert any(line.startswith("law: f + 2 z w") for line in found.details)
+    assert set(ALWAYS_EQUIVALENT) <= set(EFFECTS)
+
+
+@pytest.mark.parametrize("name", ["Held out", "held-out", "HELD_OUT", " held out "])
+def test_a_name_is_known_however_it_is_written(name):
+    assert explained(name).text == TERMS["held out"]
+
+
+def test_a_name_that_is_none_is_one_line_with_what_is_like_it():
+    with pytest.raises(InputError, match=r"unknown name 'soft_mont'; known: .*soft_mount"):
+        explained("soft_mont")
+    with pytest.raises(InputError, match="unknown name 'qqqqqq'; known: the effects"):
+        explained("qqqqqq")
+
+
+def test_the_page_of_the_docs_is_what_the_glossary_says():
+    assert (DOCS / "glossary.md").read_text(encoding="utf-8") == glossary_page(), "run scripts/write_glossary.py"
+
+
+def test_the_command_explains_and_writes(tmp_path):
+    done = imubench("explain", "misfit", "--out", "out", folder=tmp_path, limit=60)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("misfit (word): ")
+    assert json.loads((tmp_path / "out" / "explain.json").read_text())["text"] == TERMS["misfit"]
+    assert imubench("explain", "misfot", folder=tmp_path, limit=60).returncode == 2
