@@ -75,7 +75,7 @@ def test_a_mount_that_does_not_move_reads_as_a_rigid_one():
     )
     assert_allclose(still.specific_force, rigid.specific_force, atol=1e-10)  # another model, the same physics
     with pytest.raises(InputError, match="expected springs or a prescribed path, got both"):
-        rig_of("hinge", slip=SLIP, rotation=springs(10.0, 0.1))
+        rig_of("hinge", path=(Sines(), Sines(), Sines()), rotation=springs(10.0, 0.1))
 
 
 @pytest.mark.parametrize("name", ["skin_sliding", "mount_shift"])
