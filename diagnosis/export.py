@@ -1,125 +1,53 @@
 """A diagnosis as a simulation: the rig with what was found in it, its motion, and its sensors' errors, on disk.
 
-`model/` holds an MJCF file (mounts where the fit has them, soft ones on real springs), `imus.toml` (the sensors
-and every effect found) and `motion.csv` (the recovered motion, a row a knot).
+`model/` holds an MJCF file (mounts where the fit has them, soft ones on real springs, what the joint does and meets),
+`imus.toml` (the sensors and every effect found), `motion.csv` (the recovered motion, two rows a knot) and a table for
+every sensor that does something without a name: the signal that was fitted.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomli_w
 
-from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.baseline import whole
-from imubench.diagnosis.evidence import Evidence, Played, Pose
-from imubench.diagnosis.result import Diagnosis, Finding
+from imubench.diagnosis.evidence import Evidence, FittedEffect, Played
+from imubench.diagnosis.found_rig import rig_of
+from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding
+from imubench.diagnosis.sensor_chain import chained
 from imubench.effects import EFFECTS
-from imubench.effects.effect import Effect
-from imubench.errors import InputError
 from imubench.format1.tables import write_table
-from imubench.recording import Recording
+from imubench.recording import Imu, Recording
 from imubench.sim.compile import specify
-from imubench.sim.rigs import HEAVIEST, STANDARD_RIGS, Mount, Rig, Segment, springs
 
 FORMAT = 1
 SENSORS, MOTION = "imus.toml", "motion.csv"
-SPRUNG = ("soft_mount", "rocking_mount")
-GEOMETRY = ("mount_pose", "gravity", "viscous_friction", "dry_friction")
-LIGHT = 1e-4  # of the declared body, which is with its sensor: as much does the model's sensor add to it
-OF_A_HINGE = ("air_drag", "joint_spring", "inertia")  # MuJoCo's ball joint knows none of the first two
+IN_THE_RIG = (
+    "mount_pose", "mount_shift", "soft_mount", "rocking_mount", "skin_sliding", "joint_play", "axis_coupling",
+    "moving_centre", "moving_pivot", "viscous_friction", "dry_friction", "air_drag", "joint_spring", "end_stop",
+    "inertia", "gravity",
+)  # fmt: skip
+"""The effects that are in the MJCF file, or in the motion."""
+AT_THE_ENCODER = ("backlash",)
+NAMES = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z"), "torque": ("torque",)}
 
 
-def rig_of(recording: Recording, mounts: Mapping[str, Pose], findings: Iterable[Finding] = ()) -> Rig:
-    """Return the rig that MuJoCo plays: fitted mounts, springs where a finding has them, its torques and gravity.
-
-    Where the recording has no IMU the rig has its usual one.
-    """
-    findings = tuple(findings)
-    known = {(f.effect, f.at): {name: p.value for name, p in f.parameters.items()} for f in findings}
-    standard = STANDARD_RIGS[recording.rig]()
-    named = {f"imu{i + 1}": mount for i, mount in enumerate(standard.mounts)}
-    changes: dict[str, Any] = {
-        "mounts": tuple(
-            _mount(mounts[imu], {name: values for (name, at), values in known.items() if at == imu})
-            if imu in mounts
-            else usual
-            for imu, usual in named.items()
-        ),
-        "segments": _segments(recording, standard),
-        "gravity": float(known.get(("gravity", "world"), {}).get("g", recording.gravity)),
-        "damping": float(known.get(("viscous_friction", "joint"), {}).get("c", 0.0)),
-        "dry_friction": float(known.get(("dry_friction", "joint"), {}).get("t", 0.0)),
-    }
-    if recording.body is not None:
-        changes["mounts"] = tuple(replace(m, mass=LIGHT * recording.body.mass) for m in changes["mounts"])
-    if recording.rig == "hinge":
-        spring = known.get(("joint_spring", "joint"), {})
-        changes |= {
-            "base": recording.base,
-            "base_quaternion": recording.base_quaternion,
-            "drag": float(known.get(("air_drag", "joint"), {}).get("d", 0.0)),
-            "stiffness": float(spring.get("k", 0.0)),
-            "spring_angle": float(spring.get("q0", 0.0)),
-        }
-        scale = float(known.get(("inertia", "body"), {}).get("scale", 1.0))
-        changes["segments"] = (*changes["segments"][:-1], _lighter(changes["segments"][-1], scale))
-    return replace(standard, **changes)
-
-
-def _lighter(segment: Segment, scale: float) -> Segment:
-    """Return a segment of as much weight with its inertia about the joint divided by `scale`, if a body can be so."""
-    c = segment.com
-    about_joint = segment.inertia + segment.mass * (c @ c - c**2)
-    try:
-        return replace(segment, inertia=about_joint / scale - segment.mass * (c @ c - c**2))
-    except InputError:
-        return segment
-
-
-def _mount(pose: Pose, found: Mapping[str, Mapping[str, Array]]) -> Mount:
-    moved, soft, rocking = (found.get(name) for name in ("mount_pose", *SPRUNG))
-    position, quaternion = pose.position, pose.quaternion
-    if moved is not None:
-        position = position + moved["translation"]
-        quaternion = rotations.multiply(quaternion, rotations.exp(moved["rotation"]))
-    mount = Mount(position, quaternion)
-    if soft is not None:
-        mount = replace(mount, translation=springs(soft["frequency"], soft["damping_ratio"]))
-    if rocking is not None:
-        com = rocking.get("com", np.zeros(3))
-        gyration = float(rocking.get("gyration", mount.gyration))
-        # Only com / gyration^2 shows, and a body that turns about every axis alike is no heavier on one side than so.
-        smaller = min(1.0, 0.99 * HEAVIEST * gyration / max(float(np.linalg.norm(com)), 1e-12))
-        mount = replace(
-            mount,
-            rotation=springs(rocking["frequency"], rocking["damping_ratio"]),
-            com=com * smaller**2,
-            gyration=gyration * smaller,
-            lever=rocking.get("lever", np.zeros(3)),
-        )
-    return mount
-
-
-def _segments(recording: Recording, standard: Rig) -> tuple[Segment, ...]:
-    """Return the rig's segments, the swinging one as it is declared, where a body can be like that."""
-    if recording.body is None:
-        return standard.segments
-    body = recording.body
-    try:
-        return (*standard.segments[:-1], Segment(body.mass, body.com, body.inertia))
-    except InputError:
-        return standard.segments
+def plays(effect: str, rig: str) -> bool:
+    """Return whether the replay of a `model/` has an effect of the library in it, on a rig."""
+    known = EFFECTS.get(effect)
+    if known is None or rig not in known.rigs:
+        return False
+    return effect in (*IN_THE_RIG, *AT_THE_ENCODER) or chained(effect)
 
 
 def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
     """Write a diagnosis' simulation into an empty folder and return the name of its MJCF file."""
-    recording = evidence.recording
+    recording, found, fitted = evidence.recording, whole(d), evidence.motion.fitted
     name = f"{recording.rig}.xml"
-    spec = specify(rig_of(recording, evidence.mounts, whole(d)))
+    spec = specify(rig_of(recording, evidence.mounts, found, fitted))
     spec.compile()
     (folder / name).write_text(spec.to_xml(), encoding="utf-8")
     write_table(folder / MOTION, motion_columns(evidence.motion))
@@ -130,6 +58,7 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
         "rig": recording.rig,
         "model": name,
         "motion": MOTION,
+        "start": start_of(recording),  # s, of the stamps: what times of effects are counted from
         "imu": [
             {
                 "name": imu.name,
@@ -152,27 +81,88 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
             }
             for encoder in recording.encoders
         ],
-        "effect": [effect_table(f, recording.rig) for f in whole(d) if f.named],
+        "effect": [
+            *(effect_table(f, recording.rig, own_of(f, fitted), recording) for f in found if f.named),
+            *_unknown(found, fitted, folder),
+        ],
     }
     (folder / SENSORS).write_text(toml(content), encoding="utf-8")
     return name
 
 
-def effect_table(f: Finding, rig: str) -> dict[str, Any]:
-    """Return a finding for imus.toml; `replayed` says whether the model's replay has it in."""
-    parameters = {name: p.value.tolist() for name, p in f.parameters.items()}
-    modelled = (*SPRUNG, *GEOMETRY, *(OF_A_HINGE if rig == "hinge" else ()))
-    played = f.effect in modelled or sensor_law(f.effect, f.parameters) is not None
-    return {"name": f.effect, "at": f.at, "replayed": played, "parameters": parameters}
+def start_of(recording: Recording) -> float:
+    """Return the first stamp of a recording in s."""
+    stamps = [imu.time for imu in recording.imus] + [encoder.time for encoder in recording.encoders]
+    stamps += [pose.time for pose in recording.poses]
+    return min(float(time[0]) for time in stamps)
 
 
-def sensor_law(name: str, parameters: Iterable[str]) -> Effect | None:
-    """Return the effect whose law turns a true reading, or its time, into what an IMU reports; None: not such a one."""
-    effect = EFFECTS.get(name)
-    if effect is None or {p.name for p in effect.parameters} != set(parameters):
-        return None
-    acts = any(getattr(type(effect), stage) is not getattr(Effect, stage) for stage in ("error", "clock"))
-    return effect if acts else None
+def own_of(f: Finding, fitted: Sequence[FittedEffect]) -> FittedEffect | None:
+    """Return the effect of a fit that a finding tells of, if there is one."""
+    return next((own for own in fitted if (own.effect, own.at) == (f.effect, f.at)), None)
+
+
+def effect_table(
+    f: Finding, rig: str, own: FittedEffect | None = None, recording: Recording | None = None
+) -> dict[str, Any]:
+    """Return a finding for imus.toml: its numbers, those that only the fit has, and its settings.
+
+    `replayed` says whether the model's replay has it in.
+    """
+    numbers = dict(own.values) if own is not None else {}
+    if own is not None and "gap" in own.signals:
+        numbers["gap"] = own.signals["gap"][0, 0]  # of a backlash, where it begins
+    numbers |= {name: p.value for name, p in f.parameters.items()}
+    settings = settings_of(f, own, recording)
+    parameters = {name: np.asarray(value).tolist() for name, value in numbers.items()}
+    return {"name": f.effect, "at": f.at, "replayed": plays(f.effect, rig), **settings, "parameters": parameters}
+
+
+def settings_of(f: Finding, own: FittedEffect | None, recording: Recording | None) -> dict[str, Any]:
+    """Return the channels of an effect that has some, and how samples are lost.
+
+    The samples themselves show how: a finding tells a number and its unit.
+    """
+    if own is not None and own.settings.get("channels"):
+        return {"channels": list(own.settings["channels"])}  # type: ignore[arg-type]
+    if f.effect in ("saturation", "quantisation"):
+        unit = next(iter(f.parameters.values())).unit
+        return {"channels": ["gyro" if unit == "rad/s" else "accel"]}
+    if f.effect == "dropouts":
+        imus = [] if recording is None else [imu for imu in recording.imus if imu.name == f.at]
+        share = float(f.parameters["fraction"].value)
+        return {"mode": "held" if imus and 2 * held_share(imus[0]) > share else "missing"}
+    return {}
+
+
+def held_share(imu: Imu) -> float:
+    """Return the share of an IMU's samples that say the one before again."""
+    same = (np.diff(imu.gyro, axis=0) == 0).all(axis=1) & (np.diff(imu.accel, axis=0) == 0).all(axis=1)
+    return float(same.mean())
+
+
+def _unknown(found: Sequence[Finding], fitted: Sequence[FittedEffect], folder: Path) -> list[dict[str, Any]]:
+    """Write the signals of what has no name, a table for each place, and return the effects for imus.toml."""
+    out = []
+    for at in dict.fromkeys(f.at for f in found if not f.named):
+        own = [f for f in fitted if f.effect == UNKNOWN and f.at == at]
+        table: dict[str, Any] = {"name": UNKNOWN, "at": at, "replayed": bool(own)}
+        if own:
+            table["signal"] = f"{UNKNOWN}_{at}.csv"
+            write_table(folder / table["signal"], summed(own))
+        out.append(table | {"parameters": {}})
+    return out
+
+
+def summed(fitted: Sequence[FittedEffect]) -> dict[str, Array]:
+    """Return what several terms at one place add, as columns: time s since the start, and the channels they enter."""
+    time = fitted[0].time
+    columns = {"time": time}
+    for part, names in NAMES.items():
+        each = [(f.time, f.signals[part]) for f in fitted if part in f.signals]
+        for i, name in enumerate(names if each else ()):
+            columns[name] = np.sum([np.interp(time, t, x[:, i]) for t, x in each], axis=0)
+    return columns
 
 
 def motion_columns(motion: Played) -> dict[str, Array]:
@@ -206,3 +196,6 @@ def _inline(value: Sequence[Any] | str | float | bool) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(map(_inline, value)) + "]"
     return tomli_w.dumps({"x": value}).removeprefix("x = ").rstrip("\n")
+
+
+__all__ = ["FORMAT", "MOTION", "SENSORS", "effect_table", "motion_columns", "plays", "rig_of", "toml", "write_model"]

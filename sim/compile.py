@@ -59,6 +59,7 @@ def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", 
         light = float(model.dof_invweight0[model.joint("hinge").dofadr[0]])
         joint.solref_limit = [-rig.stop.stiffness * light, -rig.stop.damping * light]
     _add_sensors(spec, segments if watch_segments else (), len(rig.mounts))
+    _add_laws(spec, rig)
     return spec
 
 
@@ -273,7 +274,7 @@ def _on_a_carrier(spec: Any, name: str) -> tuple[Any, Any]:
     spot = site.name
     spec.delete(old)
     carrier = parent.add_body(name=f"{name}{CARRIER}")
-    carrier.explicitinertial, carrier.mass, carrier.inertia = True, DUST, [DUST * 1e-4] * 3
+    carrier.explicitinertial, carrier.mass, carrier.inertia, carrier.ipos = True, DUST, [DUST * 1e-4] * 3, [0, 0, 0]
     body = carrier.add_body(name=name)
     if picture is not None:
         body.add_geom(name=label, **picture)
@@ -301,6 +302,38 @@ def _add_springs(body: Any, carrier: Any, spring: Any, kind: str, axes: np.ndarr
         joint.type = getattr(mujoco.mjtJoint, f"mjJNT_{kind.upper()}")
         joint.stiffness[0] = inertia[i] * w[i] ** 2
         joint.damping[0] = inertia[i] * 2 * spring.damping_ratio[i] * w[i]
+
+
+def laws_of(rig: Rig) -> dict[str, list[float]]:
+    """Return the numbers of what MuJoCo has no term for, by name: when a mount slips, what a ball joint's swing meets.
+
+    imuN_slip: time s, translation (3) m, rotation (3) rad. imuN_slide, imuN_twist: (3) by rad of a pendulum's swing; on
+    a hinge these are equalities. joint_spring: k N m/rad, q0 rad, whether it conserves. end_stop: angle rad, stiffness
+    N m/rad, damping N m s/rad, and the same.
+    """
+    found = {}
+    for n, mount in enumerate(rig.mounts, 1):
+        if mount.slip is not None:
+            found[f"imu{n}_slip"] = [mount.slip.time, *mount.slip.translation, *mount.slip.rotation]
+        if rig.family == "pendulum":
+            found |= {f"imu{n}_{k}": list(v) for k, v in (("slide", mount.slide), ("twist", mount.twist)) if v.any()}
+    if rig.family == "pendulum" and rig.stiffness:
+        found["joint_spring"] = [rig.stiffness, rig.spring_angle, float(rig.spring_conserves)]
+    if rig.family == "pendulum" and rig.stop is not None:
+        found["end_stop"] = [rig.stop.angle, rig.stop.stiffness, rig.stop.damping, float(rig.spring_conserves)]
+    return {name: [float(x) for x in numbers] for name, numbers in found.items()}
+
+
+def _add_laws(spec: Any, rig: Rig) -> None:
+    """Write what MuJoCo has no term for into the model, and gear what slides with a hinge to that."""
+    for name, numbers in laws_of(rig).items():
+        spec.add_numeric(name=name, size=len(numbers), data=numbers)
+    if rig.family != "hinge" or rig.locked_at is not None:
+        return
+    for n, mount in enumerate(rig.mounts, 1):
+        for name, vector in (("slide", mount.slide), ("twist", mount.twist)):
+            if vector.any():
+                _gear(spec, f"imu{n}_path_{name}", float(np.linalg.norm(vector)))
 
 
 def _add_sensors(spec: Any, segments: tuple[str, ...], imus: int) -> None:

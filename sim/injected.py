@@ -154,7 +154,7 @@ def injected_samples(imu: Imu, effects: Sequence[Injected], rng: np.random.Gener
         values = {k: np.asarray(v) for k, v in e["parameters"].items() if np.asarray(v).dtype.kind in "if"}
         if e["effect"] in ADDED:
             if e["effect"] == "vibration":
-                values = _phased(values, rng)
+                values = phased(values, rng)
             jets = {k: Jet(np.atleast_1d(v).reshape(1, -1)) for k, v in values.items()}
             error = law.error(Reading(Jet(gyro), Jet(accel), Jet((time - time[0])[:, None])), jets)
             gyro = gyro if error.gyro is None else gyro + error.gyro.value
@@ -165,7 +165,7 @@ def injected_samples(imu: Imu, effects: Sequence[Injected], rng: np.random.Gener
     return replace(imu, time=time, gyro=gyro, accel=accel) if changed else imu
 
 
-def _phased(values: Mapping[str, Array], rng: np.random.Generator) -> dict[str, Array]:
+def phased(values: Mapping[str, Array], rng: np.random.Generator) -> dict[str, Array]:
     """Return a hum as its law has it: amplitude sin(2 pi f t + phase) of a random phase."""
     phase = rng.uniform(0, 2 * np.pi)
     both = {"cosine": np.sin(phase) * values["amplitude"], "sine": np.cos(phase) * values["amplitude"]}

@@ -53,7 +53,6 @@ BIAS = Finding(
     Interval(9.0, (8.0, 9.0)),
 )
 LATE = Finding("time_offset", "imu2", 0.9, {"offset": Parameter(0.02, 1e-4, "s")}, Interval(9.0, (8.0, 9.0)))
-PLAY = Finding("joint_play", "joint", 0.9, {"range": Parameter(0.01, 1e-3, "rad")}, Interval(9.0, (8.0, 9.0)))
 MOUNTS = {
     "imu1": Pose(np.array([-0.1, 0.01, 0.03]), rotations.exp(np.array([0.3, -0.2, 0.5]))),
     "imu2": Pose(np.array([0.12, 0.0, 0.02]), rotations.exp(np.array([-0.6, 0.4, 0.1]))),
@@ -143,12 +142,10 @@ def test_springs_are_real_joints_of_the_file_and_come_back(tmp_path):
                 assert_allclose(getattr(got, key).damping_ratio, springs.damping_ratio, rtol=1e-5)
 
 
-def test_sensor_errors_and_clocks_are_in_the_replay_and_play_is_listed_as_not(tmp_path):
-    write_model(diagnosis(BIAS, LATE, PLAY), evidence(), tmp_path)
+def test_sensor_errors_and_clocks_are_in_the_replay(tmp_path):
+    write_model(diagnosis(BIAS, LATE), evidence(), tmp_path)
     listed = tomllib.loads((tmp_path / "imus.toml").read_text())["effect"]
-    assert [(e["name"], e["replayed"]) for e in listed] == [
-        ("gyro_bias", True), ("time_offset", True), ("joint_play", False)
-    ]  # fmt: skip
+    assert [(e["name"], e["replayed"]) for e in listed] == [("gyro_bias", True), ("time_offset", True)]
     recording, _ = replay(tmp_path, np.random.default_rng(0))
     truth = truth_of(rig_of(recording, MOUNTS))
     sensor, imu = truth.sensor("imu2"), recording.imu("imu2")
