@@ -16,12 +16,14 @@ from imubench.arrays import Array
 from imubench.diagnosis.baseline import whole
 from imubench.diagnosis.evidence import Evidence, FittedEffect, Played
 from imubench.diagnosis.found_rig import rig_of
+from imubench.diagnosis.replay import told_play
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding
 from imubench.diagnosis.sensor_chain import chained
 from imubench.effects import EFFECTS
 from imubench.format1.tables import write_table
 from imubench.recording import Imu, Recording
 from imubench.sim.compile import specify
+from imubench.sim.joints import Play
 
 FORMAT = 1
 SENSORS, MOTION = "imus.toml", "motion.csv"
@@ -31,6 +33,7 @@ IN_THE_RIG = (
     "inertia", "gravity",
 )  # fmt: skip
 """The effects that are in the MJCF file, or in the motion."""
+PLAY = ("play", "play_beside")  # columns of a motion
 AT_THE_ENCODER = ("backlash",)
 NAMES = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z"), "torque": ("torque",)}
 
@@ -47,10 +50,11 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
     """Write a diagnosis' simulation into an empty folder and return the name of its MJCF file."""
     recording, found, fitted = evidence.recording, whole(d), evidence.motion.fitted
     name = f"{recording.rig}.xml"
-    spec = specify(rig_of(recording, evidence.mounts, found, fitted))
+    rig = rig_of(recording, evidence.mounts, found, fitted)
+    spec = specify(rig)
     spec.compile()
     (folder / name).write_text(spec.to_xml(), encoding="utf-8")
-    write_table(folder / MOTION, motion_columns(evidence.motion))
+    write_table(folder / MOTION, motion_columns(evidence.motion, rig.play))
     used = {level.group: level.used for level in evidence.levels}
     content = {
         "format": FORMAT,
@@ -165,14 +169,18 @@ def summed(fitted: Sequence[FittedEffect]) -> dict[str, Array]:
     return columns
 
 
-def motion_columns(motion: Played) -> dict[str, Array]:
-    """Return a motion as columns: time, segment 1's orientation, its place or force, the hinge angle."""
+def motion_columns(motion: Played, play: Play | None = None) -> dict[str, Array]:
+    """Return a motion as columns: time, segment 1's orientation, its place or force, hinge angle, what a play did."""
     columns = {"time": motion.time} | dict(zip(("qw", "qx", "qy", "qz"), motion.quaternion1.T, strict=True))
     if motion.force is not None:
         columns |= dict(zip(("force_x", "force_y", "force_z"), motion.force.T, strict=True))
     else:
         columns |= dict(zip("xyz", motion.position.T, strict=True))
-    return columns if motion.hinge_angle is None else columns | {"hinge_angle": motion.hinge_angle}
+    if motion.hinge_angle is not None:
+        columns["hinge_angle"] = motion.hinge_angle
+    if play is not None and (told := told_play(motion, play)) is not None:
+        columns |= dict(zip(PLAY, told, strict=True))
+    return columns
 
 
 def toml(content: Mapping[str, Any]) -> str:

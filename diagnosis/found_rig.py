@@ -120,15 +120,13 @@ def play_of(numbers: Numbers, variant: str) -> Play:
 
     A share above 1 no inertia has: it is taken as 1.
     """
-    told = {"range": max(float(numbers.get("range", 0.0)), 1e-6), "direction": float(numbers.get("direction", 0.0))}
-    if variant != SPRINGY and "frequency" not in numbers:
-        return Play(**told)
+    reach, direction = max(float(numbers.get("range", 0.0)), 1e-6), float(numbers.get("direction", 0.0))
+    if variant != SPRINGY or "frequency" not in numbers:
+        return Play(reach, direction)
     share = min(float(numbers.get("share", 1.0)), 1.0)
     # Springs of which nothing beyond a range was seen have no stops there: these would come on top of what was fitted.
-    told["range"] = BEYOND * told["range"]
-    return Play(
-        **told, frequency=float(numbers["frequency"]), damping_ratio=float(numbers["damping_ratio"]), share=share
-    )
+    frequency, ratio = float(numbers["frequency"]), float(numbers["damping_ratio"])
+    return Play(BEYOND * reach, direction, frequency, ratio, share)
 
 
 def _loose(segment: Segment, play: Play, arm: Array) -> Segment:

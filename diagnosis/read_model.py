@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.evidence import Played
-from imubench.diagnosis.export import FORMAT, NAMES, SENSORS
-from imubench.diagnosis.replay import DEGREE
+from imubench.diagnosis.evidence import FittedEffect, Played
+from imubench.diagnosis.export import FORMAT, NAMES, PLAY, SENSORS
+from imubench.diagnosis.replay import DEGREE, TOLD
 from imubench.diagnosis.rig_file import read_rig
 from imubench.diagnosis.sensor_chain import UNKNOWN, Link, chained
 from imubench.effects import EFFECTS
@@ -93,7 +93,8 @@ def read_model(folder: Path) -> Model:
         _effect(table, f"{path}, effect[{i}]", folder) for i, table in enumerate(tables(content, "effect", path))
     )
     first = min(float(s.stamps[0]) for s in (*imus.values(), *encoders.values()))
-    found = Model(told, rig, motion, _start(content, first, str(path)), imus, encoders, effects)
+    start = _start(content, first, str(path))
+    found = Model(told, rig, motion, start, imus, encoders, effects)
     if found.start < motion.time[0] - EDGE or found.end > motion.time[-1] + EDGE:
         raise InputError(
             f"{path_of_motion}: expected a motion over the samples' {found.start:g} to {found.end:g} s, got one over "
@@ -224,14 +225,17 @@ def _parameters(table: Mapping[str, Any], where: str) -> dict[str, Array]:
 
 def read_motion(path: Path) -> Played:
     """Return the motion in motion.csv."""
-    table = read_table(path, ("time", *TURN), (*FORCE, *PLACE, "hinge_angle"))
+    table = read_table(path, ("time", *TURN), (*FORCE, *PLACE, "hinge_angle", *PLAY))
     time = table.columns["time"]
     if time.size <= DEGREE:
         raise InputError(f"{path}: expected {DEGREE + 1} rows or more, got {time.size}")
-    has = [name for name in (*FORCE, *PLACE, "hinge_angle") if name in table.columns]
+    has = [name for name in (*FORCE, *PLACE, *PLAY) if name in table.columns]
     place = table.stack(PLACE) if set(PLACE) <= set(has) else np.zeros((time.size, 3))
     force = table.stack(FORCE) if set(FORCE) <= set(has) else None
-    return Played(time, table.stack(TURN), place, table.columns.get("hinge_angle"), force)
+    told: tuple[FittedEffect, ...] = ()
+    if set(PLAY) <= set(has):
+        told = (FittedEffect("joint_play", "joint", TOLD, time=time, signals={"rotation": table.stack(PLAY)}),)
+    return Played(time, table.stack(TURN), place, table.columns.get("hinge_angle"), force, told)
 
 
 __all__ = ["Model", "Sampling", "read_model", "read_motion", "tables", "text"]

@@ -23,6 +23,8 @@ That turns MuJoCo's forward dynamics into inverse dynamics, for some joints or f
 
 PLAY = "play"
 """The joint of a loose limb, across the hinge's axis."""
+TOLD_PLAY = ("told_play", "told_play_beside")
+"""The two of a limb whose play is told."""
 TINY_ARMATURE = 1e-7  # kg m^2 or kg, of what is geared: a ten-thousandth of a small limb's
 CARRIER, DUST = "_carrier", 1e-6  # kg, of a body between a segment and an IMU that slides on springs
 NO_WEIGHT = 1e-12  # of a body's weight
@@ -51,7 +53,7 @@ def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", 
         _set_mount(spec, f"imu{i + 1}", mount)
     for name in segments[len(rig.mounts) :]:
         spec.delete(spec.body(name.replace("segment", "imu")))
-    if rig.stop is not None or rig.play is not None:
+    if rig.stop is not None or rig.loose is not None:
         spec.option.tolerance = 0.0  # soft limits beside large inertias: what the solver would gain looks like nothing
     if rig.stop is not None and rig.family == "hinge":
         # MuJoCo takes a limit's stiffness by the joint's inverse inertia, which it knows once everything is there.
@@ -79,7 +81,7 @@ def compile_model(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitf
 
     Where joints are driven, the segments' motion is known, but for a play, and only the IMUs have sensors.
     """
-    spec = specify(rig, timestep, integrator, watch_segments=not driven or rig.play is not None)
+    spec = specify(rig, timestep, integrator, watch_segments=not driven or rig.loose is not None)
     spec.compiler.fusestatic = driven == "all"  # a rigid IMU needs no body of its own there: fewer to compute
     model = spec.compile()
     if driven:
@@ -96,7 +98,7 @@ def compile_model(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitf
 def _leave_to_the_driver(model: Any, rig: Rig) -> None:
     """Switch off what holds joints together or back, where a motion says where they are; a play keeps its stops."""
     flags = mujoco.mjtDisableBit
-    if rig.play is None:
+    if rig.loose is None:
         model.opt.disableflags |= int(flags.mjDSBL_CONSTRAINT)
         return
     model.opt.disableflags |= int(flags.mjDSBL_EQUALITY) | int(flags.mjDSBL_FRICTIONLOSS)
@@ -159,8 +161,11 @@ def _set_joint(spec: Any, rig: Rig) -> None:
     for axis, letter, c in zip(np.eye(3)[[0, 2]], "xz", rig.coupling, strict=True):
         if rig.coupling.any():
             _geared(spec, f"coupling_{letter}", mujoco.mjtJoint.mjJNT_HINGE, axis, float(c))
-    if rig.play is not None:
-        _loosen(spec, rig, rig.play)
+    if rig.loose is not None:
+        _loosen(spec, rig, rig.loose)
+    elif rig.play is not None:
+        for name, axis in zip(TOLD_PLAY, (rig.play.axis, rig.play.beside), strict=True):
+            spec.body("segment2").add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
 
 
 def _degrees(spec: Any, angle: float) -> float:

@@ -9,7 +9,7 @@ from mujoco import batch as mujoco_batch
 from imubench.arrays import Array
 from imubench.effects.mounts import slipped
 from imubench.jets import Jet
-from imubench.sim.compile import DRIVEN_ARMATURE, mount_dofs, mount_positions, shifts, turns
+from imubench.sim.compile import DRIVEN_ARMATURE, TOLD_PLAY, mount_dofs, mount_positions, shifts, turns
 from imubench.sim.kinematics import hinge_of, turned
 from imubench.sim.motion import Trajectory
 from imubench.sim.rigs import Mount, Rig
@@ -66,6 +66,10 @@ def joint_state(
     for name, gear in _geared(rig, names):
         p, v = int(model.joint(name).qposadr[0]), int(model.joint(name).dofadr[0])
         qpos[:, p], qvel[:, v], qacc[:, v] = (gear * x for x in hinge_of(rig, trajectory))
+    if rig.play is not None and rig.play.path is not None:
+        for name, signal in zip(TOLD_PLAY, rig.play.path, strict=True):
+            p, v = int(model.joint(name).qposadr[0]), int(model.joint(name).dofadr[0])
+            qpos[:, p], qvel[:, v], qacc[:, v] = signal(trajectory.time)
     for name, (value, rate, acceleration), felt in _paths(rig, trajectory):
         p, v = int(model.joint(name).qposadr[0]), int(model.joint(name).dofadr[0])
         qpos[:, p] = value

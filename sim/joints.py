@@ -14,6 +14,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.errors import InputError
 from imubench.recording import positive
+from imubench.sim.signals import Signal
 
 KNOCK_FREQUENCY, KNOCK_RATIO = 40.0, 0.5
 """Hz and damping ratio of a loose limb on a stop of its play: steel and plastic are stiffer, yet an IMU of 100 Hz sees
@@ -40,6 +41,7 @@ class Play:
     frequency: float = 0.0  # Hz
     damping_ratio: float = 0.0
     share: float = 1.0  # of its load that reaches it, where hands or muscles bear the rest
+    path: tuple[Signal, Signal] | None = None  # rad, about e and about `beside`: it turns like this, whatever happens
 
     def __post_init__(self) -> None:
         positive(self.range, "play.range")
@@ -52,6 +54,11 @@ class Play:
     def axis(self) -> Array:
         """The unit vector e (3,) in segment 2."""
         return np.array([np.cos(self.direction), 0.0, np.sin(self.direction)])
+
+    @property
+    def beside(self) -> Array:
+        """The unit vector (3,) across the hinge axis and e, in segment 2."""
+        return np.array([-np.sin(self.direction), 0.0, np.cos(self.direction)])
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from imubench.truth import SegmentTruth
 
 
 def segments_of(rig: Rig, trajectory: Trajectory) -> tuple[SegmentTruth, ...]:
-    """Return the motion of a rig's segments on a trajectory, that of a play apart: it follows by forces.
+    """Return the motion of a rig's segments on a trajectory, that of a loose limb apart: it follows by forces.
 
     Segment 2 turns by the angle q about y, the hinge, in the same origin: with R = Ry(q),
     rate_2 = R^T rate_1 + q' y and rate_2' = R^T rate_1' + q'' y - q' y x R^T rate_1. An origin that moves and turns
@@ -27,6 +27,9 @@ def segments_of(rig: Rig, trajectory: Trajectory) -> tuple[SegmentTruth, ...]:
     for axis, gear in zip((0, 2), rig.coupling, strict=True):
         if rig.coupling.any():
             second = _turned(second, np.eye(3)[axis], *(gear * x for x in course))
+    if rig.play is not None and rig.play.path is not None:
+        for along, signal in zip((rig.play.axis, rig.play.beside), rig.play.path, strict=True):
+            second = _turned(second, along, *signal(trajectory.time))
     return first, second
 
 

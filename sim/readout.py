@@ -35,7 +35,7 @@ def read_truth(
 
     # MuJoCo's frame accelerations are what an accelerometer would read: they contain -g.
     gravity_w = np.array([0.0, 0.0, -rig.gravity])
-    if played is None or rig.play is not None:
+    if played is None or rig.loose is not None:
         segments = tuple(_read_segment(name, column, gravity_w) for name in RIGS[rig.family])
     else:
         segments = segments_of(rig, played)

@@ -184,7 +184,12 @@ class Rig:
     @property
     def follows(self) -> bool:
         """True if something moves by forces where the joints are driven: a sensor on springs, a limb with play."""
-        return self.sprung or self.play is not None
+        return self.sprung or self.loose is not None
+
+    @property
+    def loose(self) -> Play | None:
+        """The play, if it moves by forces and not as it is told."""
+        return self.play if self.play is not None and self.play.path is None else None
 
     @property
     def wanders(self) -> bool:
@@ -199,7 +204,7 @@ class Rig:
         """
         counts = [3 * sum(s is not None for s in (m.translation, m.rotation)) for m in self.mounts]
         starts = np.cumsum([0, *counts[:-1]])
-        starts[1:] += self.play is not None
+        starts[1:] += self.loose is not None
         return [slice(int(a), int(a) + n) for a, n in zip(starts, counts, strict=True)]
 
     @property

@@ -157,7 +157,7 @@ def _at_rest(rig: Rig, motion: Motion, lag: Trajectory) -> tuple[Array, Array]:
     """Return positions and velocities (1, mounts) whose springs balance the load at time 0, for driven rates u."""
     before, at, after = _resting(rig, motion, np.array([-BRIEF, 0.0, BRIEF]))
     rates = (after - before) / (2 * BRIEF)
-    if rig.play is not None:
+    if rig.loose is not None:
         rates[rig.play_column] = 0.0  # it leans on its stops
     back = replace(lag, velocity=-lag.velocity, rate=-lag.rate, angle_rate=-lag.angle_rate)
     return at[None], _jolted(rig, back, at[None], rates[None])
@@ -168,8 +168,8 @@ def _resting(rig: Rig, motion: Motion, time: Array) -> Array:
     deflections = []
     gravity_w = np.array([0.0, 0.0, -rig.gravity])
     for n, (mount, segment) in enumerate(zip(rig.mounts, segments_of(rig, motion(time)), strict=False)):
-        if n == 1 and rig.play is not None:
-            deflections.append(_leaning(rig, rig.play, segment, gravity_w)[:, None])
+        if n == 1 and rig.loose is not None:
+            deflections.append(_leaning(rig, rig.loose, segment, gravity_w)[:, None])
         w, alpha, p = segment.rate, segment.angular_acceleration, mount.position
         felt = rotations.rotate_back(segment.quaternion, segment.acceleration - gravity_w)
         load = -(felt + np.cross(alpha, p) + np.cross(w, np.cross(w, p)))  # per unit mass, segment axes

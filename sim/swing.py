@@ -74,9 +74,10 @@ def swing_many(
     """
     for value, name in ((duration, "duration"), (rate, "rate"), (step, "step")):
         positive(value, name)
-    if any(rig.pivot_moves or any(mount.slides for mount in rig.mounts) for rig in rigs):
+    told = [rig.pivot_moves or (rig.play is not None and rig.loose is None) for rig in rigs]
+    if any(told) or any(mount.slides for rig in rigs for mount in rig.mounts):
         raise InputError(
-            "swing: expected joints that gravity and torques move, got a pivot or a mount that is told where"
+            "swing: expected joints that gravity and torques move, got a pivot, a play or a mount that is told where"
         )
     if len(rigs) != len(starts):
         raise InputError(f"swing_many: expected one start per rig, got {len(rigs)} rigs and {len(starts)} starts")
