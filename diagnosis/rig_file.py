@@ -118,7 +118,7 @@ def _ball(laws: Mapping[str, Array]) -> dict[str, Any]:
             "spring_conserves": bool(spring[2]),
         }
     if (stop := laws.get("end_stop")) is not None:
-        changes |= {"stop": Stop(*(float(x) for x in stop[:3])), "spring_conserves": bool(stop[3])}
+        changes["stop"] = Stop(*(float(x) for x in stop[:3]))
     return changes
 
 

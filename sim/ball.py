@@ -2,10 +2,11 @@
 
 With w the limb's rate and R its attitude (limb -> world), q = atan2(R[0, 2], R[2, 2]) its swing, in the limb's axes::
 
-    tau = -(t / sqrt(w.w + STUCK^2) + d |w|) w + (-k (q - q0) - side max(0, K depth + B rate)) a
+    tau = -(t / sqrt(w.w + STUCK^2) + d |w|) w - k (q - q0) a - side max(0, K depth + B rate) G
 
-depth = side (q - angle) > 0, rate = side q'. a is the world's y, R^T e_y, or the gradient of q by a rotation,
-(a_x, a_y, 0) / (a_x^2 + a_y^2): along that a spring keeps its energy, and q' = gradient . w anyhow. MuJoCo's
+depth = side (q - angle) > 0, rate = side q'. y = R^T e_y is the world's y, G = (y_x, y_y, 0) / (y_x^2 + y_y^2) the
+gradient of q by a rotation, q' = G . w, and a is y or G. Along G a spring and a stop keep their energy; in the plane of
+the swing the two are the same, beside it y turns the limb about its own axis, ever faster. MuJoCo's
 `frictionloss` and `dampingpoly` of a ball joint act on each axis by itself: about a skew axis that is up to sqrt(3) as
 much friction and down to 1 / sqrt(3) as much drag.
 
@@ -51,14 +52,14 @@ def across(rig: Rig, quaternion: Array, rate: Array, near: float = 0.0) -> tuple
     q += 2 * np.pi * round((near - q) / (2 * np.pi))
     up = R[1]
     gradient = np.array([up[0], up[1], 0.0]) / max(float(up[0] ** 2 + up[1] ** 2), 1e-12)
-    size = -rig.stiffness * (q - rig.spring_angle)
+    torque = -rig.stiffness * (q - rig.spring_angle) * (gradient if rig.spring_conserves else up)
     if rig.stop is not None:
         side = rig.stop.side
         depth = side * (q - rig.stop.angle)
         if depth > 0:
             pushed = rig.stop.stiffness * depth + rig.stop.damping * side * float(gradient @ rate)
-            size -= side * max(0.0, pushed)
-    return size * (gradient if rig.spring_conserves else up), q
+            torque = torque - side * max(0.0, pushed) * gradient
+    return torque, q
 
 
 def swing_ball(

@@ -314,7 +314,7 @@ def laws_of(rig: Rig) -> dict[str, list[float]]:
 
     imuN_slip: time s, translation (3) m, rotation (3) rad. imuN_slide, imuN_twist: (3) by rad of a pendulum's swing; on
     a hinge these are equalities. joint_spring: k N m/rad, q0 rad, whether it conserves. end_stop: angle rad, stiffness
-    N m/rad, damping N m s/rad, and the same.
+    N m/rad, damping N m s/rad.
     """
     found = {}
     for n, mount in enumerate(rig.mounts, 1):
@@ -325,7 +325,7 @@ def laws_of(rig: Rig) -> dict[str, list[float]]:
     if rig.family == "pendulum" and rig.stiffness:
         found["joint_spring"] = [rig.stiffness, rig.spring_angle, float(rig.spring_conserves)]
     if rig.family == "pendulum" and rig.stop is not None:
-        found["end_stop"] = [rig.stop.angle, rig.stop.stiffness, rig.stop.damping, float(rig.spring_conserves)]
+        found["end_stop"] = [rig.stop.angle, rig.stop.stiffness, rig.stop.damping]
     return {name: [float(x) for x in numbers] for name, numbers in found.items()}
 
 

@@ -142,7 +142,7 @@ class Rig:
     drag: float = 0.0  # N m s^2/rad^2, torque -drag |w| w
     stiffness: float = 0.0  # N m/rad, of a spring across the joint
     spring_angle: float = 0.0  # rad, at which that is slack
-    spring_conserves: bool = False  # pendulum only: the spring acts along the gradient of its angle, see `sim.ball`
+    spring_conserves: bool = False  # pendulum only: the spring acts along the gradient of its angle; `sim.ball`
     stop: Stop | None = None
     inertia_scale: float = 1.0  # m l / I of the swinging segment is so many times its segment's, its weight the same
     coupling: Array = field(default_factory=lambda: np.zeros(2))  # (2,) rad/rad, hinge only; see `sim.joints`
