@@ -68,7 +68,8 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
                 "name": imu.name,
                 "rate": float(imu.rate),
                 "start": float(imu.time[0]),
-                "samples": int(imu.time.size),
+                "end": float(imu.time[-1]),
+                "samples": int(imu.time.size),  # of the recording, those that were lost apart
                 # of a triple that clips throughout nothing is left
                 "gyro_noise_std": float(used.get(f"{imu.name}.gyro", imu.gyro_noise_std or 0.0)),
                 "accel_noise_std": float(used.get(f"{imu.name}.accel", imu.accel_noise_std or 0.0)),
@@ -115,7 +116,9 @@ def effect_table(
     """
     numbers = dict(own.values) if own is not None else {}
     if own is not None and "gap" in own.signals:
-        numbers["gap"] = own.signals["gap"][0, 0]  # of a backlash, where it begins
+        numbers["gap"] = np.asarray(
+            np.interp(0.0, own.time, own.signals["gap"][:, 0])
+        )  # of a backlash, where it begins
     numbers |= {name: p.value for name, p in f.parameters.items()}
     settings = settings_of(f, own, recording)
     parameters = {name: np.asarray(value).tolist() for name, value in numbers.items()}

@@ -206,6 +206,12 @@ def _stamps(table: Mapping[str, Any], where: str) -> Array:
             f"{where}, key 'rate': expected {LEAST_RATE:g} to {MOST_RATE:g} Hz and at most {MOST_SECONDS:g} s of "
             f"samples, got {rate:g} Hz and {samples:,} samples"
         )
+    if "end" in table:  # of what lost samples: those are lost anew
+        end = table["end"]
+        most = start + MOST_SECONDS
+        if not isinstance(end, int | float) or isinstance(end, bool) or not start < end <= most:
+            raise InputError(f"{where}, key 'end': expected a time in s from {start:g} to {most:g}, got {shown(end)}")
+        samples = min(max(round((end - start) * rate) + 1, 2), MOST_SAMPLES)
     return np.asarray(start + np.arange(samples) / rate, dtype=float)
 
 

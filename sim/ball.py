@@ -2,7 +2,7 @@
 
 With w the limb's rate and R its attitude (limb -> world), q = atan2(R[0, 2], R[2, 2]) its swing, in the limb's axes::
 
-    tau = -(t / sqrt(w.w + STUCK^2) + d |w|) w - k (q - q0) a - side max(0, K depth + B rate) G
+    tau = -(t / sqrt(w.w + STICK^2) + d |w|) w - k (q - q0) a - side max(0, K depth + B rate) G
 
 depth = side (q - angle) > 0, rate = side q'. y = R^T e_y is the world's y, G = (y_x, y_y, 0) / (y_x^2 + y_y^2) the
 gradient of q by a rotation, q' = G . w, and a is y or G. Along G a spring and a stop keep their energy; in the plane of
@@ -23,8 +23,9 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.effects.torques import STUCK
 from imubench.sim.rigs import Rig
+
+STICK = 1e-3  # rad/s, below which dry friction gives way: a limb that rests creeps by less than that
 
 
 def needs_ball(rig: Rig) -> bool:
@@ -35,7 +36,7 @@ def needs_ball(rig: Rig) -> bool:
 def resistance(rig: Rig, rate: Array) -> float:
     """Return kappa, N m s/rad, of the torque -kappa w by dry friction and drag at a rate w (3,) rad/s."""
     square = float(rate @ rate)
-    return rig.dry_friction / float(np.sqrt(square + STUCK**2)) + rig.drag * float(np.sqrt(square))
+    return rig.dry_friction / float(np.sqrt(square + STICK**2)) + rig.drag * float(np.sqrt(square))
 
 
 def across(rig: Rig, quaternion: Array, rate: Array, near: float = 0.0) -> tuple[Array, float]:

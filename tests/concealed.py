@@ -20,11 +20,14 @@ from imubench.proof.filed import write
 from imubench.proof.frames import LEAD, STEP
 from imubench.proof.played import Case
 from imubench.proof.rotation import to_quaternion
+from imubench.proof.unknown import play as slack
 from imubench.recording import Imu, Recording
+from imubench.sim.swing import Start, swing
 from imubench.truth import Truth
 
 ROW = 5e-3  # s between two rows of a told motion: quintics through a hand's 4 Hz are right to 1e-6
 SECONDS = 10.0
+FINE, BALL = 2e-4, 5e-4  # s, of a roll-out: a step in which dry friction turns over, or a stop is met, is of order 1
 SETTLED = 1.0  # s
 GAIN = Interval(100.0, (90.0, 110.0))
 
@@ -115,11 +118,15 @@ def motion(case: Case, fitted=()) -> Played:
     still = (case.options.rig == "pendulum" and not any(e.effect == "moving_pivot" for e in case.effects)) or (
         hinge and case.options.base == "fixed"
     )
-    force = None if still else first.f[rows]
+    placed = case.options.pose or (case.options.pose is None and case.options.rig == "free")
+    force = None if still or placed else first.f[rows]
+    place = first.p[rows] if placed else np.zeros((len(q), 3))
     angle = world.angle[0][rows] if hinge else None
-    turned = {"rotation": play_of(case)[rows]} if hinge else {}
-    fitted = tuple(replace(f, time=world.t[rows], signals=turned if f.effect == "joint_play" else {}) for f in fitted)
-    return Played(world.t[rows], q, np.zeros((len(q), 3)), angle, force, fitted)
+    told = {"joint_play": {"rotation": play_of(case)[rows]}} if hinge else {}
+    for f in (f for f in fitted if f.effect == "backlash"):
+        told["backlash"] = {"gap": (world.angle[0] - slack(world.angle[0], float(f.values["range"])))[rows, None]}
+    fitted = tuple(replace(f, time=world.t[rows], signals=told.get(f.effect, {})) for f in fitted)
+    return Played(world.t[rows], q, place, angle, force, fitted)
 
 
 def play_of(case: Case):
@@ -148,6 +155,29 @@ def left(found: Concealed, name: str = "") -> dict[str, float]:
     return out
 
 
+def rolled(found: Concealed, seconds: float) -> tuple[np.ndarray, np.ndarray, Truth]:
+    """An IMU's rates (n, 3) in a free swing, those of a roll-out by forces alone, and the truth of that.
+
+    From the true state at the window's start; the sensors weigh nothing, for the declared body is with them.
+    """
+    model, world = found.model(), found.case.world
+    start, _ = found.recording.free_swings[0]
+    row = int(np.ceil((start + LEAD) / STEP))
+    zero = float(world.t[row])
+    segment = world.segments[-1]
+    if found.case.options.rig == "hinge":
+        state = Start(angle=float(world.angle[0][row]), angle_rate=float(world.angle[1][row]))
+    else:
+        state = Start(quaternion=to_quaternion(segment.R[row]), rate=segment.w[row])
+    light = tuple(replace(m, mass=1e-9) for m in model.rig.mounts)
+    step = FINE if model.rig.family == "hinge" else BALL
+    truth = swing(replace(model.rig, mounts=light), state, seconds + 0.05, 500.0, step=step)
+    imu = found.recording.imus[-1]
+    own = (imu.time > zero) & (imu.time < zero + seconds)
+    _, gyro, _ = read_by(truth, zero, imu.time[own], imu.name, model.chain(imu.name))
+    return imu.gyro[own], gyro, truth
+
+
 def counted(found: Concealed, imu: Imu):
     """The samples (n,) that are told: not the first, nor those while a mount slips.
 
@@ -164,4 +194,4 @@ def rms(x) -> float:
     return float(np.sqrt(np.mean(np.asarray(x) ** 2)))
 
 
-__all__ = ["Concealed", "concealed", "left", "replace", "rms"]
+__all__ = ["Concealed", "concealed", "left", "rms", "rolled"]
