@@ -1,6 +1,6 @@
 """The rig of a diagnosis' `model/`, read back from its MJCF: poses, springs, masses, friction, gravity."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,11 @@ from imubench.sim.joints import Play, Stop
 from imubench.sim.rigs import Mount, Rig, Segment, Slip, Spring
 from imubench.sim.stability import write_no_log
 
+NUMBERS = {"joint_spring": 3, "end_stop": 3} | {
+    f"imu{n}_{key}": width for n in (1, 2) for key, width in (("slip", 7), ("slide", 3), ("twist", 3))
+}
+"""How many numbers each law has that MuJoCo has no term for."""
+
 
 def read_rig(path: Path, family: str) -> Rig:
     """Return the rig that an MJCF file of `imubench diagnose` describes: poses, springs, masses, friction, gravity."""
@@ -31,6 +36,13 @@ def read_rig(path: Path, family: str) -> Rig:
     joints = {model.joint(i).name: i for i in range(model.njnt)}
     if family == "hinge" and "hinge" not in joints:
         raise InputError(f"{path}: expected a joint 'hinge', got {', '.join(sorted(joints)) or 'none'}")
+    try:
+        return _rig(model, family, bodies, joints)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _rig(model: Any, family: str, bodies: Collection[str], joints: Mapping[str, int]) -> Rig:
     laws, gears = _laws(model), _gears(model)
     mounts = tuple(_mount(model, name, joints, laws, gears) for name in ("imu1", "imu2") if name in bodies)
     scale = 1.0 - float(model.body_gravcomp[model.body(RIGS[family][-1]).id])
@@ -60,7 +72,13 @@ def read_rig(path: Path, family: str) -> Rig:
 
 def _laws(model: Any) -> dict[str, Array]:
     """Return the numbers of what MuJoCo has no term for, by name; see `sim.compile.laws_of`."""
-    return {model.numeric(i).name: np.array(model.numeric(i).data) for i in range(model.nnumeric)}
+    found = {}
+    for i in range(model.nnumeric):
+        name, numbers = model.numeric(i).name, np.array(model.numeric(i).data)
+        if name in NUMBERS and numbers.size != NUMBERS[name]:
+            raise InputError(f"numeric '{name}': expected {NUMBERS[name]} numbers, got {numbers.size}")
+        found[name] = numbers
+    return found
 
 
 def _gears(model: Any) -> dict[str, Array]:
@@ -87,6 +105,9 @@ def _hinge(model: Any, joints: Mapping[str, int], gears: Mapping[str, Array]) ->
         changes["centre"] = gears["centre"]
     if model.jnt_limited[own]:
         low, high = model.jnt_range[own]
+        if (model.jnt_solref[own] > 0).any():
+            got = model.jnt_solref[own].tolist()
+            raise InputError(f"joint 'hinge': expected solreflimit as -stiffness -damping, got {got}")
         stiffness, damping = -model.jnt_solref[own] / model.dof_invweight0[dof]
         changes["stop"] = Stop(float(low if abs(low) < abs(high) else high), float(stiffness), float(damping))
     if PLAY in joints:
@@ -105,7 +126,7 @@ def _play(model: Any, joint: int) -> Play:
     w = np.sqrt(stiffness / whole)
     ratio = damping / (2 * whole * w) if w > 0 else 0.0
     direction = float(np.arctan2(axis[2], axis[0]))
-    return Play(float(model.jnt_range[joint][1]), direction, w / (2 * np.pi), ratio, min(own / whole, 1.0))
+    return Play(float(model.jnt_range[joint][1]), direction, w / (2 * np.pi), ratio, min(own / max(whole, 1e-15), 1.0))
 
 
 def _ball(laws: Mapping[str, Array]) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import pytest
 
 from imubench import rotations
 from imubench.diagnosis.rig_file import read_rig
+from imubench.errors import InputError
 from imubench.sim import rigs
 from imubench.sim.compile import specify
 from imubench.sim.joints import Play, Stop
@@ -68,3 +69,23 @@ def test_a_rig_comes_back_as_it_was(name, tmp_path):
             assert read[key] == value, key
         else:  # the file has six digits, of which some are lost in differences of inertias
             np.testing.assert_allclose(np.asarray(read[key], float), value, rtol=2e-4, atol=1e-6, err_msg=key)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('data="0.4 0.01', 'data="0.01', r"rig\.xml: numeric 'imu1_slip': expected 7 numbers, got 6"),
+        ('data="-0.6 80 0.3"', 'data="-0.6 80"', r"rig\.xml: numeric 'end_stop': expected 3 numbers, got 2"),
+        ('data="-0.6 80 0.3"', 'data="-0.6 -80 0.3"', r"rig\.xml: stop\.stiffness: expected"),
+    ],
+)
+def test_a_damaged_law_is_one_line(old, new, message, tmp_path):
+    spec = specify(RIGS["pendulum"])
+    spec.compile()
+    text = spec.to_xml().replace('size="7" ', "").replace('size="3" ', "")
+    assert old in text
+    path = tmp_path / "rig.xml"
+    path.write_text(text.replace(old, new))
+    with pytest.raises(InputError, match=message) as error:
+        read_rig(path, "pendulum")
+    assert "\n" not in str(error.value)
