@@ -46,6 +46,10 @@ def play(
     """
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
+    if engine == "warp" and rig.loose is not None:
+        raise InputError(
+            "engine 'warp': expected joints that are driven, got a loose limb; its stops are MuJoCo's alone"
+        )
     positive(duration, "duration")
     positive(rate, "rate")
     time = np.arange(round(duration * rate)) / rate
