@@ -11,7 +11,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.diagnosis.evidence import Pose
-from imubench.diagnosis.export import rig_of
+from imubench.diagnosis.found_rig import rig_of
 from imubench.recording import Recording
 from imubench.sim.compile import specify
 

@@ -18,7 +18,7 @@ from imubench.dataset.motion_ranges import BEYOND
 from imubench.dataset.ranges import located
 from imubench.dataset.rig_ranges import DrawnRig, draw_rig, pick
 from imubench.dataset.spec import Spec
-from imubench.dataset.swing_range import FreeSwing
+from imubench.dataset.swing_range import FreeSwing, hanging
 from imubench.recording import RIGS, Body
 from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
@@ -26,6 +26,7 @@ from imubench.sim.injected import (
     believed,
     carried,
     injected_profile,
+    jointed,
     moved_mount,
     resisting,
     sliding_mount,
@@ -96,7 +97,7 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
     sensors = [f"imu{i + 1}" for i in range(len(drawn.rig.mounts))]
     encoder, poses = _instruments(spec, streams["instruments"], drawn.rig.family)
     shown = Shown(drawn.rig.family, isinstance(motion, FreeSwing), encoder is not None)
-    effects = (*drawn.springs, *_effects(spec, streams["effects"], shown, seconds))
+    effects = (*drawn.springs, *(_from_rest(e, drawn.rig) for e in _effects(spec, streams["effects"], shown, seconds)))
     with located(f"recording {index} of seed {seed}"):
         nominal = _parts(spec, streams["imus"], sensors)
         parts = {at: injected_profile(nominal[at], at, effects) for at in sensors}
@@ -108,7 +109,7 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
             for at, mount in zip(sensors, drawn.rig.mounts, strict=True)
         )
         g = next((e["parameters"]["g"] for e in effects if e["effect"] == "gravity"), drawn.rig.gravity)
-        rig = resisting(replace(drawn.rig, mounts=mounts, gravity=g), effects)
+        rig = jointed(resisting(replace(drawn.rig, mounts=mounts, gravity=g), effects), effects)
         if not isinstance(motion, FreeSwing):
             motion, rig = carried(motion, rig, effects, streams["pivot"])
         body = believed(rig.segments[-1], effects) if isinstance(motion, FreeSwing) else None
@@ -137,6 +138,19 @@ def _effects(spec: Spec, rng: np.random.Generator, shown: Shown, seconds: float)
     places = (*(f"imu{i + 1}" for i in range(len(RIGS[shown.family]))), "joint", "body", "world")
     own = zip(spec.effects, rng.spawn(len(spec.effects)), strict=True)
     return [found for e, stream in own if e.suits(shown) for found in e.draw(stream, places, seconds)]
+
+
+def _from_rest(effect: dict[str, Any], rig: Rig) -> dict[str, Any]:
+    """Return an effect with the angle of an end stop as the joint's, where it is drawn from where the limb hangs.
+
+    A stop's side is the sign of its angle: where a limb hangs so far off that this would be the wrong one, the stop is
+    on the limb's other side.
+    """
+    if effect["effect"] != "end_stop" or rig.family != "hinge":
+        return effect
+    p, rest = effect["parameters"], hanging(rig)
+    away = p["angle"] if (rest + p["angle"]) * p["angle"] > 0 else -p["angle"]
+    return effect | {"parameters": p | {"angle": float(rest + away)}}
 
 
 def _instruments(

@@ -14,14 +14,16 @@ from imubench.dataset.rig_ranges import FARTHEST, FASTEST, GYRATION, SPRING_NUMB
 from imubench.effects import EFFECTS
 from imubench.effects.effect import Parameter
 from imubench.errors import InputError, unknown
-from imubench.sim.injected import INJECTED, SLIDING, SWUNG
+from imubench.sim.injected import INJECTED, JOINTED, SLIDING, SWUNG
 
 IMUS = ("imu1", "imu2")
 PLACES = {"imu": IMUS, "joint": ("joint",), "body": ("body",), "world": ("world",)}
-ON_HINGES = ("dry_friction", "air_drag", "joint_spring")  # as MuJoCo has them, they differ on a ball joint
+BY_HAND = (*SLIDING, *JOINTED, "moving_pivot")  # no forces alone move what is told where it goes
 CLOCKS = ("time_offset", "clock_skew")  # seen only beside another clock: at imu2, if nothing else is said
 SPRUNG = ("soft_mount", "rocking_mount")
 SLIP_TIME = ("mount_shift", "time")
+OPTIONAL = (SLIP_TIME, ("joint_play", "frequency"), ("joint_play", "damping_ratio"))
+"""Parameters without which an effect is another one: a slip at some time, a play without springs."""
 SLIP_WITHIN = 0.1, 0.9  # of a recording: when a mount slips, if nothing else is said
 CHANNELS = ("gyro", "accel")
 CHANNELLED: Mapping[str, bool] = {"low_pass": True, "saturation": False, "quantisation": False}  # both at once?
@@ -29,6 +31,7 @@ MODES = ("missing", "held")
 SHAPES: Mapping[str, Mapping[str, tuple[int, ...]]] = {  # where the law's own parameters are not what is drawn
     "vibration": {"frequency": (), "amplitude": (3,)},
     "impacts": {"count": ()},
+    "joint_play": {"range": (), "direction": (), "frequency": (), "damping_ratio": ()},
 }
 LIMITS: Mapping[str, tuple[float, float, bool]] = {  # [effect.]parameter -> low, high, low excluded
     "frequency": (0.0, np.inf, True),
@@ -46,6 +49,7 @@ LIMITS: Mapping[str, tuple[float, float, bool]] = {  # [effect.]parameter -> low
     **dict.fromkeys(("c", "t", "d", "k"), (0.0, np.inf, False)),
     "inertia.scale": (0.5, 2.0, False),
     "range": (0.0, np.pi, False),
+    "joint_play.range": (0.0, 0.5, True),  # rad; turns across the axis beyond that are no play
     "band": (0.05, 20.0, False),  # Hz
 }
 
@@ -71,9 +75,9 @@ class EffectRange:
 
     def suits(self, shown: Shown) -> bool:
         """Return whether a recording can have it."""
-        if (self.name in ON_HINGES and shown.family != "hinge") or (self.name == "backlash" and not shown.encoder):
+        if self.name == "backlash" and not shown.encoder:
             return False
-        fits = not shown.free if self.name in (*SLIDING, "moving_pivot") else shown.free or self.name not in SWUNG
+        fits = not shown.free if self.name in BY_HAND else shown.free or self.name not in SWUNG
         return fits and shown.family in EFFECTS[self.name].rigs
 
     def draw(self, rng: np.random.Generator, places: Sequence[str], seconds: float) -> list[dict[str, Any]]:
@@ -101,10 +105,6 @@ def parse_effect(table: Mapping[str, Any], where: str) -> EffectRange:
     """Return one `[[effect]]`; `InputError` for an unknown name or place, or a parameter out of bounds."""
     name = table.get("name")
     if not isinstance(name, str) or name not in INJECTED:
-        if isinstance(name, str) and name in EFFECTS:
-            raise InputError(
-                f"{where}.name: expected an effect that can be played ({', '.join(INJECTED)}), got '{name}'"
-            )
         raise unknown(f"{where}.name", name, INJECTED)
     shapes = _shapes(name)
     known = [*shapes, *(["channels"] if name in CHANNELLED else []), *(["mode"] if name == "dropouts" else [])]
@@ -113,7 +113,7 @@ def parse_effect(table: Mapping[str, Any], where: str) -> EffectRange:
         name,
         _places(table, name, f"{where}.at"),
         number(table.get("probability", 1.0), f"{where}.probability", high=1.0),
-        {key: _range(table, name, key, where) for key in shapes if key in table or (name, key) != SLIP_TIME},
+        {key: _range(table, name, key, where) for key in shapes if key in table or (name, key) not in OPTIONAL},
         _settings(table, name, where),
     )
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from imubench.dataset.effect_ranges import IMUS, SPRUNG, EffectRange, check_once, parse_effect
+from imubench.dataset.effect_ranges import SPRUNG, EffectRange, check_once, parse_effect
 from imubench.dataset.imu_choices import ImuChoice, parse_imu
 from imubench.dataset.instruments import EncoderRange, PoseRange, parse_encoder, parse_pose
 from imubench.dataset.motion_ranges import Files, MotionRange, parse_motion
@@ -17,7 +17,7 @@ from imubench.inputs.files import below, plain_name, read_bytes
 from imubench.inputs.limits import BINARY_BYTES
 from imubench.inputs.toml import parse_toml
 from imubench.recording import RIGS
-from imubench.sim.injected import SLIDING, SWUNG
+from imubench.sim.injected import SWUNG
 
 KEYS = (
     "format", "name", "summary", "licence", "seconds", "rate", "recordings_per_rig", "recordings_per_file",
@@ -143,11 +143,6 @@ def _check_fits(spec: Spec, where: str) -> None:
             raise InputError(
                 f"{where}: {e.name}: expected a motion of kind '{SwingMotion.kind}', which it shows in, got none"
             )
-    sprung = any(r.soft.probability or r.rocking.probability for r in spec.rigs)
-    hung = {at for e in spec.effects if e.name in SPRUNG for at in e.places} | set(IMUS if sprung else ())
-    for e in spec.effects:
-        if e.name in SLIDING and hung & set(e.places):
-            raise InputError(f"{where}: {e.name}: expected springs under an IMU or a mount that slides, got both")
 
 
 def _tables(table: Mapping[str, Any], key: str, where: str, default: object) -> Sequence[Mapping[str, Any]]:

@@ -16,6 +16,8 @@ from imubench.truth import Truth
 
 STEP = 2e-3  # s, of order 4: a 300th of the fastest swings' period
 SPRUNG_STEP = 2e-4  # s, of order 1: a 200th of the period of springs of 25 Hz
+STOPPED_STEP = 5e-4  # s: a hundredth of a bounce on an end stop
+CLEAR = 0.05  # rad, that a limb is let go before an end stop
 WEIGHTLESS = 1e-6  # kg: an IMU belongs to the segment that is declared
 
 
@@ -28,17 +30,24 @@ class FreeSwing:
     rate: Array  # (3,) rad/s, segment axes; a hinge takes the second
 
     def start(self, rig: Rig) -> Start:
-        """Return the state in which the rig is let go."""
+        """Return the state in which the rig is let go: nobody presses it into an end stop, but to its other side."""
         if rig.family == "pendulum":
             axis = np.array([np.cos(self.direction), np.sin(self.direction), 0.0])
-            return Start(quaternion=rotations.exp(self.deflection * axis), rate=self.rate)
-        side = 1.0 if self.direction > np.pi else -1.0
-        return Start(angle=hanging(rig) + side * self.deflection, angle_rate=float(self.rate[1]))
+            turned = rotations.exp(self.deflection * axis)
+            z = rotations.rotate(turned, [0.0, 0.0, 1.0])
+            if rig.stop is not None and rig.stop.side * (np.arctan2(z[0], z[2]) - rig.stop.angle) > -CLEAR:
+                turned = rotations.exp(-self.deflection * axis)
+            return Start(quaternion=turned, rate=self.rate)
+        side, rest = (1.0 if self.direction > np.pi else -1.0), hanging(rig)
+        if rig.stop is not None and rig.stop.side * (rest + side * self.deflection - rig.stop.angle) > -CLEAR:
+            side = -side
+        return Start(angle=rest + side * self.deflection, angle_rate=float(self.rate[1]))
 
     def play(self, rig: Rig, seconds: float, rate: float) -> Truth:
         """Return the truth of the swing, `rate` samples a second."""
         light = replace(rig, mounts=tuple(replace(m, mass=WEIGHTLESS) for m in rig.mounts))
-        return swing(light, self.start(rig), seconds, rate, step=SPRUNG_STEP if rig.sprung else STEP)
+        step = SPRUNG_STEP if rig.sprung else STOPPED_STEP if rig.stop is not None else STEP
+        return swing(light, self.start(rig), seconds, rate, step=step)
 
 
 def hanging(rig: Rig) -> float:

@@ -148,7 +148,7 @@ def diagnose(
     evidence = Evidence(
         recording,
         traces,
-        gather.played(plain),
+        gather.played(plain, best),
         gather.mounts(plain),
         before.levels,
         motion_before=gather.played(first) if named else None,

@@ -3,7 +3,10 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from imubench.arrays import Array, frozen, frozen_quaternion, frozen_time
+from imubench.effects.effect import Setting
 from imubench.errors import InputError
 from imubench.recording import Recording, positive
 from imubench.sim.swing import Start
@@ -69,6 +72,19 @@ class Comparison:
 
 
 @dataclass(frozen=True)
+class FittedEffect:
+    """An effect at a place as it was fitted: numbers that no report names are with it."""
+
+    effect: str  # "unknown" of a term without a name
+    at: str
+    variant: str = ""
+    settings: Mapping[str, Setting] = field(default_factory=dict)
+    values: Mapping[str, Array] = field(default_factory=dict)  # parameter -> its shape, in its unit
+    time: Array = field(default_factory=lambda: np.zeros(0))  # (n,) s since the recording's start, of the signals
+    signals: Mapping[str, Array] = field(default_factory=dict)  # states, or what is unknown by part: (n, m)
+
+
+@dataclass(frozen=True)
 class Played:
     """A recovered motion. Its heading, and its place where no pose is measured, are arbitrary."""
 
@@ -77,6 +93,7 @@ class Played:
     position: Array  # (n, 3) m, segment 1's origin, world
     hinge_angle: Array | None = None  # (n,) rad
     force: Array | None = None  # (n, 3) m/s^2, segment 1's specific force at its origin; None: the position says it
+    fitted: tuple[FittedEffect, ...] = ()  # the effects that it was recovered with, and what has no name
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", frozen_time(self.time, "motion.time"))

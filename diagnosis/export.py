@@ -1,143 +1,79 @@
 """A diagnosis as a simulation: the rig with what was found in it, its motion, and its sensors' errors, on disk.
 
-`model/` holds an MJCF file (mounts where the fit has them, soft ones on real springs), `imus.toml` (the sensors
-and every effect found) and `motion.csv` (the recovered motion, a row a knot).
+`model/` holds an MJCF file (mounts where the fit has them, soft ones on real springs, what the joint does and meets),
+`imus.toml` (the sensors and every effect found), `motion.csv` (the recovered motion, two rows a knot) and a table for
+every sensor that does something without a name: the signal that was fitted.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomli_w
 
-from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.baseline import whole
-from imubench.diagnosis.evidence import Evidence, Played, Pose
-from imubench.diagnosis.result import Diagnosis, Finding
+from imubench.diagnosis.evidence import Evidence, Played
+from imubench.diagnosis.found_chain import chain_of
+from imubench.diagnosis.found_rig import rig_of
+from imubench.diagnosis.replay import told_play
+from imubench.diagnosis.result import UNKNOWN, Diagnosis
+from imubench.diagnosis.sensor_chain import Link, chained
 from imubench.diagnosis.simulation.swing_file import KEY, swing_tables
 from imubench.effects import EFFECTS
-from imubench.effects.effect import Effect
-from imubench.errors import InputError
 from imubench.format1.tables import write_table
-from imubench.recording import Recording
+from imubench.recording import span_of
 from imubench.sim.compile import specify
 from imubench.sim.injected import SWUNG
-from imubench.sim.rigs import HEAVIEST, STANDARD_RIGS, Mount, Rig, Segment, springs
+from imubench.sim.joints import Play
 
 FORMAT = 1
 SENSORS, MOTION = "imus.toml", "motion.csv"
-SPRUNG = ("soft_mount", "rocking_mount")
-GEOMETRY = ("mount_pose", "gravity", "viscous_friction", "dry_friction")
-LIGHT = 1e-4  # of the declared body, which is with its sensor: as much does the model's sensor add to it
-OF_A_HINGE = ("air_drag", "joint_spring", "inertia")  # MuJoCo's ball joint knows none of the first two
+IN_THE_RIG = (
+    "mount_pose", "mount_shift", "soft_mount", "rocking_mount", "skin_sliding", "joint_play", "axis_coupling",
+    "moving_centre", "moving_pivot", "viscous_friction", "dry_friction", "air_drag", "joint_spring", "end_stop",
+    "inertia", "gravity",
+)  # fmt: skip
+"""The effects that are in the MJCF file, or in the motion."""
+PLAY = ("play", "play_beside")  # columns of a motion
+AT_THE_ENCODER = ("backlash",)
+NAMES = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z"), "torque": ("torque",)}
 
 
-def rig_of(recording: Recording, mounts: Mapping[str, Pose], findings: Iterable[Finding] = ()) -> Rig:
-    """Return the rig that MuJoCo plays: fitted mounts, springs where a finding has them, its torques and gravity.
-
-    Where the recording has no IMU the rig has its usual one.
-    """
-    findings = tuple(findings)
-    known = {(f.effect, f.at): {name: p.value for name, p in f.parameters.items()} for f in findings}
-    standard = STANDARD_RIGS[recording.rig]()
-    named = {f"imu{i + 1}": mount for i, mount in enumerate(standard.mounts)}
-    changes: dict[str, Any] = {
-        "mounts": tuple(
-            _mount(mounts[imu], {name: values for (name, at), values in known.items() if at == imu})
-            if imu in mounts
-            else usual
-            for imu, usual in named.items()
-        ),
-        "segments": _segments(recording, standard),
-        "gravity": float(known.get(("gravity", "world"), {}).get("g", recording.gravity)),
-        "damping": float(known.get(("viscous_friction", "joint"), {}).get("c", 0.0)),
-        "dry_friction": float(known.get(("dry_friction", "joint"), {}).get("t", 0.0)),
-    }
-    if recording.body is not None:
-        changes["mounts"] = tuple(replace(m, mass=LIGHT * recording.body.mass) for m in changes["mounts"])
-    if recording.rig == "hinge":
-        spring = known.get(("joint_spring", "joint"), {})
-        changes |= {
-            "base": recording.base,
-            "base_quaternion": recording.base_quaternion,
-            "drag": float(known.get(("air_drag", "joint"), {}).get("d", 0.0)),
-            "stiffness": float(spring.get("k", 0.0)),
-            "spring_angle": float(spring.get("q0", 0.0)),
-        }
-        scale = float(known.get(("inertia", "body"), {}).get("scale", 1.0))
-        changes["segments"] = (*changes["segments"][:-1], _lighter(changes["segments"][-1], scale))
-    return replace(standard, **changes)
-
-
-def _lighter(segment: Segment, scale: float) -> Segment:
-    """Return a segment of as much weight with its inertia about the joint divided by `scale`, if a body can be so."""
-    c = segment.com
-    about_joint = segment.inertia + segment.mass * (c @ c - c**2)
-    try:
-        return replace(segment, inertia=about_joint / scale - segment.mass * (c @ c - c**2))
-    except InputError:
-        return segment
-
-
-def _mount(pose: Pose, found: Mapping[str, Mapping[str, Array]]) -> Mount:
-    moved, soft, rocking = (found.get(name) for name in ("mount_pose", *SPRUNG))
-    position, quaternion = pose.position, pose.quaternion
-    if moved is not None:
-        position = position + moved["translation"]
-        quaternion = rotations.multiply(quaternion, rotations.exp(moved["rotation"]))
-    mount = Mount(position, quaternion)
-    if soft is not None:
-        mount = replace(mount, translation=springs(soft["frequency"], soft["damping_ratio"]))
-    if rocking is not None:
-        com = rocking.get("com", np.zeros(3))
-        gyration = float(rocking.get("gyration", mount.gyration))
-        # Only com / gyration^2 shows, and a body that turns about every axis alike is no heavier on one side than so.
-        smaller = min(1.0, 0.99 * HEAVIEST * gyration / max(float(np.linalg.norm(com)), 1e-12))
-        mount = replace(
-            mount,
-            rotation=springs(rocking["frequency"], rocking["damping_ratio"]),
-            com=com * smaller**2,
-            gyration=gyration * smaller,
-            lever=rocking.get("lever", np.zeros(3)),
-        )
-    return mount
-
-
-def _segments(recording: Recording, standard: Rig) -> tuple[Segment, ...]:
-    """Return the rig's segments, the swinging one as it is declared, where a body can be like that."""
-    if recording.body is None:
-        return standard.segments
-    body = recording.body
-    try:
-        return (*standard.segments[:-1], Segment(body.mass, body.com, body.inertia))
-    except InputError:
-        return standard.segments
+def plays(effect: str, rig: str) -> bool:
+    """Return whether the replay of a `model/` has an effect of the library in it, on a rig."""
+    known = EFFECTS.get(effect)
+    if known is None or rig not in known.rigs:
+        return False
+    return effect in (*IN_THE_RIG, *AT_THE_ENCODER) or chained(effect)
 
 
 def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
     """Write a diagnosis' simulation into an empty folder and return the name of its MJCF file."""
-    recording = evidence.recording
+    recording, found, fitted = evidence.recording, whole(d), evidence.motion.fitted
     name = f"{recording.rig}.xml"
-    spec = specify(rig_of(recording, evidence.mounts, whole(d)))
+    rig = rig_of(recording, evidence.mounts, found, fitted)
+    spec = specify(rig)
     spec.compile()
     (folder / name).write_text(spec.to_xml(), encoding="utf-8")
-    write_table(folder / MOTION, motion_columns(evidence.motion))
+    write_table(folder / MOTION, motion_columns(evidence.motion, rig.play))
     used = {level.group: level.used for level in evidence.levels}
+    chain, swings = chain_of(found, fitted, recording), bool(evidence.rolled_out)
     content = {
         "format": FORMAT,
         "recording": recording.name,
         "rig": recording.rig,
         "model": name,
         "motion": MOTION,
+        "start": span_of(recording)[0],  # s, of the stamps: what times of effects are counted from
         "imu": [
             {
                 "name": imu.name,
                 "rate": float(imu.rate),
                 "start": float(imu.time[0]),
-                "samples": int(imu.time.size),
+                "end": float(imu.time[-1]),
+                "samples": int(imu.time.size),  # of the recording, those that were lost apart
                 # of a triple that clips throughout nothing is left
                 "gyro_noise_std": float(used.get(f"{imu.name}.gyro", imu.gyro_noise_std or 0.0)),
                 "accel_noise_std": float(used.get(f"{imu.name}.accel", imu.accel_noise_std or 0.0)),
@@ -155,41 +91,50 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
             for encoder in recording.encoders
         ],
         KEY: swing_tables(evidence.rolled_out, recording.rig),
-        "effect": [effect_table(f, recording.rig, bool(evidence.rolled_out)) for f in whole(d) if f.named],
+        "effect": [effect_table(at, link, recording.rig, swings, folder) for at, link in chain],
     }
     (folder / SENSORS).write_text(toml(content), encoding="utf-8")
     return name
 
 
-def effect_table(f: Finding, rig: str, swings: bool = True) -> dict[str, Any]:
-    """Return a finding for imus.toml; `replayed` says whether the model's replay has it in.
+def effect_table(at: str, link: Link, rig: str, swings: bool, folder: Path) -> dict[str, Any]:
+    """Return an effect for imus.toml: its numbers and settings; the signal of what has no name is a table beside it.
 
-    A torque moves nothing unless the replay rolls out a free swing; `swings` says whether it does.
+    `replayed` says whether the model's replay has it in. What drives a free swing moves nothing unless the replay rolls
+    one out; `swings` says whether it does.
     """
-    parameters = {name: p.value.tolist() for name, p in f.parameters.items()}
-    modelled = (*SPRUNG, *GEOMETRY, *(OF_A_HINGE if rig == "hinge" else ()))
-    played = f.effect in modelled or sensor_law(f.effect, f.parameters) is not None
-    played = played and (swings or f.effect not in SWUNG)
-    return {"name": f.effect, "at": f.at, "replayed": played, "parameters": parameters}
+    if link.effect == UNKNOWN:
+        in_place = at.startswith("imu") or (swings and rig == "hinge")  # a torque about a hinge is a number
+        table: dict[str, Any] = {"name": UNKNOWN, "at": at, "replayed": bool(link.signals) and in_place}
+        if link.signals:
+            table["signal"] = f"{UNKNOWN}_{at}.csv"
+            write_table(folder / table["signal"], signal_columns(link))
+        return table | {"parameters": {}}
+    replayed = plays(link.effect, rig) and (swings or link.effect not in SWUNG)
+    parameters = {name: np.asarray(value).tolist() for name, value in link.values.items()}
+    return {"name": link.effect, "at": at, "replayed": replayed, **link.settings, "parameters": parameters}
 
 
-def sensor_law(name: str, parameters: Iterable[str]) -> Effect | None:
-    """Return the effect whose law turns a true reading, or its time, into what an IMU reports; None: not such a one."""
-    effect = EFFECTS.get(name)
-    if effect is None or {p.name for p in effect.parameters} != set(parameters):
-        return None
-    acts = any(getattr(type(effect), stage) is not getattr(Effect, stage) for stage in ("error", "clock"))
-    return effect if acts else None
+def signal_columns(link: Link) -> dict[str, Array]:
+    """Return the signal of what has no name as columns: time s since the start, and the channels it enters."""
+    columns = {"time": link.time}
+    for part, names in NAMES.items():
+        columns |= dict(zip(names, link.signals[part].T, strict=True)) if part in link.signals else {}
+    return columns
 
 
-def motion_columns(motion: Played) -> dict[str, Array]:
-    """Return a motion as columns: time, segment 1's orientation, its place or force, the hinge angle."""
+def motion_columns(motion: Played, play: Play | None = None) -> dict[str, Array]:
+    """Return a motion as columns: time, segment 1's orientation, its place or force, hinge angle, what a play did."""
     columns = {"time": motion.time} | dict(zip(("qw", "qx", "qy", "qz"), motion.quaternion1.T, strict=True))
     if motion.force is not None:
         columns |= dict(zip(("force_x", "force_y", "force_z"), motion.force.T, strict=True))
     else:
         columns |= dict(zip("xyz", motion.position.T, strict=True))
-    return columns if motion.hinge_angle is None else columns | {"hinge_angle": motion.hinge_angle}
+    if motion.hinge_angle is not None:
+        columns["hinge_angle"] = motion.hinge_angle
+    if play is not None and (told := told_play(motion, play)) is not None:
+        columns |= dict(zip(PLAY, told, strict=True))
+    return columns
 
 
 def toml(content: Mapping[str, Any]) -> str:
@@ -213,3 +158,6 @@ def _inline(value: Sequence[Any] | str | float | bool) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(map(_inline, value)) + "]"
     return tomli_w.dumps({"x": value}).removeprefix("x = ").rstrip("\n")
+
+
+__all__ = ["FORMAT", "MOTION", "SENSORS", "effect_table", "motion_columns", "plays", "toml", "write_model"]

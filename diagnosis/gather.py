@@ -7,12 +7,13 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.evidence import Comparison, Level, Played, Pose, Trace
+from imubench.diagnosis.evidence import Comparison, FittedEffect, Level, Played, Pose, Trace
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.fitted_effects import fitted_effects
 from imubench.diagnosis.kinematics import FORCE, HINGE
 from imubench.diagnosis.noise import levels
 from imubench.diagnosis.rest_noise import quietest
-from imubench.diagnosis.result import NOT_KNOWN, Noise
+from imubench.diagnosis.result import NOT_KNOWN, UNKNOWN, Noise
 from imubench.diagnosis.rows import Rows
 from imubench.format1.profile_noise import by_profile
 from imubench.recording import Recording
@@ -24,6 +25,7 @@ CHANNELS = {
     "position": (("x", "y", "z"), "m"),
     "rotation": (("rx", "ry", "rz"), "rad"),
 }
+PIVOT = "moving_pivot"
 
 
 @dataclass(frozen=True)
@@ -141,10 +143,11 @@ def compared(
     return tuple(one for _, one in found[:most])
 
 
-def played(fit: Fit) -> Played:
+def played(fit: Fit, nameless: Fit | None = None) -> Played:
     """Return the recovered motion, two rows a knot; where no place is measured the joint stays and its force is told.
 
-    Two, because a normalised quaternion between knots is no spline of theirs where the motion is rough.
+    Two, because a normalised quaternion between knots is no spline of theirs where the motion is rough. A pivot that
+    moves is told by its force, too. What has no name is taken from the fit `nameless`, where that is another one.
     """
     model = fit.model
     knots = model.tracks.knots
@@ -155,7 +158,10 @@ def played(fit: Fit) -> Played:
     q = np.broadcast_to(rotations.from_matrix(first.turn.matrix), (time.size, 4))
     flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
     q = q * np.cumprod(np.concatenate([[1.0], flips]))[:, None]
-    unplaced = FORCE in model.tracks.widths
+    carried = any(h.effect.name == PIVOT for h in model.hypotheses)
+    unplaced = FORCE in model.tracks.widths or carried
+    if carried:
+        first = model.last(fit.state, moment, first)
     place = np.zeros((1, 3)) if unplaced or first.position is None else first.position.value
     return Played(
         time,
@@ -163,7 +169,14 @@ def played(fit: Fit) -> Played:
         np.broadcast_to(place, (time.size, 3)),
         moment.track(HINGE).value[:, 0] if model.rig.hinge else None,
         first.force.value if unplaced else None,
+        fitted_by(fit, nameless or fit, time - model.start),
     )
+
+
+def fitted_by(fit: Fit, nameless: Fit, time: Array) -> tuple[FittedEffect, ...]:
+    """Return the effects of one fit, with what has no name by another one."""
+    named = [f for f in fitted_effects(fit, time) if f.effect != UNKNOWN]
+    return (*named, *(f for f in fitted_effects(nameless, time) if f.effect == UNKNOWN))
 
 
 def mounts(fit: Fit) -> dict[str, Pose]:

@@ -1,6 +1,7 @@
 """MuJoCo plays a recovered motion through a rig: what the IMUs would read, springs and all."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -11,6 +12,7 @@ from imubench.diagnosis.kinematics import attitude
 from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.sim.imu_sampling import interpolate
+from imubench.sim.joints import Play
 from imubench.sim.motion import Trajectory
 from imubench.sim.play import play
 from imubench.sim.rigs import Rig
@@ -20,6 +22,7 @@ from imubench.truth import Truth
 DENSE = 400.0  # Hz, at least: what is read between samples of the simulation is interpolated by cubics
 FINE = 4  # steps a knot, on which the force at the joint becomes a movement
 DEGREE = 5
+TOLD = "told"  # variant of a play whose rotation is about e and beside it, not about x and z
 
 
 class SplineMotion:
@@ -72,10 +75,49 @@ class SplineMotion:
         )
 
 
+class ToldSignal:
+    """A signal between its rows: a quintic spline through them, from the first to the last, give or take one."""
+
+    def __init__(self, time: Array, values: Array) -> None:
+        row = float(np.median(np.diff(time)))
+        self.start, self.end = float(time[0]) - row, float(time[-1]) + row  # s
+        self.spline = make_interp_spline(time, values, DEGREE)
+
+    def __call__(self, time: Array) -> tuple[Array, Array, Array]:
+        """Return value and derivatives at `time` (n,) s; `InputError` beyond the rows."""
+        check_within(time, self.start, self.end)
+        first, second, third = (np.asarray(self.spline(time, order)) for order in range(3))
+        return first, second, third
+
+
 def played_through(rig: Rig, motion: Played, start: float, seconds: float, rate: float) -> Truth:
     """Return MuJoCo's truth of a recovered motion on a rig, dense enough for IMUs of `rate` Hz."""
     dense = rate * max(1, int(np.ceil(DENSE / rate)))
+    rig = with_told_play(rig, motion, start)
     return play(rig, SplineMotion(motion, start, rig.gravity), seconds + 4 / dense, dense)
+
+
+def told_play(motion: Played, play: Play) -> Array | None:
+    """Return how a limb turned in its play, (2, n) rad about e and beside it (`sim.joints`), at a motion's rows.
+
+    None where the motion does not tell, or the play is on springs: that follows by its law. What falls from side to
+    side between stops that nobody measured has no law to be foretold by.
+    """
+    for f in motion.fitted:
+        if f.effect == "joint_play" and "rotation" in f.signals and not play.frequency:
+            rotation = f.signals["rotation"].T
+            if len(rotation) == 1:
+                return np.stack([rotation[0], 0 * rotation[0]])
+            return rotation if f.variant == TOLD else np.stack([play.axis, play.beside])[:, [0, 2]] @ rotation
+    return None
+
+
+def with_told_play(rig: Rig, motion: Played, start: float) -> Rig:
+    """Return a rig whose play does what a motion says of it, if it says anything."""
+    if rig.loose is None or (told := told_play(motion, rig.loose)) is None:
+        return rig
+    path = ToldSignal(motion.time - start, told[0]), ToldSignal(motion.time - start, told[1])
+    return replace(rig, play=replace(rig.loose, path=path))
 
 
 def readings(truth: Truth, start: float, stamps: Mapping[str, Array]) -> dict[str, tuple[Array, Array]]:

@@ -1,9 +1,10 @@
 """The rig of a diagnosis' `model/`, read back from its MJCF: poses, springs, masses, friction, gravity."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from imubench import rotations
@@ -11,8 +12,15 @@ from imubench.arrays import Array
 from imubench.errors import InputError, unknown
 from imubench.inputs.mjcf import compiled
 from imubench.recording import RIGS
-from imubench.sim.rigs import Mount, Rig, Segment, Spring
+from imubench.sim.compile import CARRIER, PLAY
+from imubench.sim.joints import Play, Stop
+from imubench.sim.rigs import Mount, Rig, Segment, Slip, Spring
 from imubench.sim.stability import write_no_log
+
+NUMBERS = {"joint_spring": 3, "end_stop": 3} | {
+    f"imu{n}_{key}": width for n in (1, 2) for key, width in (("slip", 7), ("slide", 3), ("twist", 3))
+}
+"""How many numbers each law has that MuJoCo has no term for."""
 
 
 def read_rig(path: Path, family: str) -> Rig:
@@ -28,18 +36,29 @@ def read_rig(path: Path, family: str) -> Rig:
     joints = {model.joint(i).name: i for i in range(model.njnt)}
     if family == "hinge" and "hinge" not in joints:
         raise InputError(f"{path}: expected a joint 'hinge', got {', '.join(sorted(joints)) or 'none'}")
-    mounts = tuple(_mount(model, name, joints) for name in ("imu1", "imu2") if name in bodies)
-    segments = tuple(_segment(model, name) for name in RIGS[family])
+    try:
+        return _rig(model, family, bodies, joints)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _rig(model: Any, family: str, bodies: Collection[str], joints: Mapping[str, int]) -> Rig:
+    laws, gears = _laws(model), _gears(model)
+    mounts = tuple(_mount(model, name, joints, laws, gears) for name in ("imu1", "imu2") if name in bodies)
+    scale = 1.0 - float(model.body_gravcomp[model.body(RIGS[family][-1]).id])
+    segments = tuple(_segment(model, name, scale if name == RIGS[family][-1] else 1.0) for name in RIGS[family])
     hinge = model.joint("hinge").dofadr[0] if "hinge" in joints else model.nv - 1
-    changes: dict[str, Any] = {}
+    if family == "pendulum" and "base" in joints:
+        hinge = model.joint("base").dofadr[0]
+    changes: dict[str, Any] = {"inertia_scale": scale}
     if family == "hinge" and "base" not in joints:
-        changes = {"base": "fixed", "base_quaternion": model.body("segment1").quat.copy()}
+        changes |= {"base": "fixed", "base_quaternion": model.body("segment1").quat.copy()}
+    if family != "free":
+        changes["drag"] = float(np.ravel(model.dof_dampingpoly[hinge])[0])
     if family == "hinge":
-        changes |= {
-            "drag": float(np.ravel(model.dof_dampingpoly[hinge])[0]),
-            "stiffness": float(np.ravel(model.jnt_stiffness[joints["hinge"]])[0]),
-            "spring_angle": float(model.qpos_spring[model.jnt_qposadr[joints["hinge"]]]),
-        }
+        changes |= _hinge(model, joints, gears)
+    if family == "pendulum":
+        changes |= {"pivot_moves": "pivot_x" in joints} | _ball(laws)
     return Rig(
         family,
         mounts,
@@ -51,9 +70,83 @@ def read_rig(path: Path, family: str) -> Rig:
     )
 
 
-def _segment(model: Any, name: str) -> Segment:
+def _laws(model: Any) -> dict[str, Array]:
+    """Return the numbers of what MuJoCo has no term for, by name; see `sim.compile.laws_of`."""
+    found = {}
+    for i in range(model.nnumeric):
+        name, numbers = model.numeric(i).name, np.array(model.numeric(i).data)
+        if name in NUMBERS and numbers.size != NUMBERS[name]:
+            raise InputError(f"numeric '{name}': expected {NUMBERS[name]} numbers, got {numbers.size}")
+        found[name] = numbers
+    return found
+
+
+def _gears(model: Any) -> dict[str, Array]:
+    """Return the vector of every joint that an equality gears to another one: its axis times the gear."""
+    found = {}
+    for i in range(model.neq):
+        if model.eq_type[i] == mujoco.mjtEq.mjEQ_JOINT:
+            joint = model.joint(model.eq_obj1id[i])
+            found[joint.name] = model.jnt_axis[joint.id] * model.eq_data[i][1]
+    return found
+
+
+def _hinge(model: Any, joints: Mapping[str, int], gears: Mapping[str, Array]) -> dict[str, Any]:
+    """Return what a hinge does beside turning, and what it meets."""
+    own = joints["hinge"]
+    dof = int(model.jnt_dofadr[own])
+    changes: dict[str, Any] = {
+        "stiffness": float(np.ravel(model.jnt_stiffness[own])[0]),
+        "spring_angle": float(model.qpos_spring[model.jnt_qposadr[own]]),
+    }
+    if {"coupling_x", "coupling_z"} <= set(gears):
+        changes["coupling"] = np.array([gears["coupling_x"][0], gears["coupling_z"][2]])
+    if "centre" in gears:
+        changes["centre"] = gears["centre"]
+    if model.jnt_limited[own]:
+        low, high = model.jnt_range[own]
+        if (model.jnt_solref[own] > 0).any():
+            got = model.jnt_solref[own].tolist()
+            raise InputError(f"joint 'hinge': expected solreflimit as -stiffness -damping, got {got}")
+        stiffness, damping = -model.jnt_solref[own] / model.dof_invweight0[dof]
+        changes["stop"] = Stop(float(low if abs(low) < abs(high) else high), float(stiffness), float(damping))
+    if PLAY in joints:
+        changes["play"] = _play(model, joints[PLAY])
+    return changes
+
+
+def _play(model: Any, joint: int) -> Play:
+    """Return a play: J + armature from its own axis, the springs by that."""
+    dof, axis = int(model.jnt_dofadr[joint]), model.jnt_axis[joint]
+    body = model.body("segment2")
+    com = body.ipos
+    own = float(axis @ _inertia(body) @ axis + body.mass[0] * (com @ com - (com @ axis) ** 2))
+    whole = own + float(model.dof_armature[dof])
+    stiffness, damping = float(np.ravel(model.jnt_stiffness[joint])[0]), float(model.dof_damping[dof])
+    w = np.sqrt(stiffness / whole)
+    ratio = damping / (2 * whole * w) if w > 0 else 0.0
+    direction = float(np.arctan2(axis[2], axis[0]))
+    return Play(float(model.jnt_range[joint][1]), direction, w / (2 * np.pi), ratio, min(own / max(whole, 1e-15), 1.0))
+
+
+def _ball(laws: Mapping[str, Array]) -> dict[str, Any]:
+    """Return what a pendulum's swing meets."""
+    changes: dict[str, Any] = {}
+    if (spring := laws.get("joint_spring")) is not None:
+        changes |= {
+            "stiffness": float(spring[0]),
+            "spring_angle": float(spring[1]),
+            "spring_conserves": bool(spring[2]),
+        }
+    if (stop := laws.get("end_stop")) is not None:
+        changes["stop"] = Stop(*(float(x) for x in stop[:3]))
+    return changes
+
+
+def _segment(model: Any, name: str, scale: float) -> Segment:
+    """Return a segment as it is without `scale`, m l / I by which it is lighter and weighs as much."""
     body = model.body(name)
-    return Segment(float(body.mass[0]), body.ipos.copy(), np.diag(_inertia(body)).copy())
+    return Segment(scale * float(body.mass[0]), body.ipos.copy(), scale * np.diag(_inertia(body)))
 
 
 def _inertia(body: Any) -> Array:
@@ -62,9 +155,13 @@ def _inertia(body: Any) -> Array:
     return np.asarray(turn @ np.diag(body.inertia) @ turn.T)
 
 
-def _mount(model: Any, name: str, joints: Mapping[str, int]) -> Mount:
+def _mount(
+    model: Any, name: str, joints: Mapping[str, int], laws: Mapping[str, Array], gears: Mapping[str, Array]
+) -> Mount:
     body = model.body(name)
-    com, mass, quaternion = body.ipos.copy(), float(body.mass[0]), body.quat.copy()
+    carriers = [model.body(i) for i in range(model.nbody) if model.body(i).name == f"{name}{CARRIER}"]
+    place = carriers[0] if carriers else body
+    com, mass, quaternion = body.ipos.copy(), float(body.mass[0]), place.quat.copy()
     about_pivot = _inertia(body) + mass * (com @ com * np.eye(3) - np.outer(com, com))
     gyration = float(np.sqrt(np.trace(about_pivot) / (3 * mass)))
     lever = model.site(name).pos.copy()
@@ -76,8 +173,12 @@ def _mount(model: Any, name: str, joints: Mapping[str, int]) -> Mount:
             damping = np.array([model.dof_damping[model.jnt_dofadr[joints[n]]] for n in names]).reshape(3)
             w = np.sqrt(stiffness / inertia)
             found[kind] = Spring(w / (2 * np.pi), damping / (2 * inertia * w))
+    slip = laws.get(f"{name}_slip")
+    slide, twist = (gears.get(f"{name}_path_{k}", laws.get(f"{name}_{k}", np.zeros(3))) for k in ("slide", "twist"))
+    if f"{name}_path_slide" in gears:
+        slide = rotations.rotate(quaternion, slide)  # the file has it in axes of the sensor's body
     return Mount(
-        body.pos + rotations.rotate(quaternion, lever),
+        place.pos + rotations.rotate(quaternion, lever),
         quaternion,
         found.get("slide"),
         found.get("hinge"),
@@ -85,4 +186,7 @@ def _mount(model: Any, name: str, joints: Mapping[str, int]) -> Mount:
         gyration,
         com,
         lever,
+        slip=None if slip is None else Slip(float(slip[0]), slip[1:4], slip[4:7]),
+        slide=slide,
+        twist=twist,
     )

@@ -94,10 +94,10 @@ class Backlash(Effect):
         return {"gap": (angle - self.played(angle, float(p["range"].value[0, 0])))[:, None]}
 
     @staticmethod
-    def played(angle: Array, range_: float) -> Array:
-        """Return the exact encoder's side (n,) rad for joint angles (n,), the gap at first in its middle."""
+    def played(angle: Array, range_: float, gap: float = 0.0) -> Array:
+        """Return the exact encoder's side (n,) rad for joint angles (n,), the gap at first `gap`."""
         out = np.empty_like(angle)
-        side = angle[0]
+        side = angle[0] - gap
         for i, q in enumerate(angle):  # what comes next depends on where it stood
             side = min(max(side, q - range_), q + range_)
             out[i] = side

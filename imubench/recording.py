@@ -178,6 +178,13 @@ def _check_overlap(imus: Sequence[Imu]) -> None:
             )
 
 
+def span_of(recording: Recording) -> tuple[float, float]:
+    """Return the first and the last stamp of all sensors in s."""
+    stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders]
+    stamps += [p.time for p in recording.poses]
+    return min(float(t[0]) for t in stamps), max(float(t[-1]) for t in stamps)
+
+
 def require_known_rig(recording: Recording, what: str) -> None:
     """Raise `InputError` where a recording is of a rig of its owner's own, which `what` does not support yet."""
     if recording.rig not in RIGS:

@@ -9,6 +9,7 @@ import numpy as np
 from imubench import rotations
 from imubench.models import mjcf
 from imubench.recording import RIGS
+from imubench.sim.joints import IMPEDANCE, KNOCK_FREQUENCY, KNOCK_RATIO, Play
 from imubench.sim.rigs import Mount, Rig
 from imubench.sim.stability import write_no_log
 
@@ -19,6 +20,15 @@ A force of armature * acceleration then gives exactly that acceleration, whateve
 rig does: relative error = (rig's own force) / (armature * acceleration), below 1e-12.
 That turns MuJoCo's forward dynamics into inverse dynamics, for some joints or for all.
 """
+
+PLAY = "play"
+"""The joint of a loose limb, across the hinge's axis."""
+TOLD_PLAY = ("told_play", "told_play_beside")
+"""The two of a limb whose play is told."""
+TINY_ARMATURE = 1e-7  # kg m^2 or kg, of what is geared: a ten-thousandth of a small limb's
+CARRIER, DUST = "_carrier", 1e-6  # kg, of a body between a segment and an IMU that slides on springs
+NO_WEIGHT = 1e-12  # of a body's weight
+FAR = 100.0  # rad: where a joint with a stop on one side has its other one
 
 SEGMENT_SENSORS = ("framepos", "framequat", "framelinvel", "gyro", "framelinacc", "frameangacc")
 IMU_SENSORS = ("framepos", "framequat", "framelinacc", "frameangacc", "accelerometer", "gyro")
@@ -37,12 +47,21 @@ def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", 
             geom.mass = 0.0  # a picture; the mass is the body's own
         body.explicitinertial = True
         body.mass, body.ipos, body.inertia = segment.mass, segment.com, segment.inertia
+    _lighten(spec.body(segments[-1]), rig.inertia_scale)
     _set_joint(spec, rig)
     for i, mount in enumerate(rig.mounts):
-        _set_mount(spec.body(f"imu{i + 1}"), mount)
+        _set_mount(spec, f"imu{i + 1}", mount)
     for name in segments[len(rig.mounts) :]:
         spec.delete(spec.body(name.replace("segment", "imu")))
+    if rig.stop is not None or rig.loose is not None:
+        spec.option.tolerance = 0.0  # soft limits beside large inertias: what the solver would gain looks like nothing
+    if rig.stop is not None and rig.family == "hinge":
+        # MuJoCo takes a limit's stiffness by the joint's inverse inertia, which it knows once everything is there.
+        model, joint = spec.compile(), spec.joint("hinge")
+        light = float(model.dof_invweight0[model.joint("hinge").dofadr[0]])
+        joint.solref_limit = [-rig.stop.stiffness * light, -rig.stop.damping * light]
     _add_sensors(spec, segments if watch_segments else (), len(rig.mounts))
+    _add_laws(spec, rig)
     return spec
 
 
@@ -58,25 +77,36 @@ def _template(family: str, watch_segments: bool) -> Any:
 
 
 def compile_model(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", driven: str = "") -> Any:
-    """Return the MjModel of a rig; `driven` is "" (nothing), "joints" (not the mounts) or "all".
+    """Return the MjModel of a rig; `driven` is "" (nothing), "joints" (neither mounts nor play) or "all".
 
-    Where joints are driven, the segments' motion is known, and only the IMUs have sensors.
+    Where joints are driven, the segments' motion is known, but for a play, and only the IMUs have sensors.
     """
-    spec = specify(rig, timestep, integrator, watch_segments=not driven)
+    spec = specify(rig, timestep, integrator, watch_segments=not driven or rig.loose is not None)
     spec.compiler.fusestatic = driven == "all"  # a rigid IMU needs no body of its own there: fewer to compute
     model = spec.compile()
     if driven:
-        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+        _leave_to_the_driver(model, rig)
         dofs = [_is_mount_dof(model, i) for i in range(model.nv)]
-        model.dof_armature[:] = [0.0 if mount and driven == "joints" else DRIVEN_ARMATURE for mount in dofs]
-        model.dof_damping[:] = np.where(model.dof_armature > 0, 0.0, model.dof_damping)
+        loose = [mount and driven == "joints" for mount in dofs]
+        model.dof_armature[:] = np.where(loose, model.dof_armature, DRIVEN_ARMATURE)
+        model.dof_damping[:] = np.where(loose, model.dof_damping, 0.0)
         model.dof_frictionloss[:] = model.dof_dampingpoly[:] = 0.0
         mujoco.mj_setConst(model, mujoco.MjData(model))
     return model
 
 
+def _leave_to_the_driver(model: Any, rig: Rig) -> None:
+    """Switch off what holds joints together or back, where a motion says where they are; a play keeps its stops."""
+    flags = mujoco.mjtDisableBit
+    if rig.loose is None:
+        model.opt.disableflags |= int(flags.mjDSBL_CONSTRAINT)
+        return
+    model.opt.disableflags |= int(flags.mjDSBL_EQUALITY) | int(flags.mjDSBL_FRICTIONLOSS)
+    model.jnt_limited[:] = [model.joint(i).name == PLAY for i in range(model.njnt)]
+
+
 def mount_dofs(model: Any) -> np.ndarray:
-    """Return the mask (nv,) of the degrees of freedom that belong to sprung mounts."""
+    """Return the mask (nv,) of the degrees of freedom that follow by forces: those of sprung mounts and of play."""
     return np.array([_is_mount_dof(model, i) for i in range(model.nv)], dtype=bool)
 
 
@@ -87,7 +117,18 @@ def mount_positions(model: Any) -> np.ndarray:
 
 def _is_mount_dof(model: Any, dof: int) -> bool:
     name = model.joint(model.dof_jntid[dof]).name
-    return bool(name.startswith("imu") and "_path_" not in name)
+    return bool(name == PLAY or (name.startswith("imu") and "_path_" not in name))
+
+
+def _lighten(body: Any, scale: float) -> None:
+    """Give a body m l / I of so many times its own, its weight unchanged: mass and inertia / scale, heavier by gravity.
+
+    MuJoCo's `gravcomp` c takes c m g off a body's weight: m / scale (1 - c) g = m g for c = 1 - scale. It looks for it
+    only where some body has a positive one, so the IMU gets one of no weight.
+    """
+    if scale != 1.0:
+        body.mass, body.inertia, body.gravcomp = body.mass / scale, np.asarray(body.inertia) / scale, 1.0 - scale
+        body.first_body().gravcomp = NO_WEIGHT
 
 
 def _set_joint(spec: Any, rig: Rig) -> None:
@@ -99,10 +140,12 @@ def _set_joint(spec: Any, rig: Rig) -> None:
     joint = spec.joint("hinge" if rig.family == "hinge" else "base")
     if rig.family == "free":
         return
-    joint.damping[0] = rig.damping
+    if rig.family == "hinge" and rig.centre.any():
+        joint = _slide_before(spec, joint, rig.centre)
+    joint.damping[0], joint.damping[1] = rig.damping, rig.drag
     if rig.family == "hinge":
-        joint.damping[1], joint.stiffness[0] = rig.drag, rig.stiffness
-        joint.springref = np.rad2deg(rig.spring_angle) if spec.compiler.degree else rig.spring_angle
+        joint.stiffness[0] = rig.stiffness
+        joint.springref = _degrees(spec, rig.spring_angle)
     joint.frictionloss = rig.dry_friction
     joint.solref_friction = [
         2 * spec.option.timestep,
@@ -111,6 +154,81 @@ def _set_joint(spec: Any, rig: Rig) -> None:
     if rig.locked_at is not None:
         spec.delete(joint)
         spec.body("segment2").quat = rotations.exp(np.array([0.0, rig.locked_at, 0.0]))
+        return
+    if rig.stop is not None and rig.family == "hinge":
+        ends = (rig.stop.angle, FAR) if rig.stop.side < 0 else (-FAR, rig.stop.angle)
+        _limit(spec, joint, ends, rig.stop.stiffness, rig.stop.damping)
+    for axis, letter, c in zip(np.eye(3)[[0, 2]], "xz", rig.coupling, strict=True):
+        if rig.coupling.any():
+            _geared(spec, f"coupling_{letter}", mujoco.mjtJoint.mjJNT_HINGE, axis, float(c))
+    if rig.loose is not None:
+        _loosen(spec, rig, rig.loose)
+    elif rig.play is not None:
+        for name, axis in zip(TOLD_PLAY, (rig.play.axis, rig.play.beside), strict=True):
+            spec.body("segment2").add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
+
+
+def _degrees(spec: Any, angle: float) -> float:
+    return float(np.rad2deg(angle)) if spec.compiler.degree else angle
+
+
+def _slide_before(spec: Any, joint: Any, centre: np.ndarray) -> Any:
+    """Put a slide before the hinge, geared to it, and return the hinge, made anew behind that."""
+    spec.delete(joint)
+    body = spec.body("segment2")
+    body.add_joint(name="centre", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=centre)
+    hinge = body.add_joint(name="hinge", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0])
+    _gear(spec, "centre", float(np.linalg.norm(centre)))
+    return hinge
+
+
+def _geared(spec: Any, name: str, kind: Any, axis: np.ndarray, gear: float) -> None:
+    """Add a joint to segment 2 that follows the hinge; three turns about axes in a row need some inertia each."""
+    spec.body("segment2").add_joint(name=name, type=kind, axis=axis, armature=TINY_ARMATURE)
+    _gear(spec, name, gear)
+
+
+def _gear(spec: Any, name: str, gear: float) -> None:
+    """Let a joint be `gear` times the hinge's angle, as an equality."""
+    spec.add_equality(
+        name=name,
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        name1=name,
+        name2="hinge",
+        data=[0.0, gear, *[0.0] * 10],
+        solref=[2 * spec.option.timestep, 1.0],
+    )
+
+
+def _limit(spec: Any, joint: Any, ends: tuple[float, float], stiffness: float, damping: float) -> None:
+    """Let a joint meet a one-sided spring and damper beyond its range, both by its inverse inertia."""
+    joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+    joint.range = [_degrees(spec, end) for end in ends]
+    joint.solref_limit = [-stiffness, -damping]
+    joint.solimp_limit = [IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0]
+
+
+def _loosen(spec: Any, rig: Rig, play: Play) -> None:
+    """Add the joint of a play to segment 2, between stops, on springs where it has them.
+
+    Its armature is the load's share that hands bear: (J + armature) phi'' = load, share = J / (J + armature).
+    """
+    joint = spec.body("segment2").add_joint(name=PLAY, type=mujoco.mjtJoint.mjJNT_HINGE, axis=play.axis)
+    own = loose_inertia(rig)
+    whole, w = own / play.share, 2 * np.pi * play.frequency
+    joint.armature = whole - own
+    joint.stiffness[0], joint.damping[0] = whole * w**2, whole * 2 * play.damping_ratio * w
+    w = 2 * np.pi * KNOCK_FREQUENCY
+    _limit(spec, joint, (-play.range, play.range), w**2, 2 * KNOCK_RATIO * w)
+
+
+def loose_inertia(rig: Rig) -> float:
+    """Return the inertia of segment 2 about the axis of its play, kg m^2, through the joint."""
+    assert rig.play is not None
+    segment, e = rig.segments[-1], rig.play.axis
+    c = segment.com
+    return float(e @ (segment.inertia * e) + segment.mass * (c @ c - (c @ e) ** 2)) / rig.inertia_scale
 
 
 def _carry(spec: Any) -> None:
@@ -121,10 +239,13 @@ def _carry(spec: Any) -> None:
     spec.body("segment1").add_joint(name="base", type=mujoco.mjtJoint.mjJNT_BALL)
 
 
-def _set_mount(body: Any, mount: Mount) -> None:
+def _set_mount(spec: Any, name: str, mount: Mount) -> None:
     """Put the IMU body's frame in the pivot and its site at the sensing point."""
-    body.pos = mount.position - rotations.rotate(mount.quaternion, mount.lever)
-    body.quat = mount.quaternion
+    body = carrier = spec.body(name)
+    if mount.slides and mount.sprung:
+        body, carrier = _on_a_carrier(spec, name)
+    carrier.pos = mount.position - rotations.rotate(mount.quaternion, mount.lever)
+    carrier.quat = mount.quaternion
     body.explicitinertial = True
     body.mass, body.ipos = mount.mass, mount.com
     about_pivot = mount.mass * mount.gyration**2 * np.eye(3)
@@ -137,14 +258,40 @@ def _set_mount(body: Any, mount: Mount) -> None:
         geom.pos, geom.mass = mount.lever, 0.0
     segment_axes = rotations.rotate_back(mount.quaternion, np.eye(3))
     if mount.translation is not None:
-        _add_springs(body, mount.translation, "slide", segment_axes, np.full(3, mount.mass))
-    if mount.slides:
-        for axis, letter in zip(segment_axes, "xyz", strict=True):
-            body.add_joint(name=f"{body.name}_path_{letter}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-        for name, rotation in turns(mount):
-            body.add_joint(name=f"{body.name}_path_{name}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=rotation)
+        _add_springs(body, carrier, mount.translation, "slide", segment_axes, np.full(3, mount.mass))
+    for name, vector in shifts(mount):
+        axis = rotations.rotate_back(mount.quaternion, vector)
+        joint = carrier.add_joint(name=f"{body.name}_path_{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        joint.armature = TINY_ARMATURE
+    for name, rotation in turns(mount):
+        joint = body.add_joint(name=f"{body.name}_path_{name}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=rotation)
+        joint.armature = TINY_ARMATURE
     if mount.rotation is not None:
-        _add_springs(body, mount.rotation, "hinge", np.eye(3), np.full(3, mount.mass * mount.gyration**2))
+        _add_springs(body, body, mount.rotation, "hinge", np.eye(3), np.full(3, mount.mass * mount.gyration**2))
+
+
+def _on_a_carrier(spec: Any, name: str) -> tuple[Any, Any]:
+    """Return an IMU's body made anew on one of next to no mass, and that: MuJoCo gives a body six joints at most."""
+    old = spec.body(name)
+    parent, geom, site = old.parent, old.geoms[0] if old.geoms else None, old.sites[0]
+    picture = None if geom is None else {key: getattr(geom, key) for key in ("type", "size", "rgba")}
+    label = geom.name if geom is not None else ""
+    spot = site.name
+    spec.delete(old)
+    carrier = parent.add_body(name=f"{name}{CARRIER}")
+    carrier.explicitinertial, carrier.mass, carrier.inertia, carrier.ipos = True, DUST, [DUST * 1e-4] * 3, [0, 0, 0]
+    body = carrier.add_body(name=name)
+    if picture is not None:
+        body.add_geom(name=label, **picture)
+    body.add_site(name=spot)
+    return body, carrier
+
+
+def shifts(mount: Mount) -> list[tuple[str, np.ndarray]]:
+    """Return name and vector (3,), segment axes, of the ways that a sliding mount goes."""
+    found = list(zip("xyz", np.eye(3), strict=True)) if mount.path is not None else []
+    slip = [("shift", mount.slip.translation)] if mount.slip is not None else []
+    return found + [(name, vector) for name, vector in (*slip, ("slide", mount.slide)) if vector.any()]
 
 
 def turns(mount: Mount) -> list[tuple[str, np.ndarray]]:
@@ -153,13 +300,45 @@ def turns(mount: Mount) -> list[tuple[str, np.ndarray]]:
     return [(name, vector) for name, vector in (*found, ("twist", mount.twist)) if vector.any()]
 
 
-def _add_springs(body: Any, spring: Any, kind: str, axes: np.ndarray, inertia: np.ndarray) -> None:
+def _add_springs(body: Any, carrier: Any, spring: Any, kind: str, axes: np.ndarray, inertia: np.ndarray) -> None:
     w = 2 * np.pi * spring.frequency
     for i in range(3):
-        joint = body.add_joint(name=f"{body.name}_{kind}_{'xyz'[i]}", axis=axes[i])
+        joint = carrier.add_joint(name=f"{body.name}_{kind}_{'xyz'[i]}", axis=axes[i])
         joint.type = getattr(mujoco.mjtJoint, f"mjJNT_{kind.upper()}")
         joint.stiffness[0] = inertia[i] * w[i] ** 2
         joint.damping[0] = inertia[i] * 2 * spring.damping_ratio[i] * w[i]
+
+
+def laws_of(rig: Rig) -> dict[str, list[float]]:
+    """Return the numbers of what MuJoCo has no term for, by name: when a mount slips, what a ball joint's swing meets.
+
+    imuN_slip: time s, translation (3) m, rotation (3) rad. imuN_slide, imuN_twist: (3) by rad of a pendulum's swing; on
+    a hinge these are equalities. joint_spring: k N m/rad, q0 rad, whether it conserves. end_stop: angle rad, stiffness
+    N m/rad, damping N m s/rad.
+    """
+    found = {}
+    for n, mount in enumerate(rig.mounts, 1):
+        if mount.slip is not None:
+            found[f"imu{n}_slip"] = [mount.slip.time, *mount.slip.translation, *mount.slip.rotation]
+        if rig.family == "pendulum":
+            found |= {f"imu{n}_{k}": list(v) for k, v in (("slide", mount.slide), ("twist", mount.twist)) if v.any()}
+    if rig.family == "pendulum" and rig.stiffness:
+        found["joint_spring"] = [rig.stiffness, rig.spring_angle, float(rig.spring_conserves)]
+    if rig.family == "pendulum" and rig.stop is not None:
+        found["end_stop"] = [rig.stop.angle, rig.stop.stiffness, rig.stop.damping]
+    return {name: [float(x) for x in numbers] for name, numbers in found.items()}
+
+
+def _add_laws(spec: Any, rig: Rig) -> None:
+    """Write what MuJoCo has no term for into the model, and gear what slides with a hinge to that."""
+    for name, numbers in laws_of(rig).items():
+        spec.add_numeric(name=name, size=len(numbers), data=numbers)
+    if rig.family != "hinge" or rig.locked_at is not None:
+        return
+    for n, mount in enumerate(rig.mounts, 1):
+        for name, vector in (("slide", mount.slide), ("twist", mount.twist)):
+            if vector.any():
+                _gear(spec, f"imu{n}_path_{name}", float(np.linalg.norm(vector)))
 
 
 def _add_sensors(spec: Any, segments: tuple[str, ...], imus: int) -> None:

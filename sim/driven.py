@@ -1,6 +1,6 @@
 """Driven joints: states that a motion prescribes go into MuJoCo, sensor readings come out, many samples at once."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
@@ -9,8 +9,8 @@ from mujoco import batch as mujoco_batch
 from imubench.arrays import Array
 from imubench.effects.mounts import slipped
 from imubench.jets import Jet
-from imubench.sim.compile import DRIVEN_ARMATURE, mount_dofs, mount_positions, turns
-from imubench.sim.kinematics import turned
+from imubench.sim.compile import DRIVEN_ARMATURE, TOLD_PLAY, mount_dofs, mount_positions, shifts, turns
+from imubench.sim.kinematics import hinge_of, turned
 from imubench.sim.motion import Trajectory
 from imubench.sim.rigs import Mount, Rig
 
@@ -41,7 +41,8 @@ def joint_state(
 ) -> tuple[Array, Array, Array]:
     """Return MuJoCo's qpos (n, nq), qvel and qacc (n, nv) of a trajectory.
 
-    `mounts` are the positions and velocities of sprung mounts, each (n, mounts); they rest where none are given.
+    `mounts` are the positions and velocities of what follows by forces (sprung mounts, a play), each (n, mounts); it
+    rests where none are given.
     """
     n = trajectory.time.size
     qpos, qvel, qacc = np.zeros((n, model.nq)), np.zeros((n, model.nv)), np.zeros((n, model.nv))
@@ -62,6 +63,13 @@ def joint_state(
     if "hinge" in names:
         p, v = int(model.joint("hinge").qposadr[0]), int(model.joint("hinge").dofadr[0])
         qpos[:, p], qvel[:, v], qacc[:, v] = trajectory.angle, trajectory.angle_rate, trajectory.angle_acceleration
+    for name, gear in _geared(rig, names):
+        p, v = int(model.joint(name).qposadr[0]), int(model.joint(name).dofadr[0])
+        qpos[:, p], qvel[:, v], qacc[:, v] = (gear * x for x in hinge_of(rig, trajectory))
+    if rig.play is not None and rig.play.path is not None:
+        for name, signal in zip(TOLD_PLAY, rig.play.path, strict=True):
+            p, v = int(model.joint(name).qposadr[0]), int(model.joint(name).dofadr[0])
+            qpos[:, p], qvel[:, v], qacc[:, v] = signal(trajectory.time)
     for name, (value, rate, acceleration), felt in _paths(rig, trajectory):
         p, v = int(model.joint(name).qposadr[0]), int(model.joint(name).dofadr[0])
         qpos[:, p] = value
@@ -72,19 +80,22 @@ def joint_state(
     return qpos, qvel, qacc
 
 
+def _geared(rig: Rig, names: Collection[str]) -> Iterator[tuple[str, float]]:
+    """Yield name and gear of every joint that follows the hinge, where it is there."""
+    gears = zip(("coupling_x", "coupling_z", "centre"), (*rig.coupling, np.linalg.norm(rig.centre)), strict=True)
+    yield from ((name, float(gear)) for name, gear in gears if name in names)
+
+
 def _paths(rig: Rig, trajectory: Trajectory) -> Iterator[tuple[str, tuple[Array, Array, Array], bool]]:
     """Yield joint name, course with its derivatives, and whether it is felt, of every joint of a sliding mount."""
     for n, mount in enumerate(rig.mounts, 1):
         if not mount.slides:
             continue
         angle, step = turned(rig, trajectory), _slipped(mount, trajectory.time)
-        for i, letter in enumerate("xyz"):
-            told = mount.path[i](trajectory.time) if mount.path is not None else (0.0, 0.0, 0.0)
-            moved = mount.slip.translation[i] if mount.slip is not None else 0.0
-            course = [x + mount.slide[i] * a + moved * s for x, a, s in zip(told, angle, step, strict=True)]
-            yield f"imu{n}_path_{letter}", (course[0], course[1], course[2]), mount.path_felt
-        for name, vector in turns(mount):
-            first, second, third = (np.linalg.norm(vector) * x for x in (step if name == "slip" else angle))
+        told = dict(zip("xyz", mount.path or (), strict=False))
+        for name, vector in (*shifts(mount), *turns(mount)):
+            course = told[name](trajectory.time) if name in told else step if name in ("shift", "slip") else angle
+            first, second, third = (np.linalg.norm(vector) * x for x in course)
             yield f"imu{n}_path_{name}", (first, second, third), mount.path_felt
 
 

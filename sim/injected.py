@@ -18,6 +18,7 @@ from imubench.jets import Jet
 from imubench.recording import Body, Imu
 from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
+from imubench.sim.joints import Play, Stop
 from imubench.sim.motion import Carried, Motion
 from imubench.sim.rigs import Mount, Rig, Segment, Slip, springs
 from imubench.sim.signals import Sines
@@ -40,12 +41,17 @@ TORQUES: Mapping[str, Mapping[str, str]] = {  # effect -> parameter -> number of
     "air_drag": {"d": "drag"},
     "joint_spring": {"k": "stiffness", "q0": "spring_angle"},
 }
+JOINTED = ("joint_play", "axis_coupling", "moving_centre")
+BOUNCE, BOUNCE_RATIO = 25.0, 0.3
+"""Hz and damping ratio of a limb on an end stop of which nobody says how stiff it is: it stops within some hundredths
+of a radian, and knocks a few times."""
 LINES = 30  # sines of a moving pivot, along each axis
-SWUNG = (*TORQUES, "inertia")
+SWUNG = (*TORQUES, "end_stop", "inertia")
 """The effects that show in free swings alone."""
 INJECTED = (
     *SUMMED, *NOISE, *DIGITAL, *ADDED, *MOUNTED, *SLIDING,
-    "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity", "backlash", "moving_pivot", *SWUNG,
+    "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity", "backlash", "moving_pivot",
+    *JOINTED, *SWUNG,
 )  # fmt: skip
 """The effects that can be played."""
 
@@ -89,6 +95,33 @@ def resisting(rig: Rig, effects: Sequence[Injected]) -> Rig:
     for e in effects:
         for parameter, key in TORQUES.get(e["effect"], {}).items():
             rig = replace(rig, **{key: e["parameters"][parameter]})
+        if e["effect"] == "joint_spring" and rig.family == "pendulum":
+            rig = replace(rig, spring_conserves=True)  # as a cable does; see `sim.ball`
+        if e["effect"] == "end_stop":
+            rig = replace(rig, stop=stop_of(rig, e["parameters"]))
+    return rig
+
+
+def stop_of(rig: Rig, parameters: Mapping[str, Any]) -> Stop:
+    """Return an end stop; where nobody says how stiff it is, the limb bounces on it at `BOUNCE` Hz."""
+    own, w = rig.segments[-1], 2 * np.pi * BOUNCE
+    inertia = float(own.inertia[1] + own.mass * (own.com @ own.com - own.com[1] ** 2)) / rig.inertia_scale  # about y
+    stiffness = parameters.get("stiffness", inertia * w**2)
+    damping = parameters.get("damping", inertia * 2 * BOUNCE_RATIO * w)
+    return Stop(float(parameters["angle"]), float(stiffness), float(damping))
+
+
+def jointed(rig: Rig, effects: Sequence[Injected]) -> Rig:
+    """Return the rig whose hinge does what its effects say beside turning."""
+    for e in effects:
+        p = e["parameters"]
+        if e["effect"] == "axis_coupling":
+            rig = replace(rig, coupling=np.asarray(p["coupling"], dtype=float))
+        elif e["effect"] == "moving_centre":
+            rig = replace(rig, centre=np.asarray(p["slide"], dtype=float))
+        elif e["effect"] == "joint_play":
+            on_springs = p.get("frequency", 0.0), p.get("damping_ratio", 0.0)
+            rig = replace(rig, play=Play(p["range"], p["direction"], *on_springs))
     return rig
 
 
@@ -154,7 +187,7 @@ def injected_samples(imu: Imu, effects: Sequence[Injected], rng: np.random.Gener
         values = {k: np.asarray(v) for k, v in e["parameters"].items() if np.asarray(v).dtype.kind in "if"}
         if e["effect"] in ADDED:
             if e["effect"] == "vibration":
-                values = _phased(values, rng)
+                values = phased(values, rng)
             jets = {k: Jet(np.atleast_1d(v).reshape(1, -1)) for k, v in values.items()}
             error = law.error(Reading(Jet(gyro), Jet(accel), Jet((time - time[0])[:, None])), jets)
             gyro = gyro if error.gyro is None else gyro + error.gyro.value
@@ -165,7 +198,7 @@ def injected_samples(imu: Imu, effects: Sequence[Injected], rng: np.random.Gener
     return replace(imu, time=time, gyro=gyro, accel=accel) if changed else imu
 
 
-def _phased(values: Mapping[str, Array], rng: np.random.Generator) -> dict[str, Array]:
+def phased(values: Mapping[str, Array], rng: np.random.Generator) -> dict[str, Array]:
     """Return a hum as its law has it: amplitude sin(2 pi f t + phase) of a random phase."""
     phase = rng.uniform(0, 2 * np.pi)
     both = {"cosine": np.sin(phase) * values["amplitude"], "sine": np.cos(phase) * values["amplitude"]}

@@ -1,5 +1,7 @@
 """Segments of a trajectory, without dynamics: what prescribed joints make of the segment frames."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from imubench import rotations
@@ -10,33 +12,71 @@ from imubench.truth import SegmentTruth
 
 
 def segments_of(rig: Rig, trajectory: Trajectory) -> tuple[SegmentTruth, ...]:
-    """Return the motion of a rig's segments on a trajectory.
+    """Return the motion of a rig's segments on a trajectory, that of a loose limb apart: it follows by forces.
 
     Segment 2 turns by the angle q about y, the hinge, in the same origin: with R = Ry(q),
-    rate_2 = R^T rate_1 + q' y and rate_2' = R^T rate_1' + q'' y - q' y x R^T rate_1.
+    rate_2 = R^T rate_1 + q' y and rate_2' = R^T rate_1' + q'' y - q' y x R^T rate_1. An origin that moves and turns
+    that are geared to the angle come on top (see `sim.joints`).
     """
     first = _first(rig, trajectory)
     if rig.family != "hinge":
         return (first,)
-    angle, rate, acceleration = hinge_of(rig, trajectory)
+    course = hinge_of(rig, trajectory)
+    second = _shifted(first, course, rig.centre) if rig.centre.any() else replace(first, name="segment2")
+    second = _hinged(second, *course)
+    for axis, gear in zip((0, 2), rig.coupling, strict=True):
+        if rig.coupling.any():
+            second = _turned(second, np.eye(3)[axis], *(gear * x for x in course))
+    if rig.play is not None and rig.play.path is not None:
+        for along, signal in zip((rig.play.axis, rig.play.beside), rig.play.path, strict=True):
+            second = _turned(second, along, *signal(trajectory.time))
+    return first, second
+
+
+def _hinged(frame: SegmentTruth, angle: Array, rate: Array, acceleration: Array) -> SegmentTruth:
+    """Return a frame turned about its y axis by an angle (n,) with its derivatives."""
     about_y = np.zeros((angle.size, 4))
     about_y[:, 0], about_y[:, 2] = np.cos(angle / 2), np.sin(angle / 2)
     c, s = np.cos(angle), np.sin(angle)
-    w, alpha = _turn_back(c, s, first.rate), _turn_back(c, s, first.angular_acceleration)
+    w, alpha = _turn_back(c, s, frame.rate), _turn_back(c, s, frame.angular_acceleration)
     alpha[:, 0] -= rate * w[:, 2]
     alpha[:, 1] += acceleration
     alpha[:, 2] += rate * w[:, 0]
     w[:, 1] += rate
-    second = SegmentTruth(
-        "segment2",
-        position=first.position,
-        quaternion=rotations.multiply(first.quaternion, about_y),
-        velocity=first.velocity,
-        rate=w,
-        acceleration=first.acceleration,
-        angular_acceleration=alpha,
+    quaternion = rotations.multiply(frame.quaternion, about_y)
+    return replace(frame, quaternion=quaternion, rate=w, angular_acceleration=alpha)
+
+
+def _shifted(frame: SegmentTruth, course: tuple[Array, Array, Array], centre: Array) -> SegmentTruth:
+    """Return segment 2's frame before it turns, its origin at d = `centre` q (n, 3) in `frame`.
+
+    v = v_1 + R (w x d + d'),  a = a_1 + R (w' x d + w x (w x d) + 2 w x d' + d'').
+    """
+    d, d1, d2 = (np.outer(x, centre) for x in course)
+    w, alpha = frame.rate, frame.angular_acceleration
+    across = np.cross(w, d)
+    pushed = np.cross(alpha, d) + np.cross(w, across) + 2 * np.cross(w, d1) + d2
+    at, velocity, acceleration = (rotations.rotate(frame.quaternion, v) for v in (d, across + d1, pushed))
+    return replace(
+        frame,
+        name="segment2",
+        position=frame.position + at,
+        velocity=frame.velocity + velocity,
+        acceleration=frame.acceleration + acceleration,
     )
-    return first, second
+
+
+def _turned(frame: SegmentTruth, axis: Array, angle: Array, rate: Array, acceleration: Array) -> SegmentTruth:
+    """Return a frame turned about one of its axes e: w_2 = Q^T w + x' e,  w_2' = Q^T w' + x'' e - x' e x Q^T w."""
+    q = rotations.exp(np.outer(angle, axis))
+    w, alpha = rotations.rotate_back(q, frame.rate), rotations.rotate_back(q, frame.angular_acceleration)
+    turning = rate[:, None] * axis
+    return replace(
+        frame,
+        quaternion=rotations.multiply(frame.quaternion, q),
+        rate=w + turning,
+        angular_acceleration=alpha + acceleration[:, None] * axis - np.cross(turning, w),
+    )
 
 
 def hinge_of(rig: Rig, trajectory: Trajectory) -> tuple[Array, Array, Array]:

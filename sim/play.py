@@ -1,4 +1,4 @@
-"""Prescribed motion: segments (and sensors on a path) do what they are told; sprung sensors follow as they must.
+"""Prescribed motion: segments (and sensors on a path) do what they are told; sprung sensors, loose limbs follow.
 
 Segments are driven (see `compile.DRIVEN_ARMATURE`), so MuJoCo solves inverse dynamics for them. The mounts are
 integrated forward (`sprung`). What a sensor reads is evaluated at the samples alone, every driven joint at its true
@@ -46,13 +46,18 @@ def play(
     """
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
+    if engine == "warp" and rig.loose is not None:
+        raise InputError(
+            "engine 'warp': expected joints that are driven, got a loose limb; its stops are MuJoCo's alone"
+        )
     positive(duration, "duration")
     positive(rate, "rate")
     time = np.arange(round(duration * rate)) / rate
     _check_lasts(motion, duration, time)
-    model = compile_model(rig, driven="joints" if rig.sprung else "all")
+    model = compile_model(rig, driven="joints" if rig.follows else "all")
     mounts, trajectory = _followed(rig, model, motion, time, rate, step)
-    if mounts is not None and engine == "mujoco" and not any(mount.slides for mount in rig.mounts):
+    plain = rig.play is None and not rig.wanders and not any(mount.slides for mount in rig.mounts)
+    if mounts is not None and engine == "mujoco" and plain:
         segments = segments_of(rig, trajectory)
         return truth_of(rig, time, segments, read_mounts(rig, segments, *mounts), labels, trajectory)
     state = joint_state(rig, model, trajectory, mounts)
@@ -71,8 +76,8 @@ def _check_lasts(motion: Motion, duration: float, time: Array) -> None:
 def _followed(
     rig: Rig, model: Any, motion: Motion, time: Array, rate: float, step: float | None
 ) -> tuple[tuple[Array, Array] | None, Trajectory]:
-    """Return the state of the mounts, if any is sprung, and the trajectory, at `time`."""
-    if not rig.sprung:
+    """Return the state of what follows by forces, if anything does, and the trajectory, at `time`."""
+    if not rig.follows:
         return None, motion(time)
     positions, velocities, trajectory = sprung_motion(rig, model, motion, time.size, rate, step)
     return (positions, velocities), trajectory

@@ -25,7 +25,8 @@ def read_truth(
 ) -> Truth:
     """Return the truth of `sensordata` (n, nsensordata), recorded at `time` (n,) s on a model of `rig`.
 
-    Segments are read from the trajectory that was `played`, or from their sensors where there is none.
+    Segments are read from the trajectory that was `played`, or from their sensors where there is none or a play adds
+    to it.
     """
 
     def column(name: str) -> Array:
@@ -34,7 +35,7 @@ def read_truth(
 
     # MuJoCo's frame accelerations are what an accelerometer would read: they contain -g.
     gravity_w = np.array([0.0, 0.0, -rig.gravity])
-    if played is None:
+    if played is None or rig.loose is not None:
         segments = tuple(_read_segment(name, column, gravity_w) for name in RIGS[rig.family])
     else:
         segments = segments_of(rig, played)
@@ -77,10 +78,11 @@ def _read_sensor(
     name: str, mount: Mount, segment: SegmentTruth, base: SegmentTruth, column: Any, gravity_w: Array, rig: Rig
 ) -> SensorTruth:
     position, q = column(f"{name}_framepos"), column(f"{name}_framequat")
-    if mount.moves:
+    loose = segment is not base and (rig.wanders or rig.play is not None)  # it turns about axes that are not its own
+    if mount.moves or loose:
         angular = rotations.rotate_back(q, column(f"{name}_frameangacc"))
-        joint_vector = rotations.rotate_back(q, base.position - position)
-        axis = rotations.rotate_back(q, rotations.rotate(segment.quaternion, HINGE_AXIS))
+        joint_vector = rotations.rotate_back(q, segment.position - position)
+        axis = rotations.rotate_back(q, rotations.rotate((base if loose else segment).quaternion, HINGE_AXIS))
         displacement = rotations.rotate_back(segment.quaternion, position - segment.position) - mount.position
         relative = rotations.multiply(rotations.conjugate(segment.quaternion), q)
         turned = rotations.log(rotations.multiply(rotations.conjugate(mount.quaternion), relative))

@@ -1,7 +1,6 @@
 """Rigs as numbers: what can be set without editing an MJCF file."""
 
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -11,6 +10,7 @@ from imubench.arrays import Array, frozen, frozen_quaternion
 from imubench.errors import InputError, unknown
 from imubench.models import RIG_FILES
 from imubench.recording import RIGS, STANDARD_GRAVITY, positive
+from imubench.sim.joints import Play, Stop
 from imubench.sim.signals import Signal
 
 HEAVIEST = 0.7  # of a mount's gyration radius k: with its com so far off, m (k^2 - c^2), twice, and m k^2 are a body's
@@ -86,7 +86,7 @@ class Mount:
                 f"mount.com: expected less than {HEAVIEST * self.gyration:.3g} m from the pivot, "
                 f"{HEAVIEST:g} of the gyration radius, got {np.linalg.norm(self.com):g} m"
             )
-        if self.slides and self.sprung:
+        if self.path is not None and self.sprung:
             raise InputError("mount: expected springs or a prescribed path, got both")
 
     @property
@@ -139,9 +139,15 @@ class Rig:
     locked_at: float | None = None  # rad; the hinge angle at which a screw holds the joint
     damping: float = 0.0  # N m s/rad, viscous friction of the joint
     dry_friction: float = 0.0  # N m
-    drag: float = 0.0  # N m s^2/rad^2, torque -drag |w| w; hinge only
-    stiffness: float = 0.0  # N m/rad, of a spring across the joint; hinge only
+    drag: float = 0.0  # N m s^2/rad^2, torque -drag |w| w
+    stiffness: float = 0.0  # N m/rad, of a spring across the joint
     spring_angle: float = 0.0  # rad, at which that is slack
+    spring_conserves: bool = False  # pendulum only: the spring acts along the gradient of its angle; `sim.ball`
+    stop: Stop | None = None
+    inertia_scale: float = 1.0  # m l / I of the swinging segment is so many times its segment's, its weight the same
+    coupling: Array = field(default_factory=lambda: np.zeros(2))  # (2,) rad/rad, hinge only; see `sim.joints`
+    centre: Array = field(default_factory=lambda: np.zeros(3))  # (3,) m/rad, segment 1's axes, hinge only
+    play: Play | None = None  # hinge only
     gravity: float = STANDARD_GRAVITY  # m/s^2
 
     def __post_init__(self) -> None:
@@ -158,10 +164,17 @@ class Rig:
         object.__setattr__(self, "base_quaternion", frozen_quaternion(self.base_quaternion, "base_quaternion"))
         if self.family != "pendulum" and self.pivot_moves:
             raise InputError(f"rig {self.family}: expected a pendulum for a pivot that moves, got none")
-        if self.family != "hinge" and (self.drag or self.stiffness):
-            raise InputError(f"rig {self.family}: expected a hinge for drag or a spring across the joint, got none")
+        if self.family == "free" and (self.drag or self.stiffness or self.stop is not None):
+            raise InputError("rig free: expected a joint for drag, a spring across it or a stop, got none")
         for key in ("damping", "dry_friction", "drag", "gravity"):
             positive(getattr(self, key), f"rig.{key}", or_zero=True)
+        positive(self.inertia_scale, "rig.inertia_scale")
+        for key, width in (("coupling", 2), ("centre", 3)):
+            object.__setattr__(self, key, frozen(getattr(self, key), (width,), f"rig.{key}"))
+        if self.family != "hinge" and (self.wanders or self.play is not None):
+            raise InputError(f"rig {self.family}: expected a hinge for coupling, a moving centre or play, got none")
+        if self.locked_at is not None and (self.wanders or self.play is not None or self.stop is not None):
+            raise InputError("rig hinge: expected a screw or what a joint does beside turning, got both")
 
     @property
     def sprung(self) -> bool:
@@ -169,10 +182,35 @@ class Rig:
         return any(mount.sprung for mount in self.mounts)
 
     @property
+    def follows(self) -> bool:
+        """True if something moves by forces where the joints are driven: a sensor on springs, a limb with play."""
+        return self.sprung or self.loose is not None
+
+    @property
+    def loose(self) -> Play | None:
+        """The play, if it moves by forces and not as it is told."""
+        return self.play if self.play is not None and self.play.path is None else None
+
+    @property
+    def wanders(self) -> bool:
+        """True if the hinge's axis or centre moves with its angle."""
+        return bool(self.coupling.any() or self.centre.any())
+
+    @property
     def spring_columns(self) -> list[slice]:
-        """Each mount's own among the joints of all sprung mounts, three to a spring; none of a rigid one."""
-        ends = np.cumsum([0, *(3 * sum(s is not None for s in (m.translation, m.rotation)) for m in self.mounts)])
-        return [slice(int(a), int(b)) for a, b in pairwise(ends)]
+        """Each mount's own among the joints that follow (`follows`), three to a spring; none of a rigid one.
+
+        The play, if there is any, comes between the first mount and the second.
+        """
+        counts = [3 * sum(s is not None for s in (m.translation, m.rotation)) for m in self.mounts]
+        starts = np.cumsum([0, *counts[:-1]])
+        starts[1:] += self.loose is not None
+        return [slice(int(a), int(a) + n) for a, n in zip(starts, counts, strict=True)]
+
+    @property
+    def play_column(self) -> int:
+        """Where the play is among the joints that follow."""
+        return self.spring_columns[0].stop
 
 
 def rod(mass: float, start: tuple[float, ...], end: tuple[float, ...], radius: float) -> Segment:

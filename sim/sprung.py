@@ -1,4 +1,4 @@
-"""Sprung mounts: forward dynamics of sensors on springs and dampers, on segments that do what they are told.
+"""Sprung mounts and loose limbs: forward dynamics of what hangs on segments that do what they are told.
 
 MuJoCo's Runge-Kutta integrator takes steps of order 4, with one force, hence one acceleration, of each driven joint
 throughout a step. Driven rates are then lines from step to step. Through the true rates w[k] these lines would
@@ -8,7 +8,8 @@ enclose an area that is off by h^3 w'' / 12; through
 
 it is right to h^5: segments stay where they are told, and mounts feel what the motion does to them, to order 4.
 At the steps themselves segments then turn and move with u instead of w. A jolt from the one to the other gives the
-mounts the velocities relative to the segments that belong to w.
+mounts the velocities relative to the segments that belong to w. A play gets none: its steps are so short (`KNOCKING`)
+that u and w differ by less than what a stop's own stiffness makes of them.
 """
 
 from collections.abc import Iterator
@@ -23,18 +24,22 @@ from mujoco import batch as mujoco_batch
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.errors import InputError
-from imubench.sim.compile import DRIVEN_ARMATURE, mount_dofs, mount_positions
+from imubench.sim.compile import DRIVEN_ARMATURE, PLAY, loose_inertia, mount_dofs, mount_positions
 from imubench.sim.driven import joint_state
+from imubench.sim.joints import Play
 from imubench.sim.jolt import jolted
 from imubench.sim.kinematics import segments_of
 from imubench.sim.motion import Motion, Trajectory
 from imubench.sim.rigs import Rig
+from imubench.truth import SegmentTruth
 
 CHUNK = 4096  # integration steps at once: memory does not grow with the duration, and stays in the cache
 STEPS = 8  # a period of the fastest mode, if nothing else is said
 LIGHT = 0.005, 0.05  # damping ratios between which lighter dampers take smaller steps
+SLOWEST = 1e-6  # rad/s, of a mode that is one
 LONGEST_STEP = 5e-3  # s: a motion's own bandwidth is not known; at 20 Hz this leaves some 1e-3 of the response
 SHORTEST_STEP = 1e-5  # s: modes of 4 kHz and more; a tenth of that is rigid to any IMU
+KNOCKING = 5e-4  # s, the longest step beside a play: 50 to a period of a limb on its stop, and u - w < 1e-4 rad/s
 BRIEF = 1e-4  # s, for the rate of a load
 MOST_TURN = 1.4  # rad, about each axis: beyond, a linear rotational spring means nothing and its axes line up
 
@@ -46,7 +51,7 @@ class UnheldSensorError(InputError):
 def sprung_motion(
     rig: Rig, model: Any, motion: Motion, count: int, rate: float, longest: float | None = None
 ) -> tuple[Array, Array, Trajectory]:
-    """Return displacement and velocity of every mount joint at k / rate s, k < `count`, each (count, mounts).
+    """Return displacement and velocity of every joint that follows at k / rate s, k < `count`, each (count, joints).
 
     The third is the trajectory at those times. `model` is that of the rig with its joints driven; `longest` is the
     longest step in s, None: the default.
@@ -92,9 +97,12 @@ def _default_step(model: Any) -> float:
     still = np.zeros_like(mass)
     a, b = np.linalg.solve(mass, np.diag(stiffness)), np.linalg.solve(mass, np.diag(damping))
     modes = np.linalg.eigvals(np.block([[still, np.eye(len(mass))], [-a, -b]]))
+    knocks = any(model.joint(j).name == PLAY for j in model.dof_jntid[dofs])
+    modes = modes[np.abs(modes) > SLOWEST]  # a free play has none
     ratio = np.clip(-modes.real / np.abs(modes), *LIGHT)
     steps = STEPS * (LIGHT[1] / ratio) ** 0.5
-    return min(float((2 * np.pi / (steps * np.abs(modes))).min()), LONGEST_STEP)
+    most = KNOCKING if knocks else LONGEST_STEP
+    return float((2 * np.pi / (steps * np.abs(modes))).min(initial=most))
 
 
 def _chunks(
@@ -138,7 +146,7 @@ def _inner(told: Trajectory, at: slice) -> Trajectory:
 
 def _jolted(rig: Rig, change: Trajectory, x: Array, v: Array) -> Array:
     """Return the mounts' velocities (n, mounts) after the rates of all segments changed by those of `change`."""
-    after = np.empty_like(v)
+    after = v.copy()
     for mount, own, segment in zip(rig.mounts, rig.spring_columns, segments_of(rig, change), strict=False):
         if mount.sprung:
             after[:, own] = jolted(mount, segment, x[:, own], v[:, own])
@@ -148,15 +156,20 @@ def _jolted(rig: Rig, change: Trajectory, x: Array, v: Array) -> Array:
 def _at_rest(rig: Rig, motion: Motion, lag: Trajectory) -> tuple[Array, Array]:
     """Return positions and velocities (1, mounts) whose springs balance the load at time 0, for driven rates u."""
     before, at, after = _resting(rig, motion, np.array([-BRIEF, 0.0, BRIEF]))
+    rates = (after - before) / (2 * BRIEF)
+    if rig.loose is not None:
+        rates[rig.play_column] = 0.0  # it leans on its stops
     back = replace(lag, velocity=-lag.velocity, rate=-lag.rate, angle_rate=-lag.angle_rate)
-    return at[None], _jolted(rig, back, at[None], (after - before)[None] / (2 * BRIEF))
+    return at[None], _jolted(rig, back, at[None], rates[None])
 
 
 def _resting(rig: Rig, motion: Motion, time: Array) -> Array:
     """Return the mount joints' deflections (n, mounts) that balance the load at `time`, as very stiff springs would."""
     deflections = []
     gravity_w = np.array([0.0, 0.0, -rig.gravity])
-    for mount, segment in zip(rig.mounts, segments_of(rig, motion(time)), strict=False):
+    for n, (mount, segment) in enumerate(zip(rig.mounts, segments_of(rig, motion(time)), strict=False)):
+        if n == 1 and rig.loose is not None:
+            deflections.append(_leaning(rig, rig.loose, segment, gravity_w)[:, None])
         w, alpha, p = segment.rate, segment.angular_acceleration, mount.position
         felt = rotations.rotate_back(segment.quaternion, segment.acceleration - gravity_w)
         load = -(felt + np.cross(alpha, p) + np.cross(w, np.cross(w, p)))  # per unit mass, segment axes
@@ -167,6 +180,17 @@ def _resting(rig: Rig, motion: Motion, time: Array) -> Array:
             drive = np.cross(mount.com, load) / mount.gyration**2 - alpha
             deflections.append(drive / (2 * np.pi * mount.rotation.frequency) ** 2)
     return np.concatenate(deflections, axis=-1)
+
+
+def _leaning(rig: Rig, play: Play, segment: SegmentTruth, gravity_w: Array) -> Array:
+    """Return where a loose limb (n,) rad rests: where its springs balance its load, or on a stop."""
+    felt = rotations.rotate_back(segment.quaternion, segment.acceleration - gravity_w)
+    own = rig.segments[-1]
+    com, whole = own.mass * own.com / rig.inertia_scale, loose_inertia(rig) / play.share
+    about = np.diag(own.inertia) + own.mass * (own.com @ own.com * np.eye(3) - np.outer(own.com, own.com))
+    turned = segment.angular_acceleration @ about / rig.inertia_scale
+    load = -(turned + np.cross(com, felt)) @ play.axis / whole
+    return np.clip(load / max((2 * np.pi * play.frequency) ** 2, 1e-9), -play.range, play.range)
 
 
 def _check_held(model: Any, positions: Array, went_through: bool) -> None:

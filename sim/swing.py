@@ -17,6 +17,7 @@ from mujoco import batch as mujoco_batch
 from imubench.arrays import Array, frozen, frozen_quaternion
 from imubench.errors import InputError
 from imubench.recording import positive
+from imubench.sim.ball import needs_ball, swing_ball
 from imubench.sim.compile import compile_model
 from imubench.sim.readout import read_truth
 from imubench.sim.rigs import Rig
@@ -73,14 +74,18 @@ def swing_many(
     """
     for value, name in ((duration, "duration"), (rate, "rate"), (step, "step")):
         positive(value, name)
-    if any(rig.pivot_moves or any(mount.slides for mount in rig.mounts) for rig in rigs):
+    told = [rig.pivot_moves or (rig.play is not None and rig.loose is None) for rig in rigs]
+    if any(told) or any(mount.slides for rig in rigs for mount in rig.mounts):
         raise InputError(
-            "swing: expected joints that gravity and torques move, got a pivot or a mount that is told where"
+            "swing: expected joints that gravity and torques move, got a pivot, a play or a mount that is told where"
         )
     if len(rigs) != len(starts):
         raise InputError(f"swing_many: expected one start per rig, got {len(rigs)} rigs and {len(starts)} starts")
     split = int(np.ceil(1.0 / (rate * step) - 1e-9))
     samples = round(duration * rate)
+    if any(map(needs_ball, rigs)):
+        yield from _one_by_one(rigs, starts, samples, split, rate, torque)
+        return
     buffer = None  # fresh memory for every block would cost a fifth of the time
     for first in range(0, len(rigs), BLOCK):
         block = range(first, min(first + BLOCK, len(rigs)))
@@ -88,6 +93,31 @@ def swing_many(
         buffer = _rollout(models, [starts[i] for i in block], samples, split, torque, threads, buffer)
         for i, model, sensordata in zip(block, models, buffer, strict=False):
             yield read_truth(rigs[i], model, np.arange(samples) / rate, sensordata[::split].copy())
+
+
+def _one_by_one(
+    rigs: Sequence[Rig], starts: Sequence[Start], samples: int, split: int, rate: float, torque: Torque | None
+) -> Iterator[Truth]:
+    """Yield the truth of one swing per rig, with the torques for which MuJoCo has no term (`sim.ball`)."""
+    for rig, start in zip(rigs, starts, strict=True):
+        model = _compile(rig, 1.0 / (rate * split))
+        state, control = _initial_state(model, start), _control(model, torque, (samples - 1) * split + 1)
+        if needs_ball(rig):
+            data = swing_ball(rig, model, state, samples, split, control)
+        else:
+            data = _rollout([model], [start], samples, split, torque, 1, None)[0, ::split]
+        if not np.isfinite(data).all():
+            raise InputError("swing: expected a simulation that stays finite, got one that does not")
+        yield read_truth(rig, model, np.arange(samples) / rate, data)
+
+
+def _control(model: Any, torque: Torque | None, steps: int) -> Array | None:
+    """Return the applied torques (steps, nv) N m; None where there is none."""
+    if torque is None:
+        return None
+    control = np.zeros((steps, model.nv))
+    control[:, _driven_dofs(model)] = torque(np.arange(steps) * model.opt.timestep).reshape(steps, -1)
+    return control
 
 
 def _compile(rig: Rig, step: float) -> Any:
@@ -112,10 +142,7 @@ def _rollout(
     batch.set_models(models)
     for i, start in enumerate(starts):
         batch.bind("qpos")[i], batch.bind("qvel")[i] = _initial_state(models[i], start)
-    control = None
-    if torque is not None:
-        control = np.zeros((steps, model.nv))
-        control[:, _driven_dofs(model)] = torque(np.arange(steps) * model.opt.timestep).reshape(steps, -1)
+    control = _control(model, torque, steps)
     spec = int(mujoco.mjtState.mjSTATE_QFRC_APPLIED)
     shape = (len(models), steps, model.nsensordata)
     out = {"sensordata": buffer if buffer is not None and buffer.shape == shape else np.empty(shape)}

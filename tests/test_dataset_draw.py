@@ -46,6 +46,8 @@ GIVEN = {  # parameters of effects without a prior
     "impacts": "count = 3",
     "low_pass": "cutoff = 5",
     "moving_pivot": "std = 0.3\nband = [0.5, 5]",
+    "joint_play": "range = 0.03",
+    "end_stop": "angle = [-0.4, 0.4]",
 }
 
 

@@ -55,7 +55,7 @@ def test_a_family_is_enough():
         (RIG + "[[motion]]\nkind = 'file'\npath = 'gone.csv'", r"expected the file 'gone.csv', got none"),
         (RIG + "[[imu]]\nprofile = 'watch'", r"imu\[0\].profile 'watch'; known: perfect, xsens_mtw"),
         (RIG + "[[effect]]\nname = 'ghost'", r"effect\[0\].name 'ghost'; known: gyro_bias"),
-        (RIG + "[[effect]]\nname = 'joint_play'", "an effect that can be played"),
+        (RIG + "[[effect]]\nname = 'joint_play'", r"effect\[0\].range: expected a number or a range, got none"),
         (RIG + "[[effect]]\nname = 'gyro_bias'\nat = 'imu3'", r"effect\[0\].at 'imu3'; known: imu1, imu2"),
         (
             RIG + "[[effect]]\nname = 'gyro_bias'\nbiass = 1",

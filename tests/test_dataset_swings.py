@@ -99,3 +99,23 @@ def test_torques_without_a_swing_and_swings_of_a_free_rig_are_refused():
         spec_of(hand)
     with pytest.raises(InputError, match="expected a motion that a free hinge can do, got swing"):
         spec_of(HINGE.replace("base = 'fixed'\n", ""))
+
+
+@pytest.mark.parametrize("family", ["hinge", "pendulum"])
+def test_a_swing_ends_at_its_stop(family):
+    base = "base = 'fixed'\n" if family == "hinge" else ""
+    effect = "[[effect]]\nname = 'end_stop'\nangle = 0.3\n"
+    spec = parse_spec(
+        {"spec.toml": f"seconds = 4\n[[rig]]\nfamily = '{family}'\n{base}[[motion]]\nkind = 'swing'\n{effect}".encode()}
+    )
+    made = make(spec, 0, 0)
+    (found,) = made.drawn.effects
+    stop = found["parameters"]["angle"]
+    if family == "hinge":
+        q = made.truth.joint_angle
+    else:
+        z = rotations.to_matrix(made.truth.segments[0].quaternion)[:, :, 2]
+        q = np.arctan2(z[:, 0], z[:, 2])
+    deepest = np.max(np.sign(stop) * (q - stop))
+    # It comes with 4 to 6 rad/s, and bounces at 25 Hz = 157 rad/s: 0.04 rad without a damper.
+    assert 0.0 < deepest < 0.05

@@ -12,7 +12,7 @@ import pytest
 from imubench.diagnosis import gather, on_disk
 from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.evidence import Played
-from imubench.diagnosis.export import rig_of
+from imubench.diagnosis.found_rig import rig_of
 from imubench.diagnosis.judge import errors
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.quiet import quiet_level

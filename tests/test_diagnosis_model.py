@@ -8,8 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from imubench import rotations
-from imubench.diagnosis.evidence import Evidence, Level, Played, Pose, Trace
-from imubench.diagnosis.export import rig_of, write_model
+from imubench.diagnosis.evidence import Evidence, FittedEffect, Level, Played, Pose, Trace
+from imubench.diagnosis.export import write_model
+from imubench.diagnosis.found_rig import rig_of
 from imubench.diagnosis.model_folder import replay
 from imubench.diagnosis.replay import played_through, readings
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
@@ -20,6 +21,7 @@ from imubench.recording import Body, Encoder, Imu, Recording
 from imubench.run import run_scenario
 from imubench.sim import rigs
 from imubench.sim.compile import compile_model
+from imubench.sim.imu_sampling import low_pass
 from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.rigs import Mount
@@ -53,7 +55,6 @@ BIAS = Finding(
     Interval(9.0, (8.0, 9.0)),
 )
 LATE = Finding("time_offset", "imu2", 0.9, {"offset": Parameter(0.02, 1e-4, "s")}, Interval(9.0, (8.0, 9.0)))
-PLAY = Finding("joint_play", "joint", 0.9, {"range": Parameter(0.01, 1e-3, "rad")}, Interval(9.0, (8.0, 9.0)))
 MOUNTS = {
     "imu1": Pose(np.array([-0.1, 0.01, 0.03]), rotations.exp(np.array([0.3, -0.2, 0.5]))),
     "imu2": Pose(np.array([0.12, 0.0, 0.02]), rotations.exp(np.array([-0.6, 0.4, 0.1]))),
@@ -143,12 +144,10 @@ def test_springs_are_real_joints_of_the_file_and_come_back(tmp_path):
                 assert_allclose(getattr(got, key).damping_ratio, springs.damping_ratio, rtol=1e-5)
 
 
-def test_sensor_errors_and_clocks_are_in_the_replay_and_play_is_listed_as_not(tmp_path):
-    write_model(diagnosis(BIAS, LATE, PLAY), evidence(), tmp_path)
+def test_sensor_errors_and_clocks_are_in_the_replay(tmp_path):
+    write_model(diagnosis(BIAS, LATE), evidence(), tmp_path)
     listed = tomllib.loads((tmp_path / "imus.toml").read_text())["effect"]
-    assert [(e["name"], e["replayed"]) for e in listed] == [
-        ("gyro_bias", True), ("time_offset", True), ("joint_play", False)
-    ]  # fmt: skip
+    assert [(e["name"], e["replayed"]) for e in listed] == [("gyro_bias", True), ("time_offset", True)]
     recording, _ = replay(tmp_path, np.random.default_rng(0))
     truth = truth_of(rig_of(recording, MOUNTS))
     sensor, imu = truth.sensor("imu2"), recording.imu("imu2")
@@ -261,3 +260,75 @@ def test_a_broken_model_folder_is_one_line(file, text, message, tmp_path):
     with pytest.raises(InputError, match=message) as error:
         replay(tmp_path, np.random.default_rng(0))
     assert "\n" not in str(error.value)
+
+
+UNKNOWN = Finding("unknown", "imu2", 0.9, {}, Interval(9.0, (8.0, 9.0)))
+
+
+def strange(*fitted):
+    shown = evidence()
+    return replace(shown, motion=replace(shown.motion, fitted=fitted))
+
+
+def test_what_has_no_name_plays_as_the_signal_that_was_fitted(tmp_path):
+    time = np.arange(-0.1, SECONDS + 0.1, 0.02)
+    wave = np.stack([np.sin(3 * time), 0 * time, np.cos(2 * time)], axis=1)
+    terms = [FittedEffect("unknown", "imu2", time=time, signals={part: wave}) for part in ("gyro", "accel", "gyro")]
+    said = replace(diagnosis(BIAS), verdict="partly explained", findings=(BIAS, UNKNOWN))
+    for folder, fitted in (("with", terms), ("without", [])):
+        (tmp_path / folder).mkdir()
+        write_model(said, strange(*fitted), tmp_path / folder)
+    listed = tomllib.loads((tmp_path / "with" / "imus.toml").read_text())["effect"]
+    assert listed[1] == {
+        "name": "unknown", "at": "imu2", "replayed": True, "signal": "unknown_imu2.csv", "parameters": {}
+    }  # fmt: skip
+    told, plain = (replay(tmp_path / f, np.random.default_rng(0))[0].imu("imu2") for f in ("with", "without"))
+    added = np.stack([np.interp(STAMPS, time, x) for x in wave.T], axis=1)
+    assert_allclose(told.gyro - plain.gyro, 2 * added, atol=1e-6)  # two terms; digits of the tables
+    assert_allclose(told.accel - plain.accel, added, atol=1e-6)
+    listed = tomllib.loads((tmp_path / "without" / "imus.toml").read_text())["effect"]
+    assert listed[1]["replayed"] is False  # it was seen to be there, and no signal was fitted
+
+
+def test_a_filter_plays_on_the_channels_that_it_was_fitted_on(tmp_path):
+    slow = Finding("low_pass", "imu2", 0.9, {"cutoff": Parameter(5.0, 0.1, "Hz")}, Interval(9.0, (8.0, 9.0)))
+    write_model(diagnosis(slow), strange(FittedEffect("low_pass", "imu2", "gyro", {"channels": ("gyro",)})), tmp_path)
+    imu = replay(tmp_path, np.random.default_rng(0))[0].imu("imu2")
+    sensor = truth_of(rig_of(evidence().recording, MOUNTS)).sensor("imu2")
+    accel, gyro = (np.stack([np.interp(STAMPS, np.arange(len(x)) / 400.0, c) for c in x.T], axis=1) for x in (
+        sensor.specific_force, low_pass(sensor.gyro, 1 / 400.0, 5.0)
+    ))  # fmt: skip
+    late = STAMPS > 0.5  # a filter of 5 Hz forgets its start in 0.2 s
+    assert_allclose(imu.accel, accel, atol=1e-2)  # the truth read linearly at 400 Hz
+    assert_allclose(imu.gyro[late], gyro[late], atol=2e-3)
+    assert np.abs(gyro - sensor.gyro[::4]).max() > 0.1
+
+
+def test_the_numbers_that_no_report_names_are_played(tmp_path):
+    stop = Finding("end_stop", "joint", 0.9, {"angle": Parameter(0.7, 0.01, "rad")}, Interval(9.0, (8.0, 9.0)))
+    values = {"stiffness": np.array(40.0), "damping": np.array(0.2)}
+    write_model(diagnosis(stop), strange(FittedEffect("end_stop", "joint", values=values)), tmp_path)
+    read = read_rig(tmp_path / "hinge.xml", "hinge").stop
+    assert read is not None
+    assert (read.angle, read.stiffness, read.damping) == pytest.approx((0.7, 40.0, 0.2), rel=1e-4)  # the file's digits
+    listed = tomllib.loads((tmp_path / "imus.toml").read_text())["effect"]
+    assert listed[0]["parameters"] == {"stiffness": 40.0, "damping": 0.2, "angle": 0.7}
+
+
+def test_samples_tell_whether_lost_ones_are_held(tmp_path):
+    shown = evidence()
+    rng = np.random.default_rng(0)
+    gyro, accel = rng.standard_normal((2, STAMPS.size, 3))
+    kept = np.maximum.accumulate(np.where(rng.uniform(size=STAMPS.size) < 0.3, 0, np.arange(STAMPS.size)))
+    first, second = shown.recording.imus
+    imus = replace(first, gyro=gyro, accel=accel), replace(second, gyro=gyro[kept], accel=accel[kept])
+    found = [
+        Finding("dropouts", imu, 0.9, {"fraction": Parameter(0.3, 0.01, "1")}, Interval(9.0, (8.0, 9.0)))
+        for imu in ("imu1", "imu2")
+    ]
+    write_model(diagnosis(*found), replace(shown, recording=replace(shown.recording, imus=imus)), tmp_path)
+    listed = tomllib.loads((tmp_path / "imus.toml").read_text())["effect"]
+    assert [e["mode"] for e in listed] == ["missing", "held"]
+    recording, _ = replay(tmp_path, np.random.default_rng(0))
+    assert 0.6 * STAMPS.size < recording.imus[0].time.size < 0.8 * STAMPS.size
+    assert 0.2 < np.mean(np.all(np.diff(recording.imus[1].gyro, axis=0) == 0, axis=1)) < 0.4

@@ -11,8 +11,8 @@ import pytest
 
 from imubench.convert import CONVERTERS
 from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.export import rig_of
 from imubench.diagnosis.fit import solve
+from imubench.diagnosis.found_rig import rig_of
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.misread import ERROR, spread
 from imubench.diagnosis.noise import with_noise

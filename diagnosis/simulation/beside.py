@@ -111,7 +111,7 @@ def as_smooth(declared: Fit, best: Fit) -> tuple[Fit, Fit]:
     return with_levels(declared, {n: std for n, std in measured.items() if n in declared.noise} | told), best
 
 
-def with_levels(fit: Fit, told: Mapping[str, float]) -> Fit:
+def with_levels(fit: Fit, told: dict[str, float]) -> Fit:
     """Return a fit solved again at other noise levels."""
     return solve(fit.model, fit.state, fit.noise | told, fit.anchor, steps=AGAIN)
 

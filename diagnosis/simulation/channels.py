@@ -10,12 +10,12 @@ from imubench.arrays import Array
 from imubench.diagnosis.evidence import Swing
 from imubench.diagnosis.gather import CHANNELS
 from imubench.diagnosis.misread import read
-from imubench.diagnosis.model_folder import reported
 from imubench.diagnosis.replay import DENSE, played_through
+from imubench.diagnosis.sensor_chain import angle_read, at_place, read_by
 from imubench.diagnosis.simulation.sim_model import SimModel
 from imubench.diagnosis.simulation.splice import with_swings
 from imubench.jets import Jet
-from imubench.recording import Recording
+from imubench.recording import Recording, span_of
 from imubench.sim.imu_sampling import interpolate
 from imubench.truth import Truth
 
@@ -66,13 +66,6 @@ def dense_rate(recording: Recording) -> float:
     return quickest * max(1, int(np.ceil(DENSE / quickest)))
 
 
-def span_of(recording: Recording) -> tuple[float, float]:
-    """Return the first and the last stamp in s."""
-    stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders]
-    stamps += [p.time for p in recording.poses]
-    return min(float(t[0]) for t in stamps), max(float(t[-1]) for t in stamps)
-
-
 def read_out(model: SimModel, recording: Recording, truth: Truth, zero: float) -> dict[str, Array]:
     """Return what every channel of a recording reads of a simulation whose rows begin at `zero` s."""
     out: dict[str, Array] = {}
@@ -83,13 +76,12 @@ def read_out(model: SimModel, recording: Recording, truth: Truth, zero: float) -
         return interpolate(values, places)
 
     for imu in recording.imus:
-        laws = model.laws.get(imu.name, {})
-        both = reported(truth, model.start, imu.time, imu.name, laws, zero - model.start)
+        chain = at_place(model.effects, imu.name)
+        _, *both = read_by(truth, model.start, imu.time, imu.name, chain, first=zero - model.start)
         for part, values in zip(("gyro", "accel"), both, strict=True):
             out |= {f"{imu.name}.{name}": values[:, i] for i, name in enumerate(CHANNELS[part][0])}
     for encoder in recording.encoders:
-        assert truth.joint_angle is not None  # a recording with an encoder is a hinge's
-        angle = at(encoder.time, truth.joint_angle[:, None])
+        angle = angle_read(truth, model.start, encoder.time, model.effects, zero - model.start)[:, None]
         if model.encoder_error is not None:
             angle = read(Jet(angle), Jet(model.encoder_error[None])).value
         out[f"encoder.{encoder.joint}"] = angle[:, 0] - encoder.zero

@@ -46,7 +46,7 @@ class Judge:
 
         def of(window: Swing) -> tuple[Array, Array]:
             check()
-            truth = rolled_truth(model.rig, window, COARSE, step=LONG_STEP)
+            truth = rolled_truth(model.rig, window, COARSE, model.start, step=LONG_STEP)
             read = read_out(model, self.recording, truth, window.start)
             times, off = [], []
             margin = ENDS / COARSE

@@ -29,7 +29,7 @@ from imubench.diagnosis.settle import moved
 from imubench.diagnosis.swings import is_data
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.windows import Window, cut_out
-from imubench.recording import Recording
+from imubench.recording import Recording, span_of
 
 TELLS = 4.0  # times another half's std: with a sixteenth of its samples a half still teaches it something
 LEAST = 0.2  # of a stretch, that each half of it has at least
@@ -75,9 +75,7 @@ def parts_of(recording: Recording, swings: tuple[Window, ...]) -> tuple[Part, ..
 
 def motion(recording: Recording) -> tuple[Array, Array]:
     """Return times (n,) s from the first to the last stamp, and the squared rates that are measured there (n,)."""
-    stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders]
-    stamps += [p.time for p in recording.poses]
-    time = np.linspace(min(float(t[0]) for t in stamps), max(float(t[-1]) for t in stamps), MOST)
+    time = np.linspace(*span_of(recording), MOST)
     power = np.zeros(MOST)
     for imu in recording.imus:
         power += np.interp(time, imu.time, np.sum(imu.gyro**2, axis=1))

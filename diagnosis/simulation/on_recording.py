@@ -5,7 +5,7 @@ MuJoCo plays. Of the other recording come the states at the windows' starts, fro
 effect, refined under each model on the first second; and what it declares, which is the model beside it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,24 +13,20 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis import gather
 from imubench.diagnosis.evidence import Swing
-from imubench.diagnosis.export import FORMAT, SENSORS
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.model_folder import effects_of
 from imubench.diagnosis.noise import declared_by
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.result import Simulation
-from imubench.diagnosis.rig_file import read_rig
+from imubench.diagnosis.read_model import read_model
+from imubench.diagnosis.result import UNKNOWN, Simulation
 from imubench.diagnosis.samples import sampled
-from imubench.diagnosis.simulation.channels import channels, dense_rate, read_out, span_of
+from imubench.diagnosis.simulation.channels import channels, dense_rate, read_out
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Part
 from imubench.diagnosis.simulation.sim_model import SimModel, sim_model
 from imubench.diagnosis.simulation.splice import rolled_truth
-from imubench.errors import InputError, shown
-from imubench.inputs.files import inside
-from imubench.inputs.toml import load_toml
+from imubench.errors import InputError
 from imubench.progress import Step, silent
-from imubench.recording import Recording
+from imubench.recording import Recording, span_of
 
 
 @dataclass(frozen=True)
@@ -53,7 +49,7 @@ def judged_on(folder: Path, recording: Recording, step: Step = silent) -> OnReco
     Raises:
         InputError: a file is missing or damaged, the rigs differ, or the recording has nothing to roll out.
     """
-    told, found = read_model(Path(folder), recording)
+    told, found = of_folder(Path(folder), recording)
     if recording.body is None or not recording.free_swings:
         raise InputError(f"{recording.name}: expected [[free_swing]] windows and a [body] to roll out, got none")
     with step("fit the motion"):
@@ -66,22 +62,19 @@ def judged_on(folder: Path, recording: Recording, step: Step = silent) -> OnReco
     return OnRecording(told, recording.name, simulation)
 
 
-def read_model(folder: Path, recording: Recording) -> tuple[str, SimModel]:
-    """Return the recording that a `model/` folder was made from, and its model; `InputError` for another rig."""
-    path = folder / SENSORS
-    content = load_toml(path)
-    if content.get("format") != FORMAT:
-        raise InputError(f"{path}: expected format = {FORMAT}, got {shown(content.get('format'))}")
-    texts = {key: content.get(key) for key in ("rig", "recording", "model")}
-    for key, text in texts.items():
-        if not isinstance(text, str):
-            raise InputError(f"{path}, key '{key}': expected a text, got {shown(text)}")
-    if texts["rig"] != recording.rig:
-        raise InputError(f"{path}: expected a model of rig {recording.rig}, as {recording.name} is, got {texts['rig']}")
-    rig = read_rig(inside(folder, str(texts["model"]), str(path)), recording.rig)
-    effects = effects_of(content, path)
-    laws = {i.name: {name: v for (name, at), v in effects.items() if at == i.name} for i in recording.imus}
-    return str(texts["recording"]), SimModel(rig, laws, span_of(recording)[0])
+def of_folder(folder: Path, recording: Recording) -> tuple[str, SimModel]:
+    """Return the recording that a `model/` folder was made from, and its model; `InputError` for another rig.
+
+    What happened at some moment of its own recording, a slip or a signal without a name, is not in it.
+    """
+    model = read_model(folder)
+    if model.rig.family != recording.rig:
+        raise InputError(
+            f"{folder}: expected a model of rig {recording.rig}, as {recording.name} is, got {model.rig.family}"
+        )
+    rig = replace(model.rig, mounts=tuple(replace(mount, slip=None) for mount in model.rig.mounts))
+    effects = tuple((at, link) for at, link in model.effects if link.effect != UNKNOWN)
+    return model.recording, SimModel(rig, effects, span_of(recording)[0])
 
 
 def beside_declared(fit: Fit, found: SimModel, noise: dict[str, float], told: str) -> Simulation:
@@ -96,7 +89,7 @@ def beside_declared(fit: Fit, found: SimModel, noise: dict[str, float], told: st
     windows = tuple((w.start, w.end) for w in started)
     judge = Judge(recording, measured, judge.counts, noise, parts, (windows, ()))
     declared = sim_model(fit)
-    declared = SimModel(declared.rig, declared.laws, declared.start)  # the encoder's error is this recording's own
+    declared = SimModel(declared.rig, declared.effects, declared.start)  # the encoder's error is this recording's own
     before = [judge.started(fit, declared, window) for window in windows]
     with_it, without = (played_in(judge, model, w) for model, w in ((found, started), (declared, before)))
     return Simulation(
@@ -111,9 +104,8 @@ def played_in(judge: Judge, model: SimModel, windows: tuple[Swing, ...] | list[S
     """Return every channel as a model's roll-out has it in some windows; what was measured elsewhere."""
     out = {c.name: np.array(c.measured) for c in judge.channels}
     for window in windows:
-        read = read_out(
-            model, judge.recording, rolled_truth(model.rig, window, dense_rate(judge.recording)), window.start
-        )
+        truth = rolled_truth(model.rig, window, dense_rate(judge.recording), model.start)
+        read = read_out(model, judge.recording, truth, window.start)
         for c in judge.channels:
             own = (c.time >= window.start) & (c.time <= window.end)
             out[c.name][own] = read[c.name][own]

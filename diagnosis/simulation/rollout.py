@@ -6,7 +6,8 @@ the declared body is with them. A hinge on a base that stands still has the stat
 
 MuJoCo's dry friction is a constraint that turns over one step before the joint does: with it a roll-out is off by as
 much as the step is long (by 3e-3 rad after 8 s in steps of 1 ms). It is taken twice, in steps and in half steps, and
-extrapolated to none: q = q_half exp(log(q_whole^-1 q_half)).
+extrapolated to none: q = q_half exp(log(q_whole^-1 q_half)). On a ball joint friction is integrated to order 2
+(`sim.ball`), once.
 
 What is measured shows a state to its noise, and a swing of many periods shows what is wrong with that at its end. So
 the state is refined until the first second of the roll-out fits the samples best, by Gauss and Newton: a period of a
@@ -27,8 +28,9 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.evidence import Played, Swing
 from imubench.errors import InputError
+from imubench.sim.ball import needs_ball
 from imubench.sim.rigs import Mount, Rig
-from imubench.sim.swing import Start, swing
+from imubench.sim.swing import Start, Torque, swing
 
 Misfit = Callable[[Swing], tuple[Array, Array]]
 """Takes a window; returns the times (n,) s of all samples in it, and simulated minus measured over the noise (n,)."""
@@ -57,7 +59,7 @@ def bare(rig: Rig) -> Rig:
     return replace(rig, mounts=tuple(Mount(m.position, m.quaternion, mass=weight) for m in rig.mounts))
 
 
-def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP) -> Played:
+def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP, torque: Torque | None = None) -> Played:
     """Return the motion of a rig by forces alone.
 
     Args:
@@ -65,6 +67,7 @@ def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP) -> Play
         window: from whose start to whose end it is integrated.
         rate: rows a second.
         step: s, of the integration at most.
+        torque: N m at stamps (n,) s, besides what the rig has: (n,) about a hinge.
 
     Raises:
         InputError: for a rig whose base moves, a window of less than six rows, or a simulation that does not stay
@@ -73,9 +76,9 @@ def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP) -> Play
     if not can_swing(rig):
         raise InputError("roll-out: expected a base or a pivot that stands still, got one that is moved")
     steps = int(np.ceil(1.0 / (rate * step) - 1e-9))
-    q, angle = integrated(rig, window, rate, 1.0 / (rate * steps))
-    if rig.dry_friction:
-        finer, finer_angle = integrated(rig, window, rate, 0.5 / (rate * steps))
+    q, angle = integrated(rig, window, rate, 1.0 / (rate * steps), torque)
+    if rig.dry_friction and not needs_ball(rig):
+        finer, finer_angle = integrated(rig, window, rate, 0.5 / (rate * steps), torque)
         off = rotations.log(rotations.multiply(rotations.conjugate(q), finer))
         q = rotations.multiply(finer, rotations.exp(off))
         angle = None if angle is None or finer_angle is None else 2 * finer_angle - angle
@@ -84,13 +87,15 @@ def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP) -> Play
     return Played(window.start + np.arange(len(q)) / rate, q, np.zeros((len(q), 3)), angle)
 
 
-def integrated(rig: Rig, window: Swing, rate: float, step: float) -> tuple[Array, Array | None]:
+def integrated(
+    rig: Rig, window: Swing, rate: float, step: float, torque: Torque | None = None
+) -> tuple[Array, Array | None]:
     """Return segment 1's attitude (n, 4) and the hinge's angle (n,) rad, None on a ball joint, in steps of `step` s."""
     light, state, rows = bare(rig), window.state, int((window.end - window.start) * rate + 1e-6) + 2
     turns, angles, most = [], [], max(int(CHUNK_S * rate), 1)
     for begin in range(0, rows, most):
         count = min(most, rows - begin)
-        truth = swing(light, state, (count + 1) / rate, rate, step=step)
+        truth = swing(light, state, (count + 1) / rate, rate, since(torque, window.start + begin / rate), step)
         first = truth.segments[0]
         turns.append(first.quaternion[:count])
         if truth.joint_angle is None or truth.joint_rate is None:
@@ -100,6 +105,11 @@ def integrated(rig: Rig, window: Swing, rate: float, step: float) -> tuple[Array
         angles.append(found[:count])
         state = Start(angle=float(found[-1]), angle_rate=float(truth.joint_rate[-1]))
     return np.concatenate(turns), np.concatenate(angles) if angles else None
+
+
+def since(torque: Torque | None, start: float) -> Torque | None:
+    """Return a torque by the seconds since `start` s."""
+    return None if torque is None else lambda time: torque(start + time)
 
 
 def freedoms(rig: Rig) -> int:

@@ -1,6 +1,5 @@
-"""What MuJoCo plays: a rig with its torques and springs, the laws of its sensors, and the motion that drives it."""
+"""What MuJoCo plays: a rig with its torques and springs, its sensors' effects, and the motion that drives it."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,23 +8,19 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis import gather
 from imubench.diagnosis.evidence import Played
-from imubench.diagnosis.export import effect_table, rig_of
+from imubench.diagnosis.export import plays
 from imubench.diagnosis.findings import parameters
 from imubench.diagnosis.fit import Fit
+from imubench.diagnosis.found_chain import chain_of
+from imubench.diagnosis.found_rig import rig_of
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.kinematics import HINGE
 from imubench.diagnosis.misread import ERROR
 from imubench.diagnosis.result import Finding, Interval
+from imubench.diagnosis.sensor_chain import Effects
 from imubench.diagnosis.terms import Unknown
-from imubench.effects.effect import Effect
 from imubench.sim.rigs import Rig
 from imubench.sim.swing import Start
-
-STAGES = ("gravity", "joint", "encoder", "mount", "filtered", "lighter", "torque", "equations")
-"""Where a law of an effect needs more of the simulation than what a sensor adds to a true reading."""
-
-Laws = Mapping[str, Mapping[str, Array]]
-"""Effect -> parameter -> value (k,)."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +28,7 @@ class SimModel:
     """A model to be played beside a recording."""
 
     rig: Rig
-    laws: Mapping[str, Laws]  # of every sensor
+    effects: Effects
     start: float  # s, the stamp that counts as zero
     motion: Played | None = None  # what the hand drives; None: nothing but free swings is played
     encoder_error: Array | None = None  # (1 + 2 waves,) rad, see `misread`
@@ -51,22 +46,19 @@ def finding_of(fit: Fit, h: Hypothesis) -> Finding:
 
 
 def playable(fit: Fit, h: Hypothesis) -> bool:
-    """Return whether MuJoCo's replay has an effect in it."""
-    sensors_own = not any(getattr(type(h.effect), s) is not getattr(Effect, s) for s in STAGES)
-    return sensors_own or bool(effect_table(finding_of(fit, h), fit.model.recording.rig)["replayed"])
+    """Return whether MuJoCo plays an effect of a fit."""
+    return plays(h.effect.name, fit.model.recording.rig)
 
 
 def sim_model(fit: Fit) -> SimModel:
     """Return the model that a fit says, with its numbers and its motion."""
-    effects, laws = named(fit), {}
-    for imu in fit.model.recording.imus:
-        own = [h for h in effects if h.at == imu.name]
-        laws[imu.name] = {h.effect.name: numbers(fit, h) for h in own}
+    recording, motion = fit.model.recording, gather.played(fit)
+    found = [finding_of(fit, h) for h in named(fit)]
     return SimModel(
-        rig_of(fit.model.recording, gather.mounts(fit), [finding_of(fit, h) for h in effects]),
-        laws,
+        rig_of(recording, gather.mounts(fit), found, motion.fitted),
+        chain_of(found, motion.fitted, recording),
         fit.model.start,
-        gather.played(fit),
+        motion,
         fit.state.values.get(ERROR),
     )
 
@@ -89,4 +81,4 @@ def state_at(fit: Fit, time: float) -> Start:
     return Start(quaternion=rotations.from_matrix(matrix), rate=np.broadcast_to(first.rate.value, (1, 3))[0])
 
 
-__all__ = ["Laws", "SimModel", "finding_of", "named", "numbers", "playable", "sim_model", "state_at"]
+__all__ = ["SimModel", "finding_of", "named", "numbers", "playable", "sim_model", "state_at"]

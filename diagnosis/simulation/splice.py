@@ -11,34 +11,52 @@ from imubench.diagnosis.replay import SplineMotion
 from imubench.diagnosis.simulation.rollout import STEP, rolled_out
 from imubench.sim.play import play
 from imubench.sim.rigs import Rig
+from imubench.sim.swing import Torque
 from imubench.truth import SegmentTruth, SensorTruth, Truth
 
 
-def rolled_truth(rig: Rig, window: Swing, rate: float, first: float | None = None, step: float = STEP) -> Truth:
+def rolled_truth(
+    rig: Rig,
+    window: Swing,
+    rate: float,
+    start: float,
+    first: float | None = None,
+    step: float = STEP,
+    torque: Torque | None = None,
+) -> Truth:
     """Return MuJoCo's truth of a window that is rolled out.
 
-    The window is integrated with its sensors sitting fast; what is sprung or slides on the segment follows its motion.
+    The window is integrated with its sensors sitting fast; what is sprung, slides or slips on the segment follows its
+    motion.
 
     Args:
         rig: as it swings.
         window: a stretch of a free swing, the state at its start.
         rate: rows a second.
+        start: s, that the rig's own times count from.
         first: s, of the first row, at most a row behind the window's start; None: there.
         step: s, of the integration at most.
+        torque: N m at stamps (n,) s, besides what the rig has.
     """
-    motion = rolled_out(rig, window, rate, step)
+    motion = rolled_out(rig, window, rate, step, torque)
     first = window.start if first is None else first
     rows = int((window.end - first) * rate + 1e-6) + 1
-    return play(rig, SplineMotion(motion, first, rig.gravity), (rows + 0.1) / rate, rate)
+    return play(later(rig, first - start), SplineMotion(motion, first, rig.gravity), (rows + 0.1) / rate, rate)
 
 
-def with_swings(rig: Rig, truth: Truth, start: float, windows: Sequence[Swing]) -> Truth:
-    """Return a truth whose first row is at `start` s with some windows of it rolled out."""
+def later(rig: Rig, seconds: float) -> Rig:
+    """Return a rig whose clock begins `seconds` later: its mounts slip so much earlier by it."""
+    slips = [m.slip and replace(m.slip, time=m.slip.time - seconds) for m in rig.mounts]
+    return replace(rig, mounts=tuple(replace(m, slip=slip) for m, slip in zip(rig.mounts, slips, strict=True)))
+
+
+def with_swings(rig: Rig, truth: Truth, start: float, windows: Sequence[Swing], torque: Torque | None = None) -> Truth:
+    """Return a truth whose first row is at `start` s with some windows of it rolled out; see `rolled_truth`."""
     rate = 1 / float(truth.time[1] - truth.time[0])
     pieces = []
     for window in windows:
         row = int(np.ceil((window.start - start) * rate - 1e-6))
-        pieces.append((row, rolled_truth(rig, window, rate, start + row / rate)))
+        pieces.append((row, rolled_truth(rig, window, rate, start, start + row / rate, torque=torque)))
     return spliced(truth, pieces)
 
 
@@ -72,4 +90,4 @@ def spliced(truth: Truth, pieces: list[tuple[int, Truth]]) -> Truth:
     )
 
 
-__all__ = ["rolled_truth", "spliced", "with_swings"]
+__all__ = ["later", "rolled_truth", "spliced", "with_swings"]

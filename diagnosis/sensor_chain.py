@@ -1,0 +1,198 @@
+"""What a sensor makes of a true motion, by the laws of the effects that were found at it; an IMU in this order::
+
+    t' = clock(t)                    where in the world's time the stamp t is
+    z = low-pass(true)               on the dense truth
+    y = z(t') + errors(z(t'), t')    scale, misalignment, bias, drift, g-sensitivity, hum
+    y = y + unknown(t)               the signal that was fitted
+    y = y + knocks + noise
+    y = clip(y), rounded
+    drop-outs                        whole samples, missing or held
+
+Rates in rad/s, specific forces in m/s^2, (n, 3), sensor axes. An encoder reads its own side of the joint, which behind
+a backlash follows with free play.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.effects import EFFECTS, VARIANTS
+from imubench.effects.effect import Effect, Reading
+from imubench.effects.joints import Backlash
+from imubench.errors import InputError
+from imubench.jets import Jet
+from imubench.sim.imu_sampling import interpolate
+from imubench.sim.injected import phased
+from imubench.sim.swing import Torque
+from imubench.truth import Truth
+
+UNKNOWN = "unknown"
+NOISES = {"gyro_noise": 0, "accel_noise": 1}
+FIRST, LAST = ("impacts",), ("saturation", "quantisation", "dropouts")
+"""Effects on samples, before and behind the noise."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """An effect at one IMU with its numbers."""
+
+    effect: str
+    values: Mapping[str, Array]  # parameter -> (k,)
+    settings: Mapping[str, Any] = field(default_factory=dict)  # channels, mode
+    time: Array = field(default_factory=lambda: np.zeros(0))  # (m,) s since the start, of a signal
+    signals: Mapping[str, Array] = field(default_factory=dict)  # gyro, accel (m, 3), torque (m, 1); gap (m, 1) rad
+
+    @property
+    def law(self) -> Effect | None:
+        """The law with these settings; None of what has none."""
+        told = {key: value for key, value in self.settings.items() if value}
+        for effect in (e for e in VARIANTS if e.name == self.effect):
+            if told.items() <= dict(effect.settings).items():
+                return effect
+        return EFFECTS.get(self.effect)
+
+
+Chain = Sequence[Link]
+Effects = tuple[tuple[str, Link], ...]
+"""Places and the effects there: imu1, imu2, joint, body, world."""
+
+
+def chained(name: str) -> bool:
+    """Return whether an effect is played by an IMU's chain."""
+    effect = EFFECTS.get(name)
+    if effect is None or effect.place != "imu":
+        return False
+    acts = any(getattr(type(effect), stage) is not getattr(Effect, stage) for stage in ("error", "clock", "filtered"))
+    return acts or name in (*FIRST, *LAST, *NOISES)
+
+
+def at_place(effects: Effects, place: str) -> tuple[Link, ...]:
+    """Return the effects at a place."""
+    return tuple(link for at, link in effects if at == place)
+
+
+def read_by(
+    truth: Truth,
+    start: float,
+    stamps: Array,
+    name: str,
+    chain: Chain,
+    noise: tuple[float, float] = (0.0, 0.0),
+    rng: np.random.Generator | None = None,
+    first: float = 0.0,
+) -> tuple[Array, Array, Array]:
+    """Return the stamps (m,) s, rates and specific forces (m, 3) that an IMU reports.
+
+    Args:
+        truth: of the rig, dense and evenly spaced.
+        start: s, in the stamps' own clock: drifts and clocks count from there.
+        stamps: (n,) s, of the samples.
+        name: of the sensor.
+        chain: the effects at it.
+        noise: std of a sample, rad/s and m/s^2; an effect of louder noise says another one.
+        rng: for noise, knocks, lost samples and phases that nobody told; None: nothing of chance, no sample lost.
+        first: s, how far behind `start` the truth's first row is.
+    """
+    sensor, step = truth.sensor(name), float(truth.time[1] - truth.time[0])
+    dense = {"gyro": sensor.gyro, "accel": sensor.specific_force}
+    laws = [(law, _jets(law, link, rng)) for link in chain if (law := link.law) is not None]
+    time = Jet((stamps - start)[:, None])
+    for law, known in laws:
+        if known is not None:
+            time = law.clock(time, known)
+    for link in (x for x in chain if x.effect == "low_pass"):
+        law = link.law
+        assert law is not None
+        cutoff = {"cutoff": np.asarray(link.values["cutoff"]).reshape(())}
+        _, *both = law.corrupt(truth.time, dense["gyro"], dense["accel"], cutoff, np.random.default_rng())
+        dense = dict(zip(("gyro", "accel"), both, strict=True))
+    at = np.clip(time.value[:, 0] - first, 0.0, truth.time[-1]) / step
+    gyro, accel = interpolate(dense["gyro"], at), interpolate(dense["accel"], at)
+    reading = Reading(Jet(gyro), Jet(accel), time)
+    for law, known in laws:
+        if known is None:
+            continue
+        error = law.error(reading, known)
+        gyro = gyro if error.gyro is None else gyro + error.gyro.value
+        accel = accel if error.accel is None else accel + error.accel.value
+    for link in (x for x in chain if x.effect == UNKNOWN):
+        for part, signal in link.signals.items():
+            added = np.stack([np.interp(stamps - start, link.time, x) for x in signal.T], axis=1)
+            gyro, accel = (gyro + added, accel) if part == "gyro" else (gyro, accel + added)
+    return _sampled(stamps, gyro, accel, chain, noise, rng)
+
+
+def angle_read(truth: Truth, start: float, stamps: Array, effects: Effects, first: float = 0.0) -> Array:
+    """Return the angles (n,) rad that an encoder reads of a hinge, nothing of chance in them.
+
+    Args:
+        truth: of the rig, dense and evenly spaced.
+        start: s, in the stamps' own clock, that effects count from.
+        stamps: (n,) s, of the samples.
+        effects: of which a backlash stands between the joint and the encoder.
+        first: s, how far behind `start` the truth's first row is.
+
+    Raises:
+        InputError: for a rig without a hinge.
+    """
+    if truth.joint_angle is None:
+        raise InputError(f"encoder: expected a hinge rig, got '{truth.rig}'")
+    angle = truth.joint_angle
+    for link in (link for _, link in effects if link.effect == "backlash"):
+        gap = float(np.ravel(link.values.get("gap", np.zeros(1)))[0])
+        if "gap" in link.signals:
+            gap = float(np.interp(first, link.time, link.signals["gap"][:, 0]))
+        angle = Backlash.played(angle, float(np.ravel(link.values["range"])[0]), gap)
+    step = float(truth.time[1] - truth.time[0])
+    return interpolate(angle[:, None], np.clip(stamps - start - first, 0.0, truth.time[-1]) / step)[:, 0]
+
+
+def torque_of(effects: Effects, start: float) -> Torque | None:
+    """Return the torque about the joint's axis that was fitted without a name, N m by stamps (n,) s; None without.
+
+    Args:
+        effects: of the model.
+        start: s, the stamp that a signal's time counts from.
+    """
+    own = [link for link in at_place(effects, "joint") if link.effect == UNKNOWN and "torque" in link.signals]
+    if not own:
+        return None
+    (link,) = own
+    return lambda stamps: np.interp(stamps - start, link.time, link.signals["torque"][:, 0])
+
+
+def _jets(law: Effect, link: Link, rng: np.random.Generator | None) -> dict[str, Jet] | None:
+    """Return the numbers of a law that adds to readings or moves their time; None where some are missing."""
+    values = dict(link.values)
+    if link.effect == "vibration" and "sine" not in values and "amplitude" in values:
+        values = phased(values, rng or np.random.default_rng(0))
+    names = [p.name for p in law.parameters]
+    if not set(names) <= set(values):
+        return None
+    return {name: Jet(np.asarray(values[name], dtype=float).reshape(1, -1)) for name in names}
+
+
+def _sampled(
+    stamps: Array, gyro: Array, accel: Array, chain: Chain, noise: tuple[float, float], rng: np.random.Generator | None
+) -> tuple[Array, Array, Array]:
+    """Return samples with what happens to them one by one."""
+    std = list(noise)
+    for link in (x for x in chain if x.effect in NOISES):
+        std[NOISES[link.effect]] = float(np.ravel(link.values["std"])[0])
+    for links in (FIRST, ("noise",), LAST):
+        if links == ("noise",) and rng is not None:
+            gyro, accel = (x + s * rng.standard_normal(x.shape) for x, s in zip((gyro, accel), std, strict=True))
+        for link in (x for name in links for x in chain if x.effect == name):
+            law = link.law
+            chance = link.effect in ("impacts", "dropouts")
+            if law is None or (chance and rng is None):
+                continue
+            values = {k: np.asarray(v) if k == "times" else np.ravel(v)[0] for k, v in link.values.items()}
+            stamps, gyro, accel = law.corrupt(stamps, gyro, accel, values, rng or np.random.default_rng(0))
+    return stamps, gyro, accel
+
+
+__all__ = ["UNKNOWN", "Chain", "Effects", "Link", "angle_read", "at_place", "chained", "read_by", "torque_of"]

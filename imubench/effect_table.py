@@ -1,0 +1,101 @@
+"""Which effect plays on which rig, by which door: computed from the code, and written as docs/effects.md.
+
+Three doors: `sim` injects it (`sim.injected`), a dataset draws it (`dataset`), a diagnosis' `model/` replays it
+(`diagnosis.export`). Each cell is held by tests/test_every_effect_plays.py.
+"""
+
+from dataclasses import dataclass
+
+from imubench.dataset.effect_ranges import EffectRange, Shown
+from imubench.diagnosis.export import plays
+from imubench.effects import EFFECTS
+from imubench.models import RIG_FILES
+from imubench.sim.injected import INJECTED, SWUNG
+
+DOORS = ("sim", "dataset", "model")
+ROLLED = tuple(name for name in SWUNG if name != "end_stop")
+"""Effects whose replay is a roll-out: their forces alone move the rig."""
+OTHERWISE = {
+    "gyro_noise": "noise is drawn anew: its std is the measured one",
+    "accel_noise": "noise is drawn anew: its std is the measured one",
+    "quantisation": "rounding follows the noise of a sample: the steps are the same, and noise and rounding are left",
+    "dropouts": "which samples are lost is drawn anew: their share is the same",
+    "vibration": "the phase is not among the numbers: frequency and amplitude are the same",
+    "impacts": "only the times are numbers: there is a knock at each, of the law's own shape",
+    "joint_play": "range and direction do not say when the limb falls: it turns as it was recovered, and by these two "
+    "numbers alone between the same stops at other moments",
+    "end_stop": "only the angle is a number: the limb turns round there, as stiffly as the law's prior has it",
+}
+"""Effects whose numbers do not say each sample, and what is the same then."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """An effect on a rig."""
+
+    effect: str
+    rig: str
+    doors: tuple[str, ...]  # of DOORS, that it goes through
+
+    @property
+    def whole(self) -> bool:
+        """Whether it plays by every door."""
+        return self.doors == DOORS
+
+    @property
+    def check(self) -> str:
+        """How the cell is checked: every sample, a roll-out, or what its numbers say."""
+        return "numbers" if self.effect in OTHERWISE else "swing" if self.effect in ROLLED else "samples"
+
+
+def cells() -> tuple[Cell, ...]:
+    """Return every effect on every rig that has the place."""
+    return tuple(cell(name, rig) for name, effect in EFFECTS.items() for rig in RIG_FILES if rig in effect.rigs)
+
+
+def cell(name: str, rig: str) -> Cell:
+    """Return an effect on a rig, with the doors that it goes through."""
+    ranged = EffectRange(name, (), 1.0, {}, {})
+    shown = [Shown(rig, free, rig == "hinge") for free in (False, True)]
+    goes = {
+        "sim": name in INJECTED,
+        "dataset": name in INJECTED and any(ranged.suits(one) for one in shown),
+        "model": plays(name, rig),
+    }
+    return Cell(name, rig, tuple(door for door in DOORS if goes[door]))
+
+
+def page() -> str:
+    """Return docs/effects.md."""
+    found = {(c.effect, c.rig): c for c in cells()}
+    lines = [
+        "# Every effect plays",
+        "",
+        "Written by `python scripts/effect_table.py`; a test holds that it is what the code says.",
+        "",
+        "One law, three doors: injected by `sim`, drawn in a dataset, replayed from a diagnosis' `model/`. In each",
+        "cell an effect is concealed by the independent generator (`proof/`), its true numbers are put into a",
+        "`model/`, and MuJoCo plays it (`tests/test_every_effect_plays.py`):",
+        "",
+        "- **samples**: measured minus played is within 1.1 of the noise, channel by channel;",
+        "- **swing**: the same of a roll-out by forces alone, inside a free swing;",
+        "- **numbers**: the effect's numbers do not say each sample; what is the same is said below.",
+        "",
+        "| effect | at | " + " | ".join(RIG_FILES) + " |",
+        "|---|---|" + "---|" * len(RIG_FILES),
+    ]
+    for name, effect in EFFECTS.items():
+        row = [_words(found.get((name, rig))) for rig in RIG_FILES]
+        lines.append(f"| `{name}` | {effect.place} | " + " | ".join(row) + " |")
+    lines += ["", "An empty cell: the rig has no such place. A door that is missing is named.", ""]
+    lines += [f"- `{name}`: {why}." for name, why in OTHERWISE.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _words(cell: Cell | None) -> str:
+    if cell is None:
+        return ""
+    return cell.check if cell.whole else f"{cell.check}; not by {', '.join(d for d in DOORS if d not in cell.doors)}"
+
+
+__all__ = ["DOORS", "OTHERWISE", "Cell", "cell", "cells", "page"]
