@@ -137,7 +137,7 @@ def because(d: Diagnosis) -> str:
 
 
 def _share(f: Finding) -> str:
-    return "" if f.share is None else f": {words.part(f.share)} of what differs"
+    return "" if f.share is None else f": without it {words.part(f.share)} of the difference comes back"
 
 
 def how_sure(d: Diagnosis) -> str:
