@@ -64,7 +64,9 @@ def print_diagnosis(d: Diagnosis, evidence: Evidence, console: Terminal, paths: 
     print_fit(d, evidence, console)
     for i in ordered(d, True) if d.fitted else ():
         compared = evidence.comparisons[i] if i < len(evidence.comparisons) else ()
-        console.say(f"  {consequence(d.findings[i], compared)}")
+        share = d.findings[i].share
+        back = "" if share is None else f" Without it {words.part(share)} of the difference comes back."
+        console.say(f"  {consequence(d.findings[i], compared)}{back}")
     print_numbers([d.findings[i] for i in ordered(d, True) if d.findings[i].named], console)
     small = [d.findings[i] for i in ordered(d, False)]
     if small:

@@ -1,5 +1,6 @@
 """What an effect, a figure or a word of a result means, in plain words, and docs/glossary.md made of the same."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -42,14 +43,18 @@ class Explanation:
 
 
 def explained(name: str) -> Explanation:
-    """Return what a name means; `-`, `_`, spaces and capitals count alike.
+    """Return what a name means; `-`, `_`, spaces and capitals count alike, and what a figure is of may follow it.
 
     Raises:
         InputError: for a name that is none, with those that are like it.
     """
-    for one in every():
-        if _plain(one.name) == _plain(name):
-            return one
+    known = {_plain(one.name): one for one in every()}
+    asked = _plain(name)
+    if asked in known:
+        return known[asked]
+    base = re.sub(r" (imu|segment ?)\d+$", "", asked.removeprefix("best pairing "))
+    if base in known and known[base].kind == "figure":
+        return known[base]
     names = [one.name for one in every()]
     close = get_close_matches(_plain(name), [_plain(n) for n in names], n=5, cutoff=0.5)
     if close:

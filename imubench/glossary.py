@@ -72,8 +72,16 @@ TERMS: dict[str, str] = {
 """Term -> what it means."""
 
 FIGURES: dict[str, str] = {
-    "deviation_imu1": "The angle between estimated and true hinge axis, in the first sensor's axes.",
-    "deviation_imu2": "The angle between estimated and true hinge axis, in the second sensor's axes.",
+    "deviation": "The angle between estimated and true hinge axis in a sensor's axes: deviation_imu1, deviation_imu2.",
+    "rmsae": "The root mean square of the angles by which the hinge axis is off in the axes of both sensors.",
+    "maxae": "The larger of the angles by which the hinge axis is off in the axes of both sensors.",
+    "best_pairing": (
+        "In front of a figure: of the better of both sign pairings. Nothing told the estimator which one it is, so it "
+        "claims neither."
+    ),
+    "error": "The distance between estimated and true joint centre, seen from a sensor: error_imu1.",
+    "length_error": "By how much the distance from a sensor to the joint centre is off.",
+    "angle_error": "By which angle the direction from a sensor to the joint centre is off.",
     "hinge_angle": "How far the hinge angle is off, RMS over the recording, a constant left out.",
     "hinge_angle_constant": "By which constant the hinge angle is off: where it has its zero.",
     "joint_axis": "By which angle a finding moves the hinge axis in a sensor's axes, one number for each IMU.",

@@ -7,8 +7,11 @@ import pytest
 
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
+from imubench.estimators import ESTIMATORS
 from imubench.explain import ALWAYS_EQUIVALENT, every, explained, glossary_page
 from imubench.glossary import FIGURES, TERMS
+from imubench.run import simulate
+from imubench.score import score
 from tests.command import imubench
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -35,6 +38,14 @@ def test_every_effect_says_its_law_its_place_and_its_numbers():
 @pytest.mark.parametrize("name", ["Held out", "held-out", "HELD_OUT", " held out "])
 def test_a_name_is_known_however_it_is_written(name):
     assert explained(name).text == TERMS["held out"]
+
+
+@pytest.mark.parametrize(("scenario", "estimator"), [("hinge-hand", "seel2012"), ("pendulum-rigid", "mrvs")])
+def test_every_figure_of_a_score_is_explained(scenario, estimator):
+    recording, truth = simulate(scenario, seed=1)
+    for name in score(ESTIMATORS[estimator].estimate(recording), truth).figures:
+        assert explained(name).kind == "figure", name
+    assert explained("best_pairing_deviation_imu2") == explained("deviation")
 
 
 def test_a_name_that_is_none_is_one_line_with_what_is_like_it():

@@ -43,7 +43,7 @@ def section(d: Diagnosis, evidence: Evidence, i: int, number: int) -> str:
     f = d.findings[i]
     some: Sequence[Comparison] = evidence.comparisons[i] if i < len(evidence.comparisons) else ()
     sure = f"{words.certainty(f.confidence)}, {words.percent(f.confidence)}"
-    share = "" if f.share is None else f"; {words.part(f.share)} of what differs"
+    share = "" if f.share is None else f"; without it {words.part(f.share)} of the difference comes back"
     parts = [
         f"<section class='finding'><h3><span class='label'>{number}</span>{escape(words.title(f))} "
         f"<span class='sure'>{sure}{share}</span></h3>"

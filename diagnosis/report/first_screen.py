@@ -10,16 +10,13 @@ from imubench.diagnosis.report.compared import changed_power, is_seen, title
 from imubench.diagnosis.report.html import sentence, term
 from imubench.diagnosis.report.numbers import fixed, shown
 from imubench.diagnosis.result import SURE, Diagnosis, Finding
+from imubench.estimators import ESTIMATORS
 from imubench.reproduce.report import escape
 
 WORST = 3  # channels
 PLACES_SHOWN = 2  # sentences of where they differ; the others stand at the map
-ESTIMATORS = {"hinge": "olsson2020", "pendulum": "sliding"}
+OFFERED = {"hinge": "olsson2020", "pendulum": "sliding"}
 """Which estimator a reader is offered for a rig: the axis of a hinge, the joint centre of a pendulum."""
-
-
-IMUS = {"hinge": 2, "pendulum": 1}
-"""How many IMUs that estimator needs."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +134,7 @@ def because(d: Diagnosis) -> str:
 
 
 def _share(f: Finding) -> str:
-    return "" if f.share is None else f": {words.part(f.share)} of what differs"
+    return "" if f.share is None else f": without it {words.part(f.share)} of the difference comes back"
 
 
 def how_sure(d: Diagnosis) -> str:
@@ -218,8 +215,9 @@ def steps(d: Diagnosis, evidence: Evidence) -> Iterator[str]:
 def correctable(d: Diagnosis, evidence: Evidence) -> bool:
     """Return whether `estimate --with` can take out what was found."""
     named = [f for f in d.findings if f.named and f.confidence >= SURE]
-    enough = len(evidence.recording.imus) >= IMUS.get(d.rig, 0)
-    return bool(named) and not d.doubts and d.rig in ESTIMATORS and enough
+    if d.rig not in OFFERED or not named or d.doubts:
+        return False
+    return len(evidence.recording.imus) >= ESTIMATORS[OFFERED[d.rig]].imus
 
 
 def commands(d: Diagnosis, evidence: Evidence, paths: Paths) -> str:
@@ -232,7 +230,7 @@ def command_lines(d: Diagnosis, evidence: Evidence, paths: Paths) -> list[str]:
     recording, folder = (shlex.quote(p) for p in (paths.recording, paths.folder))
     lines = []
     if correctable(d, evidence):
-        lines.append(f"imubench estimate {ESTIMATORS[d.rig]} {recording} --with {folder}")
+        lines.append(f"imubench estimate {OFFERED[d.rig]} {recording} --with {folder}")
     if d.fitted and d.model:
         lines.append(f"imubench run {shlex.quote(f'{paths.folder}/model')}")
     return [*lines, f"rerun {shlex.quote(f'{paths.folder}/diagnosis.rrd')}"]

@@ -134,7 +134,7 @@ def _left(d: Diagnosis) -> str:
     if d.noise_unknown:
         told = f"That explains {share} of what differs. " if share else ""
         sensors = words.listed(list(d.noise_unknown))
-        return f"{told}Whether only noise is left cannot be said: that of {sensors} is not known."
+        return f"{told}Whether only noise is left cannot be said: the noise of {sensors} is not known."
     if d.verdict == "explained":
         if d.simulation is None or not d.simulation.channels or times_noise(d.simulation)[1] <= AT_NOISE:
             return "With that in it, only sensor noise is left."
