@@ -70,6 +70,8 @@ def _template(family: str, watch_segments: bool) -> Any:
     """Return the MjSpec of a family's MJCF file, to be copied."""
     write_no_log()
     spec = mujoco.MjSpec.from_string(mjcf(family))
+    for part in (*spec.sensors, *spec.equalities):
+        spec.delete(part)  # for who opens the file; a simulation adds its own
     if not watch_segments:
         for part in (*spec.geoms, *(s for s in spec.sites if not s.name.startswith("imu"))):
             spec.delete(part)  # pictures and unwatched places: time for nothing
