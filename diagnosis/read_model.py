@@ -9,7 +9,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.evidence import FittedEffect, Played, Swing
-from imubench.diagnosis.export import FORMAT, NAMES, PLAY, SENSORS
+from imubench.diagnosis.export import AT_THE_ENCODER, FORMAT, NAMES, PLAY, SENSORS
 from imubench.diagnosis.replay import DEGREE, TOLD
 from imubench.diagnosis.rig_file import read_rig
 from imubench.diagnosis.sensor_chain import UNKNOWN, Effects, Link, at_place, chained
@@ -25,6 +25,11 @@ FORCE, PLACE, TURN = ("force_x", "force_y", "force_z"), ("x", "y", "z"), ("qw", 
 MOST_SAMPLES = 2_000_000  # of a sensor: what fits into a gigabyte while MuJoCo plays it
 LEAST_RATE, MOST_RATE = 0.1, 10_000.0  # Hz, of inertial sensors and encoders
 MOST_SECONDS = 5_000.0  # of a recording: 2 million states at 400 Hz, the least that is played
+LIMITS = {
+    "cutoff": (1e-3, 1e6), "step": (1e-9, 1e6), "limit": (0.0, 1e9), "std": (0.0, 1e9), "fraction": (0.0, 0.9),
+    "range": (0.0, np.pi), "skew": (-0.5, 0.5), "times": (-1e9, 1e9),
+}  # fmt: skip
+"""What numbers of an effect can be: Hz, the sensor's unit, a share, rad, 1, s. Beyond, its law divides by nothing."""
 EDGE = 0.5  # s by which samples may go on beyond the motion's first and last row
 
 
@@ -128,11 +133,15 @@ def _effect(table: Mapping[str, Any], where: str, folder: Path) -> tuple[str, Li
     for key, width in (widths(name) if chained(name) else {}).items():
         if key in values and values[key].size != width:
             raise InputError(f"{where}, key 'parameters.{key}': expected {width} of {name}, got {values[key].size}")
+    for key, (low, high) in LIMITS.items() if chained(name) or name in AT_THE_ENCODER else ():
+        if key in values and not ((values[key] >= low) & (values[key] <= high)).all():
+            got = values[key].tolist()
+            raise InputError(f"{where}, key 'parameters.{key}': expected numbers from {low:g} to {high:g}, got {got}")
     if name == UNKNOWN:
         time, signals = _signal(table, where, folder) if table.get("replayed") else (np.zeros(0), {})
         return at, Link(name, {}, {}, time, signals)
     link = Link(name, values, _settings(table, where))
-    if chained(name) and not needed(link) <= set(values):
+    if (chained(name) or name in AT_THE_ENCODER) and not needed(link) <= set(values):
         missing = sorted(needed(link) - set(values))[0]
         raise InputError(f"{where}, key 'parameters': expected '{missing}' of {name}, got none")
     return at, link

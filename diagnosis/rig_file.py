@@ -12,7 +12,8 @@ from imubench.arrays import Array
 from imubench.errors import InputError, unknown
 from imubench.inputs.mjcf import compiled
 from imubench.recording import RIGS
-from imubench.sim.compile import CARRIER, PLAY
+from imubench.sim.compile import CARRIER
+from imubench.sim.joint_model import PLAY
 from imubench.sim.joints import Play, Stop
 from imubench.sim.rigs import Mount, Rig, Segment, Slip, Spring
 from imubench.sim.stability import write_no_log

@@ -9,7 +9,8 @@ from mujoco import batch as mujoco_batch
 from imubench.arrays import Array
 from imubench.effects.mounts import slipped
 from imubench.jets import Jet
-from imubench.sim.compile import DRIVEN_ARMATURE, TOLD_PLAY, mount_dofs, mount_positions, shifts, turns
+from imubench.sim.compile import DRIVEN_ARMATURE, mount_dofs, mount_positions, shifts, turns
+from imubench.sim.joint_model import TOLD_PLAY
 from imubench.sim.kinematics import hinge_of, turned
 from imubench.sim.motion import Trajectory
 from imubench.sim.rigs import Mount, Rig

@@ -24,8 +24,9 @@ from mujoco import batch as mujoco_batch
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.errors import InputError
-from imubench.sim.compile import DRIVEN_ARMATURE, PLAY, loose_inertia, mount_dofs, mount_positions
+from imubench.sim.compile import DRIVEN_ARMATURE, mount_dofs, mount_positions
 from imubench.sim.driven import joint_state
+from imubench.sim.joint_model import PLAY, loose_inertia
 from imubench.sim.joints import Play
 from imubench.sim.jolt import jolted
 from imubench.sim.kinematics import segments_of

@@ -332,3 +332,26 @@ def test_samples_tell_whether_lost_ones_are_held(tmp_path):
     recording, _ = replay(tmp_path, np.random.default_rng(0))
     assert 0.6 * STAMPS.size < recording.imus[0].time.size < 0.8 * STAMPS.size
     assert 0.2 < np.mean(np.all(np.diff(recording.imus[1].gyro, axis=0) == 0, axis=1)) < 0.4
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers", "message"),
+    [
+        (
+            "low_pass",
+            "cutoff = 0.0",
+            r"effect\[0\], key 'parameters.cutoff': expected numbers from 0.001 to 1e\+06, got",
+        ),
+        ("quantisation", "step = 0.0", r"key 'parameters.step': expected numbers from 1e-09"),
+        ("dropouts", "fraction = 1.0", r"key 'parameters.fraction': expected numbers from 0 to 0.9, got \[1.0\]"),
+        ("backlash", "gap = 0.1", r"effect\[0\], key 'parameters': expected 'range' of backlash, got none"),
+        ("saturation", "limit = [1.0, 2.0]", r"key 'parameters.limit': expected 1 of saturation, got 2"),
+    ],
+)
+def test_numbers_that_no_law_has_are_one_line(name, numbers, message, tmp_path):
+    write_model(diagnosis(), evidence(), tmp_path)
+    path, at = tmp_path / "imus.toml", "joint" if name == "backlash" else "imu1"
+    path.write_text(f"{path.read_text()}\n[[effect]]\nname = '{name}'\nat = '{at}'\n[effect.parameters]\n{numbers}\n")
+    with pytest.raises(InputError, match=message) as error:
+        replay(tmp_path, np.random.default_rng(0))
+    assert "\n" not in str(error.value)
