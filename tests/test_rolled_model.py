@@ -24,6 +24,7 @@ from imubench.diagnosis.simulation.swing_file import read_swings, swing_tables
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.format1 import write_recording
+from imubench.recording import Imu, Recording
 from imubench.sim.swing import Start
 from tests.command import here
 
@@ -110,10 +111,10 @@ def test_what_cannot_be_rolled_out_is_said_in_a_line(swung, tmp_path):
     modelled(recording, tmp_path / "model")
     with pytest.raises(InputError, match=r"expected \[\[free_swing\]\] windows and a \[body\]"):
         judged_on(tmp_path / "model", replace(recording, free_swings=()))
-    sensors = tmp_path / "model" / "imus.toml"
-    sensors.write_text(sensors.read_text().replace('rig = "hinge"', 'rig = "pendulum"'))
-    with pytest.raises(InputError, match="expected a model of rig hinge, as swung is, got pendulum"):
-        judged_on(tmp_path / "model", recording)
+    still = np.zeros((100, 3))
+    limb = Recording("limb", "pendulum", (Imu("imu1", np.arange(100) / 100.0, still, still, 100.0),))
+    with pytest.raises(InputError, match="expected a model of rig pendulum, as limb is, got hinge"):
+        judged_on(tmp_path / "model", limb)
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,8 @@ def integrated(
     turns, angles, most = [], [], max(int(CHUNK_S * rate), 1)
     for begin in range(0, rows, most):
         count = min(most, rows - begin)
-        truth = swing(light, state, (count + 1) / rate, rate, since(torque, window.start + begin / rate), step)
+        middle = window.start + begin / rate + step / 2  # MuJoCo holds a torque throughout a step
+        truth = swing(light, state, (count + 1) / rate, rate, since(torque, middle), step)
         first = truth.segments[0]
         turns.append(first.quaternion[:count])
         if truth.joint_angle is None or truth.joint_rate is None:
