@@ -28,7 +28,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.evidence import Played, Swing
 from imubench.errors import InputError
 from imubench.sim.rigs import Mount, Rig
-from imubench.sim.swing import Start, swing
+from imubench.sim.swing import Start, swing_many
 
 Misfit = Callable[[Swing], tuple[Array, Array]]
 """Takes a window; returns the times (n,) s of all samples in it, and simulated minus measured over the noise (n,)."""
@@ -90,7 +90,7 @@ def integrated(rig: Rig, window: Swing, rate: float, step: float) -> tuple[Array
     turns, angles, most = [], [], max(int(CHUNK_S * rate), 1)
     for begin in range(0, rows, most):
         count = min(most, rows - begin)
-        truth = swing(light, state, (count + 1) / rate, rate, step=step)
+        truth = next(iter(swing_many([light], [state], (count + 1) / rate, rate, step=step, threads=1)))
         first = truth.segments[0]
         turns.append(first.quaternion[:count])
         if truth.joint_angle is None or truth.joint_rate is None:

@@ -29,7 +29,7 @@ def rolled_truth(rig: Rig, window: Swing, rate: float, first: float | None = Non
     motion = rolled_out(rig, window, rate, step)
     first = window.start if first is None else first
     rows = int((window.end - first) * rate + 1e-6) + 1
-    return play(rig, SplineMotion(motion, first, rig.gravity), (rows + 0.1) / rate, rate)
+    return play(rig, SplineMotion(motion, first, rig.gravity), (rows + 0.1) / rate, rate, threads=1)
 
 
 def with_swings(rig: Rig, truth: Truth, start: float, windows: Sequence[Swing]) -> Truth:
