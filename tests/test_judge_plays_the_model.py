@@ -35,7 +35,11 @@ from imubench.sim.swing import Start
 GAIN = Interval(9.0, (8.0, 9.5))
 LIMB = Segment(1.3, np.array([0.004, -0.003, -0.2]), np.array([0.02, 0.018, 0.003]))
 NUMBERS = {
-    ("rocking_mount", "imu2"): {"frequency": np.log([9.0, 8.0, 10.0]), "damping_ratio": np.log([0.2] * 3), "com": [0.0, 2e-3, 3e-3]},
+    ("rocking_mount", "imu2"): {
+        "frequency": np.log([9.0, 8.0, 10.0]),
+        "damping_ratio": np.log([0.2] * 3),
+        "com": [0.0, 2e-3, 3e-3],
+    },
     ("time_offset", "imu2"): {"offset": [0.01]},
     ("low_pass", "imu1"): {"cutoff": np.log([8.0])},
     ("gyro_drift", "imu1"): {"rate": [0.01, -0.02, 0.0]},

@@ -11,6 +11,7 @@ from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.noise import with_noise
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.refit import refit
 from imubench.diagnosis.result import Diagnosis, FitQuality, SimulatedChannel, Simulation
@@ -29,7 +30,8 @@ from imubench.proof.case import make_case
 def fitted(recording, effects=()):
     """Return the declared model's fit, that with some effects, and the noise that both are beside."""
     first = nominal_fit(recording)
-    best = refit(first, tuple(Hypothesis(EFFECTS[name], at) for name, at in effects)) if effects else first
+    named = tuple(Hypothesis(EFFECTS[name], at) for name, at in effects)
+    best = with_noise(refit(first, named)) if named else first  # as the search leaves a fit: its equation held closely
     noise = {f"{i.name}.{part}": std for i in recording.imus
              for part, std in (("gyro", i.gyro_noise_std), ("accel", i.accel_noise_std))}  # fmt: skip
     return first, best, noise | {"encoder.angle": 4e-5}
@@ -115,9 +117,9 @@ def test_a_spring_rings_by_its_law_where_a_hand_moves_the_rig(made):
     found = beside(recording, first, best, noise, {})
     assert found.simulation.how == "prescribed" and found.simulation.windows_s[0][0] == recording.imus[0].time[0]
     off = over_noise(found)
-    # the motion that is prescribed takes part of the ringing: what is left of it is as loud as the noise
-    assert all(off[f"imu2.acc_{axis}"][0] > 1.7 for axis in "xyz"), off
-    assert all(off[f"imu2.acc_{axis}"][1] < 1.5 for axis in "xyz"), off  # springs from half of 8 s
+    # over the noise: the motion that is prescribed takes most of the ringing; springs and motion are of half of 8 s
+    for name, (before, after) in ((n, o) for n, o in off.items() if ".acc" in n):
+        assert before > 1.3 and after < 1.3, (name, before, after)
     assert {c.channel.split(".")[0] for c in found.findings["soft_mount", "imu2"]} <= {"imu1", "imu2"}
 
 

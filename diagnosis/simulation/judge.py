@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.budget import check
 from imubench.diagnosis.evidence import Comparison, Swing
+from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.result import SimulatedChannel
 from imubench.diagnosis.simulation.channels import (
     ENDS,
     Channel,
+    channels,
     dense_rate,
     read_out,
     simulated,
@@ -43,20 +45,33 @@ class Judge:
 
     def misfit(self, model: SimModel) -> Misfit:
         """Return a function of a window: its samples' times, and simulated minus measured over the noise."""
+        known: dict[Window, tuple[Recording, list[tuple[Channel, NDArray[np.bool_]]]]] = {}
 
-        def of(window: Swing) -> tuple[Array, Array]:
+        def of(swing: Swing) -> tuple[Array, Array]:
             check()
-            truth = rolled_truth(model.rig, window, COARSE, model.start, step=LONG_STEP)
-            read = read_out(model, self.recording, truth, window.start)
-            times, off = [], []
-            margin = ENDS / COARSE
-            for c in self.channels:
-                own = (c.time >= window.start + margin) & (c.time <= window.end - margin) & self.counts[c.name]
-                times.append(c.time[own])
-                off.append((read[c.name] - c.measured)[own] / self.noise[c.group])
+            key = swing.start, swing.end
+            if key not in known:
+                known[key] = self.samples(swing.start, swing.end)
+            recording, own = known[key]
+            truth = rolled_truth(model.rig, swing, COARSE, model.start, step=LONG_STEP)
+            read = read_out(model, recording, truth, swing.start)
+            times = [c.time[counts] for c, counts in own]
+            off = [(read[c.name] - c.measured)[counts] / self.noise[c.group] for c, counts in own]
             return np.concatenate(times), np.concatenate(off)
 
         return of
+
+    def samples(self, start: float, end: float) -> tuple[Recording, list[tuple[Channel, NDArray[np.bool_]]]]:
+        """Return the recording between two times in s, its channels, and which of their samples (n,) count there."""
+        margin = ENDS / COARSE
+        low, high = start + margin, end - margin
+        counts = {c.name: self.counts[c.name][(c.time >= low) & (c.time <= high)] for c in self.channels}
+        inside = [int(mask.size) for mask in counts.values()]
+        if min(inside) > 1:
+            part = cut(self.recording, low, high)
+            return part, [(c, counts[c.name]) for c in channels(part)]
+        whole = [(c, self.counts[c.name] & (c.time >= low) & (c.time <= high)) for c in self.channels]
+        return self.recording, whole
 
     def played(self, one: Learned, half: int, started: Sequence[Swing] | None = None) -> dict[str, Array]:
         """Return every channel as one half's model plays it, from the states in `started` where they are known."""

@@ -30,7 +30,7 @@ from imubench.diagnosis.evidence import Played, Swing
 from imubench.errors import InputError
 from imubench.sim.ball import needs_ball
 from imubench.sim.rigs import Mount, Rig
-from imubench.sim.swing import Start, Torque, swing
+from imubench.sim.swing import Start, Torque, swing_many
 
 Misfit = Callable[[Swing], tuple[Array, Array]]
 """Takes a window; returns the times (n,) s of all samples in it, and simulated minus measured over the noise (n,)."""
@@ -96,7 +96,8 @@ def integrated(
     for begin in range(0, rows, most):
         count = min(most, rows - begin)
         middle = window.start + begin / rate + step / 2  # MuJoCo holds a torque throughout a step
-        truth = swing(light, state, (count + 1) / rate, rate, since(torque, middle), step)
+        pushed = since(torque, middle)
+        truth = next(iter(swing_many([light], [state], (count + 1) / rate, rate, pushed, step, threads=1)))
         first = truth.segments[0]
         turns.append(first.quaternion[:count])
         if truth.joint_angle is None or truth.joint_rate is None:

@@ -41,7 +41,8 @@ def rolled_truth(
     motion = rolled_out(rig, window, rate, step, torque)
     first = window.start if first is None else first
     rows = int((window.end - first) * rate + 1e-6) + 1
-    return play(later(rig, first - start), SplineMotion(motion, first, rig.gravity), (rows + 0.1) / rate, rate)
+    path = SplineMotion(motion, first, rig.gravity)
+    return play(later(rig, first - start), path, (rows + 0.1) / rate, rate, threads=1)
 
 
 def later(rig: Rig, seconds: float) -> Rig:
