@@ -84,7 +84,7 @@ def print_diagnosis(d: Diagnosis, evidence: Evidence, console: Terminal, paths: 
 
 def print_fit(d: Diagnosis, evidence: Evidence, console: Terminal) -> None:
     """Print by how much the declared model, and the one with what was found, differ from the recording, and where."""
-    found = any(f.confidence >= SURE for f in d.findings)
+    found = any(f.named and f.confidence >= SURE for f in d.findings)
     if d.simulation is not None and d.simulation.channels:
         console.say(f"MuJoCo's simulation, {d.simulation.how}, is off by (RMS):")
         for off in headline.offs(d.simulation)[:CHANNELS]:

@@ -307,6 +307,10 @@ def test_noise_that_nobody_knows_is_never_only_noise():
     assert usual == "imu1.gyro was taken to have 17.2 deg/s per sample, such IMUs usually have 0.097 to 0.35."
     # the profiles' least is the Awinda's 0.0017 rad/s, their most the MTw's 0.05 deg/s/sqrt(Hz) over 50 Hz
     assert "imu1.gyro was taken to have 17.2 deg/s" in html
+    both = replace(d, noise=nobody | {"imu2.gyro": nobody["imu1.gyro"]})
+    assert usual_noise(both, {"imu1": 100.0, "imu2": 100.0}).startswith(
+        "imu1.gyro and imu2.gyro were taken to have 17.2"
+    )
     quiet = diagnosis(noise=nobody, verdict="no mismatch", findings=(), where=())
     assert "How loud the sensors are is not known" in headline(quiet)
     assert "what differs is sensor noise" in headline(replace(quiet, noise={}))

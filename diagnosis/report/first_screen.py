@@ -199,6 +199,7 @@ def steps(d: Diagnosis, evidence: Evidence) -> Iterator[str]:
         return
     if d.stopped:
         yield words.stopped(d)
+        yield "Diagnose it again with a longer --time-limit."
     for u in d.unseen:
         yield f"To see {u.what}: {u.motion}."
     for f in d.findings:

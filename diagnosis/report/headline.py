@@ -149,21 +149,21 @@ def usual_noise(d: Diagnosis, rates: dict[str, float]) -> str:
         d: the diagnosis.
         rates: Hz, by IMU.
     """
-    asked = [name for name in d.noise_unknown if name.partition(".")[0] in rates]
-    parts = []
-    for name in asked:
+    said: dict[str, list[str]] = {}
+    for name in d.noise_unknown:
         at, _, part = name.partition(".")
+        if at not in rates:
+            continue
         found = sorted(
             std for p in PROFILES.values() if (std := getattr(p, part).declared_noise_std(rates[at])) > IDEAL
         )
         level = d.noise[name]
         factor, unit = shown(1.0, level.unit)
-        low, high, taken = (factor * x for x in (found[0], found[-1], level.std))
-        usual = brief(low) if found[0] == found[-1] else f"{brief(low)} to {brief(high)}"
-        parts.append(
-            f"{name} was taken to have {brief(taken)} {unit.replace('^2', '²')} per sample, "
-            f"such IMUs usually have {usual}"
-        )
+        low, high, taken = (brief(factor * x) for x in (found[0], found[-1], level.std))
+        usual = low if low == high else f"{low} to {high}"
+        text = f"taken to have {taken} {unit.replace('^2', '²')} per sample, such IMUs usually have {usual}"
+        said.setdefault(text, []).append(name)
+    parts = [f"{words.listed(names)} {'was' if len(names) == 1 else 'were'} {text}" for text, names in said.items()]
     return f"{'; '.join(parts)}." if parts else ""
 
 
