@@ -148,8 +148,8 @@ def diagnose(
     evidence = Evidence(
         recording,
         traces,
-        gather.played(plain, best),
-        gather.mounts(plain),
+        gather.played(gather.replayed(plain, best)),
+        gather.mounts(gather.replayed(plain, best)),
         before.levels,
         motion_before=gather.played(first) if named else None,
         notes=(

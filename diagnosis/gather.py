@@ -7,14 +7,15 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.evidence import Comparison, FittedEffect, Level, Played, Pose, Trace
+from imubench.diagnosis.evidence import Comparison, Level, Played, Pose, Trace
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.fitted_effects import fitted_effects
 from imubench.diagnosis.kinematics import FORCE, HINGE
 from imubench.diagnosis.noise import levels
 from imubench.diagnosis.rest_noise import quietest
-from imubench.diagnosis.result import NOT_KNOWN, UNKNOWN, Noise
+from imubench.diagnosis.result import NOT_KNOWN, Noise
 from imubench.diagnosis.rows import Rows
+from imubench.diagnosis.terms import Unknown
 from imubench.format1.profile_noise import by_profile
 from imubench.recording import Recording
 
@@ -143,11 +144,19 @@ def compared(
     return tuple(one for _, one in found[:most])
 
 
-def played(fit: Fit, nameless: Fit | None = None) -> Played:
+def replayed(numbers: Fit, nameless: Fit) -> Fit:
+    """Return the fit whose motion and mounts a replay takes: that of what has no name, where something has none.
+
+    Its signal is what a motion recovered with it leaves. Without one, the fit that the findings' numbers are of.
+    """
+    return nameless if any(isinstance(h.effect, Unknown) for h in nameless.model.hypotheses) else numbers
+
+
+def played(fit: Fit) -> Played:
     """Return the recovered motion, two rows a knot; where no place is measured the joint stays and its force is told.
 
     Two, because a normalised quaternion between knots is no spline of theirs where the motion is rough. A pivot that
-    moves is told by its force, too. What has no name is taken from the fit `nameless`, where that is another one.
+    moves is told by its force, too.
     """
     model = fit.model
     knots = model.tracks.knots
@@ -169,14 +178,8 @@ def played(fit: Fit, nameless: Fit | None = None) -> Played:
         np.broadcast_to(place, (time.size, 3)),
         moment.track(HINGE).value[:, 0] if model.rig.hinge else None,
         first.force.value if unplaced else None,
-        fitted_by(fit, nameless or fit, time - model.start),
+        fitted_effects(fit, time - model.start),
     )
-
-
-def fitted_by(fit: Fit, nameless: Fit, time: Array) -> tuple[FittedEffect, ...]:
-    """Return the effects of one fit, with what has no name by another one."""
-    named = [f for f in fitted_effects(fit, time) if f.effect != UNKNOWN]
-    return (*named, *(f for f in fitted_effects(nameless, time) if f.effect == UNKNOWN))
 
 
 def mounts(fit: Fit) -> dict[str, Pose]:

@@ -1,8 +1,8 @@
 """A whole diagnosis, and its model played: what is left of the recording is about what the fit left."""
 
-import numpy as np
 import pytest
 
+from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.export import write_model
 from imubench.diagnosis.read_model import read_model
@@ -12,21 +12,23 @@ from imubench.format1 import read
 from imubench.proof.case import make_case
 from tests.concealed import rms
 
-CELLS = [
-    ("low_pass", {"cutoff": 6.0, "channels": ["gyro", "accel"]}),
-    ("saturation", None),
-    ("gyro_bias", None),
-]
+CELLS = {  # concealed -> what is found, its parameters, how long it is recorded
+    "low_pass": ("low_pass", {"cutoff": 6.0, "channels": ["gyro", "accel"]}, 8.0),
+    "accel_scale": ("accel_scale", None, 8.0),
+    "rectification": ("unknown", None, 10.0),  # which no effect explains: it plays as the signal that was fitted
+}
+ENOUGH = 60.0  # s of processor time: the search is over by then
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("effect", "parameters"), CELLS, ids=[name for name, _ in CELLS])
-def test_what_a_diagnosis_found_plays(effect, parameters, tmp_path):
-    make_case(tmp_path / "recording", "pendulum", [(effect, "imu1", parameters)], 3, "strong", seconds=8.0)
+@pytest.mark.parametrize("concealed", CELLS)
+def test_what_a_diagnosis_found_plays(concealed, tmp_path):
+    effect, parameters, seconds = CELLS[concealed]
+    make_case(tmp_path / "recording", "pendulum", [(concealed, "imu1", parameters)], 3, "strong", seconds=seconds)
     recording, _ = read(tmp_path / "recording")
-    found, evidence = diagnose(recording)
-    if effect != "gyro_bias":  # of one IMU on a ball joint a bias is seen only as far as the joint shows it
-        assert effect in {f.effect for f in found.findings}
+    found, evidence = diagnose(recording, budget=Budget(ENOUGH))
+    assert [(f.effect, f.at) for f in found.findings] == [(effect, "imu1")]
+    assert found.misfit[0] > 1.3  # it showed
     (tmp_path / "model").mkdir()
     write_model(found, evidence, tmp_path / "model")
     model, (imu,) = read_model(tmp_path / "model"), recording.imus
@@ -37,4 +39,4 @@ def test_what_a_diagnosis_found_plays(effect, parameters, tmp_path):
         rms(((imu.gyro - gyro) / imu.gyro_noise_std)[settled]),
         rms(((imu.accel - accel) / imu.accel_noise_std)[settled]),
     ]
-    assert max(left) < 1.1 * max(1.0, np.sqrt(found.misfit[1])), left
+    assert max(left) < 1.1, left
