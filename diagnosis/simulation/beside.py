@@ -113,7 +113,7 @@ def as_smooth(declared: Fit, best: Fit) -> tuple[Fit, Fit]:
 
 def with_levels(fit: Fit, told: dict[str, float]) -> Fit:
     """Return a fit solved again at other noise levels."""
-    return solve(fit.model, fit.state, fit.noise | told, fit.anchor, steps=AGAIN)
+    return solve(fit.model, fit.state, {**fit.noise, **told}, fit.anchor, steps=AGAIN)
 
 
 def parts(fit: Fit) -> tuple[Part, ...]:
