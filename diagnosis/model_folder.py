@@ -77,7 +77,8 @@ def played_model(model: Model) -> Truth:
     """Return MuJoCo's truth of a model: its motion prescribed, its free swings rolled out."""
     rate = max(s.rate for s in (*model.imus.values(), *model.encoders.values()))
     truth = played_through(model.rig, model.motion, model.start, model.end - model.start, rate)
-    return with_swings(model.rig, truth, model.start, model.swings, torque_of(model.effects, model.start))
+    torque = torque_of(model.effects, model.start) if model.rig.family == "hinge" else None
+    return with_swings(model.rig, truth, model.start, model.swings, torque)
 
 
 def _encoder(model: Model, truth: Truth, joint: str, own: Sampling, rng: np.random.Generator) -> Encoder:

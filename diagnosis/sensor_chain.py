@@ -151,7 +151,7 @@ def angle_read(truth: Truth, start: float, stamps: Array, effects: Effects, firs
 
 
 def torque_of(effects: Effects, start: float) -> Torque | None:
-    """Return the torque about the joint's axis that was fitted without a name, N m by stamps (n,) s; None without.
+    """Return the torque about a hinge's axis that was fitted without a name, N m by stamps (n,) s; None without.
 
     Args:
         effects: of the model.
@@ -160,8 +160,7 @@ def torque_of(effects: Effects, start: float) -> Torque | None:
     own = [link for link in at_place(effects, "joint") if link.effect == UNKNOWN and "torque" in link.signals]
     if not own:
         return None
-    (link,) = own
-    return lambda stamps: np.interp(stamps - start, link.time, link.signals["torque"][:, 0])
+    return lambda stamps: np.sum([np.interp(stamps - start, x.time, x.signals["torque"][:, 0]) for x in own], axis=0)
 
 
 def _jets(law: Effect, link: Link, rng: np.random.Generator | None) -> dict[str, Jet] | None:
