@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.budget import NUMBERS, Budget
 from imubench.diagnosis.evidence import Evidence
@@ -40,7 +42,7 @@ def judged_by_simulation(
     with budget.part(NUMBERS, UNPLAYED):
         try:
             found = beside(best.model.recording, declared, best, noise, others)
-        except (InputError, NotPositiveDefiniteError):
+        except (InputError, NotPositiveDefiniteError, np.linalg.LinAlgError):
             found = None
     if found is None:
         return None, evidence
