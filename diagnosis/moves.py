@@ -11,15 +11,17 @@ angle; effects on mounts and at the joint are in all of these. Then
 With ' for the other fit and rms over the t_k::
 
     joint_axis            rms angle(a_i, a_i')                                 deg, by IMU
-    joint_centre          rms |c_i - c_i'|                                     mm, by IMU
+    joint_centre          rms |A_i (c_i - c_i')|,  A_i = 1 - a_i a_i^T         mm, by IMU
     hinge_angle           rms (q - q' - m),  m the circular mean of q - q'     deg RMS
     hinge_angle_constant  |m|                                                  deg
     orientation           rms angle(u_j, u_j')                                 deg RMS, by segment
 
-Nothing measures a heading without a magnetometer, so an orientation's is left out; beside a measured orientation, or
-on a base that stands still, `orientation` is rms angle(S_j^T S_j') instead. A pendulum has no axis. A free body has no
-centre either, but its pose may be measured: `mount_rotation` is rms angle(R_i^T R_i') in deg, `lever` rms |p_i - p_i'|
-in mm.
+Of a hinge any point on its axis is a centre, and nothing tells them apart: both sensors a little farther along it read
+the same. A pendulum has one centre, A_i = 1, and no axis. A free body has no centre either, but its pose may be
+measured: `mount_rotation` is rms angle(R_i^T R_i') in deg, `lever` rms |p_i - p_i'| in mm.
+
+Nothing measures a heading without a magnetometer, so an orientation's is left out; beside a measured orientation, or on
+a base that stands still, `orientation` is rms angle(S_j^T S_j') instead.
 """
 
 from dataclasses import dataclass, replace
@@ -94,14 +96,17 @@ def moved(one: Asked, other: Asked, recording: Recording) -> dict[str, Move]:
         out["mount_rotation"] = Move(np.array([rms(turned(a[0], b[0])) for a, b in pairs]) * DEG, "deg")
         out["lever"] = Move(np.array([rms(norm(a[1] - b[1])) for a, b in pairs]) * MM, "mm")
     elif pairs:
-        out["joint_centre"] = Move(_each(lambda a, b: norm(a - b), one.centres, other.centres) * MM, "mm")
+        between = [a - b for a, b in zip(one.centres, other.centres, strict=True)]
+        if recording.rig == "hinge":
+            between = [x - a * np.sum(a * x, axis=1, keepdims=True) for x, a in zip(between, one.axes, strict=True)]
+        out["joint_centre"] = Move(np.array([rms(norm(x)) for x in between]) * MM, "mm")
     if one.angle is not None and other.angle is not None:
         off = apart(one.angle, other.angle)
         mean = mean_angle(off)
         out["hinge_angle"] = Move(np.array(rms(apart(off, mean)) * DEG), "deg RMS")
         out["hinge_angle_constant"] = Move(np.array(abs(mean) * DEG), "deg")
-    between = turned if heading_known(recording) else tilted
-    out["orientation"] = Move(_each(between, one.segments, other.segments) * DEG, "deg RMS")
+    differing = turned if heading_known(recording) else tilted
+    out["orientation"] = Move(_each(differing, one.segments, other.segments) * DEG, "deg RMS")
     return out
 
 

@@ -62,7 +62,7 @@ def test_a_turned_mount_moves_axis_and_centre_as_its_rotation_does(rotation, mat
     turn = rotations.to_matrix(rotations.exp(rotation))
     axis, centre = nominal.T @ [0.0, 1.0, 0.0], -nominal.T @ imu.mount_position
     angle = np.degrees(np.arccos(axis @ turn @ axis))
-    off = 1e3 * np.linalg.norm(turn.T @ centre - centre)
+    off = 1e3 * np.linalg.norm(np.cross(turn.T @ axis, turn.T @ centre - centre))  # any point on the axis is a centre
 
     known = moves(fitted(recording, ("mount_pose", "imu2")), said("mount_pose", "imu2"), recording)
     assert known["joint_axis"].value == pytest.approx([0.0, angle], abs=0.15)
@@ -175,3 +175,17 @@ def test_the_angle_of_a_turn():
     by *= (rng.uniform(1e-9, 3.1, 50) / np.linalg.norm(by, axis=1))[:, None]
     other = one @ rotations.to_matrix(rotations.exp(by))
     np.testing.assert_allclose(turned(one, other), np.linalg.norm(by, axis=1), atol=1e-9)
+
+
+@pytest.mark.parametrize(("shift", "off"), [((0.0, 0.02, 0.0), 0.0), ((0.02, 0.0, 0.0), 20.0)])
+def test_a_place_along_the_hinge_s_axis_is_no_other_centre(shift, off, tmp_path):
+    """Both sensors 20 mm along the axis (y), of which no sample tells, or across it."""
+    recording = recorded(tmp_path / "r")
+    fit = fitted(recording)
+    values = dict(fit.state.values)
+    for name in ("imu1.translation", "imu2.translation"):
+        values[name] = values[name] + shift
+    other = replace(fit, state=replace(fit.state, values=values))
+    time = times(fit)
+    known = moved(asked(fit, time), asked(other, time), recording)
+    assert known["joint_centre"].value == pytest.approx([off, off], abs=1e-9)  # rounding: the shift is exact
