@@ -26,8 +26,8 @@ def judged_by_simulation(
 ) -> tuple[Simulation | None, Evidence]:
     """Return how far MuJoCo's simulations are from a recording, and the evidence with these.
 
-    Nothing where MuJoCo cannot play the model, where half of the recording does not hold its motion, or where the time
-    limit came first.
+    Nothing where MuJoCo cannot play the model or where half of the recording does not hold its motion, and the notes of
+    the evidence say so; nothing either where the time limit came first.
 
     Args:
         evidence: of the diagnosis.
@@ -38,14 +38,16 @@ def judged_by_simulation(
         budget: of the diagnosis.
     """
     noise = {level.group: level.used for level in evidence.levels}
-    found = None
+    found, why = None, ""
     with budget.part(NUMBERS, UNPLAYED):
         try:
             found = beside(best.model.recording, declared, best, noise, others)
-        except (InputError, NotPositiveDefiniteError, np.linalg.LinAlgError):
-            found = None
+            why = "" if found else "MuJoCo cannot play what was found"
+        except (InputError, NotPositiveDefiniteError, np.linalg.LinAlgError) as error:
+            why = str(error)
     if found is None:
-        return None, evidence
+        said = (f"No simulation was played beside the recording: {why}.",) if why else ()
+        return None, replace(evidence, notes=(*evidence.notes, *said))
     return found.simulation, replace(
         evidence,
         simulated=found.channels,
