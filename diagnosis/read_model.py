@@ -223,7 +223,12 @@ def _stamps(table: Mapping[str, Any], where: str) -> Array:
         most = start + MOST_SECONDS
         if not isinstance(end, int | float) or isinstance(end, bool) or not start < end <= most:
             raise InputError(f"{where}, key 'end': expected a time in s from {start:g} to {most:g}, got {shown(end)}")
-        samples = min(max(round((end - start) * rate) + 1, 2), MOST_SAMPLES)
+        if (samples - 1) / (end - start) > MOST_RATE:
+            raise InputError(
+                f"{where}, key 'end': expected at most {MOST_RATE:g} Hz, got {samples:,} samples by {end:g} s"
+            )
+        samples = min(max(round((end - start) * rate) + 1, samples), MOST_SAMPLES)  # a clock may be a little quick
+        return np.linspace(start, end, samples)
     return np.asarray(start + np.arange(samples) / rate, dtype=float)
 
 

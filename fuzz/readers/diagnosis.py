@@ -59,5 +59,6 @@ READERS = (
     ),
     Reader("model-imus-toml", "model/imus.toml", models.model, toml.mutate, played, run),
     Reader("model-motion-csv", "model/motion.csv", models.model, csv.mutate, played, run),
+    Reader("model-unknown-csv", "model/unknown_imu1.csv", models.model, csv.mutate, played, run),
     Reader("model-mjcf", "model/hinge.xml", models.model, mjcf.mutate, played, run),
 )

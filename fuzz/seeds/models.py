@@ -7,7 +7,7 @@ import numpy as np
 
 from fuzz.seeds import laid_out, recordings
 from imubench.answers import write_json
-from imubench.diagnosis.evidence import Evidence, Level, Played, Pose, Trace
+from imubench.diagnosis.evidence import Evidence, FittedEffect, Level, Played, Pose, Trace
 from imubench.diagnosis.export import write_model
 from imubench.diagnosis.result import (
     Baseline,
@@ -76,6 +76,7 @@ BIASED = Finding(
 )
 SPRUNG = Finding("soft_mount", "imu2", 0.9, SOFT, GAIN)
 DELAYED = Finding("time_offset", "imu2", 0.9, LATE, GAIN)
+NAMELESS = Finding("unknown", "imu1", 0.4, {}, GAIN)  # in doubt: the verdict is as without it
 
 
 def evidence(recording: Recording) -> Evidence:
@@ -84,7 +85,9 @@ def evidence(recording: Recording) -> Evidence:
     time = np.arange(stamps[0] - 0.2, stamps[-1] + 0.2, 0.05)
     turn = np.stack([np.cos(0.3 * np.sin(time)), np.sin(0.3 * np.sin(time)), 0 * time, 0 * time], axis=1)
     force = np.stack([np.sin(time), np.cos(time), 9.81 + 0 * time], axis=1)
-    motion = Played(time, turn, np.zeros((time.size, 3)), 0.5 * np.sin(2 * time), force)
+    hum = {"gyro": 0.01 * force, "accel": 0.1 * force}
+    fitted = (FittedEffect("unknown", "imu1", time=time - stamps[0], signals=hum),)
+    motion = Played(time, turn, np.zeros((time.size, 3)), 0.5 * np.sin(2 * time), force, fitted)
     mounts = {imu.name: Pose(imu.mount_position, imu.mount_quaternion) for imu in recording.imus}
     trace = Trace("imu1", "gyro", ("gyr_x", "gyr_y", "gyr_z"), "rad/s", stamps, np.zeros((stamps.size, 3)), 1.0)
     groups = [f"{imu}.{part}" for imu in mounts for part in ("gyro", "accel")] + ["encoder.angle"]
@@ -93,10 +96,10 @@ def evidence(recording: Recording) -> Evidence:
 
 @laid_out
 def model(folder: Path) -> None:
-    """Write model/ with a spring, a bias and a delay in it."""
+    """Write model/ with a spring, a bias, a delay and what has no name in it."""
     recording, _ = recordings.recorded()
     (folder / "model").mkdir()
-    write_model(diagnosis(BIASED, SPRUNG, DELAYED), evidence(recording), folder / "model")
+    write_model(diagnosis(BIASED, SPRUNG, DELAYED, NAMELESS), evidence(recording), folder / "model")
 
 
 @laid_out
