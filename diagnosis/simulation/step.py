@@ -45,9 +45,11 @@ def judged_by_simulation(
             why = "" if found else "MuJoCo cannot play what was found"
         except (InputError, NotPositiveDefiniteError, np.linalg.LinAlgError) as error:
             why = str(error)
+    if found is None and why:
+        note = f"No simulation was played beside the recording: {why}."
+        return None, replace(evidence, notes=(*evidence.notes, note))
     if found is None:
-        said = (f"No simulation was played beside the recording: {why}.",) if why else ()
-        return None, replace(evidence, notes=(*evidence.notes, *said))
+        return None, evidence
     return found.simulation, replace(
         evidence,
         simulated=found.channels,
