@@ -21,6 +21,7 @@ from imubench.diagnosis.marks import MARK, Columns, Joint, joint, mark
 from imubench.diagnosis.model import Model
 from imubench.diagnosis.refit import extended, guess_of, log_evidence, refit
 from imubench.diagnosis.slow_noise import louder_where
+from imubench.diagnosis.symmetries import CLOCKS
 from imubench.diagnosis.trial import FILTER, HUM
 from imubench.effects import EFFECTS, possible
 
@@ -29,7 +30,6 @@ DOUBT = 0.2  # of what an effect explains: a rival that would lose less is refit
 DULL, DULL_DOUBT = 1.5, 0.6  # times white noise, from where on more is in doubt: a rival has its own part of the noise
 REFITTED = 3  # rivals at most
 SCALE = "accel_scale"
-CLOCKS = ("time_offset", "clock_skew")
 
 
 @dataclass(frozen=True)

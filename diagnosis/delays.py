@@ -107,13 +107,18 @@ def plateau(signal: Array, sampling: float) -> float:
     return float(np.sqrt(np.median(power.sum(axis=1)[f > sampling / 3]) / 3 * sampling / 2))
 
 
+def is_short(time: Array, delay: float) -> bool:
+    """Return whether a delay in s is far shorter than the steps of times (n,)."""
+    return bool(delay < SHORT * (time[1] - time[0]))
+
+
 def straight_on(time: Array, x: Readings, delay: float) -> tuple[Array, Readings]:
     """Return fine times and readings (n, 3) there, which go straight on before the first one and after the last.
 
     A filter that begins at the first reading, which is moving, would be wrong there by all that it delays. With a delay
     that is far shorter than the steps these stay as they are.
     """
-    if delay < SHORT * (time[1] - time[0]):
+    if is_short(time, delay):
         return time, dict(x)
     start, end = time[0] - SETTLED * delay, time[-1] + SETTLED * delay
     fine = np.linspace(start, end, int(np.ceil((end - start) / (FINE * delay))) + len(time))
@@ -124,7 +129,7 @@ def straight_on(time: Array, x: Readings, delay: float) -> tuple[Array, Readings
 
 def beside(time: Array, x: Mapping[str, Array], delay: float) -> Readings:
     """Return c (n, 3): what a filter reads beside one that only delays, at the world's times (n,), evenly spaced."""
-    if delay < SHORT * (time[1] - time[0]):
+    if is_short(time, delay):
         splines = {part: CubicSpline(time, y) for part, y in x.items()}
         return {part: delay**2 / 2 * s(time, 2) - delay**3 / 3 * s(time, 3) for part, s in splines.items()}
     cutoff = {"cutoff": np.array(1 / (2 * np.pi * delay))}

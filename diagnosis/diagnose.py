@@ -145,11 +145,12 @@ def diagnose(
         with step("say what the sensors' own errors are"):
             sensors = own_errors(best)
     nobody = [name for name, level in noise.items() if level.source == NOT_KNOWN]
+    again = gather.replayed(plain, best)
     evidence = Evidence(
         recording,
         traces,
-        gather.played(gather.replayed(plain, best)),
-        gather.mounts(gather.replayed(plain, best)),
+        gather.played(again),
+        gather.mounts(again),
         before.levels,
         motion_before=gather.played(first) if named else None,
         notes=(

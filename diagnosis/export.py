@@ -23,6 +23,7 @@ from imubench.diagnosis.sensor_chain import Link, chained
 from imubench.diagnosis.simulation.swing_file import KEY, swing_tables
 from imubench.effects import EFFECTS
 from imubench.format1.tables import write_table
+from imubench.format1.write import IMU
 from imubench.recording import span_of
 from imubench.sim.compile import specify
 from imubench.sim.injected import SWUNG
@@ -38,7 +39,7 @@ IN_THE_RIG = (
 """The effects that are in the MJCF file, or in the motion."""
 PLAY = ("play", "play_beside")  # columns of a motion
 AT_THE_ENCODER = ("backlash",)
-NAMES = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z"), "torque": ("torque",)}
+NAMES = {**IMU, "torque": ("torque",)}
 
 
 def plays(effect: str, rig: str) -> bool:

@@ -58,7 +58,7 @@ class Weighed:
 def weighed(fit: Fit, known: Mapping[str, float], seen: Mapping[str, float] | None = None) -> Weighed:
     """Return a fit beside the noise by group: the known level, else what the samples have `seen`, or the quietest's."""
     left, leverage = levels(fit)
-    quiet = quietest(fit.model.recording)
+    quiet = quietest(fit.model.recording.imus)
     table = []
     for rows in fit.measured:
         least = min(quiet.get(rows.name, np.inf), float(left[rows.name]))

@@ -133,12 +133,11 @@ def gain(before: Array, after: Array, rng: np.random.Generator) -> Gain:
 def told_by(normal: Normal) -> tuple[Array, Array, Array, Array]:
     """Return the steps of the splines (m, b) and the parameters (p,) that a half alone asks for.
 
-    With them what the splines do (m, b, p) when a parameter takes another step, and the parameters' std (p,).
+    With them what the splines do (m, b, p) when a parameter takes another step, and the parameters' information (p, p).
     """
     solution = solve_arrow(normal.band, normal.border, normal.corner)
     x, p = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
-    std = np.sqrt(np.diag(np.linalg.inv(solution.schur)))
-    return x[:, :, 0], p[:, 0], -solution.factor.backward(solution.half), std
+    return x[:, :, 0], p[:, 0], -solution.factor.backward(solution.half), solution.schur
 
 
 def _left(part: Linear, motion: Array, learnt: Array, width: int) -> Array:

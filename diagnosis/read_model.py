@@ -11,8 +11,9 @@ from imubench.arrays import Array
 from imubench.diagnosis.evidence import FittedEffect, Played, Swing
 from imubench.diagnosis.export import AT_THE_ENCODER, FORMAT, NAMES, PLAY, SENSORS
 from imubench.diagnosis.replay import DEGREE, TOLD
+from imubench.diagnosis.result import UNKNOWN
 from imubench.diagnosis.rig_file import read_rig
-from imubench.diagnosis.sensor_chain import UNKNOWN, Effects, Link, at_place, chained
+from imubench.diagnosis.sensor_chain import Effects, Link, at_place, chained
 from imubench.diagnosis.simulation.swing_file import KEY, read_swings
 from imubench.effects import EFFECTS
 from imubench.errors import InputError, shown, unknown

@@ -118,7 +118,6 @@ def noise_density(rows: Rows) -> float:
     return -float(np.sum(np.log(np.broadcast_to(rows.std, rows.residual.value.shape))))
 
 
-@one_thread
 def covariance_of(model: Model, schur: Array) -> Array:
     """Return the covariance (p, p) of all parameters from what solving for the splines leaves of their information.
 
@@ -131,6 +130,7 @@ def covariance_of(model: Model, schur: Array) -> Array:
     return np.asarray(wide @ wide.T, dtype=float)
 
 
+@one_thread
 def information(fit: Fit) -> tuple[Array, dict[str, Array]]:
     """Return the covariance (p, p) of all parameters, and every parameter's standard deviations."""
     _, solution, _ = factored(fit.model, [r for r in fit.rows if not r.name.startswith(TILT)])

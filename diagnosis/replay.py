@@ -1,6 +1,5 @@
 """MuJoCo plays a recovered motion through a rig: what the IMUs would read, springs and all."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,6 @@ from imubench.diagnosis.evidence import Played
 from imubench.diagnosis.kinematics import attitude
 from imubench.errors import InputError
 from imubench.jets import Jet
-from imubench.sim.imu_sampling import interpolate
 from imubench.sim.joints import Play
 from imubench.sim.motion import Trajectory
 from imubench.sim.play import play
@@ -118,13 +116,3 @@ def with_told_play(rig: Rig, motion: Played, start: float) -> Rig:
         return rig
     path = ToldSignal(motion.time - start, told[0]), ToldSignal(motion.time - start, told[1])
     return replace(rig, play=replace(rig.loose, path=path))
-
-
-def readings(truth: Truth, start: float, stamps: Mapping[str, Array]) -> dict[str, tuple[Array, Array]]:
-    """Return angular rate and specific force (n, 3) of each sensor at the world's times `stamps` (n,) s."""
-    step = truth.time[1] - truth.time[0]
-    out = {}
-    for name, time in stamps.items():
-        sensor, at = truth.sensor(name), (time - start) / step
-        out[name] = interpolate(sensor.gyro, at), interpolate(sensor.specific_force, at)
-    return out

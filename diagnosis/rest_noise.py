@@ -11,7 +11,7 @@ or of foam in one, looks much the same to a threshold, so a rest is taken for on
   power, which makes the std 20 % too large: as much as coloured noise may add anyhow.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -48,9 +48,9 @@ def quiet_noise(imu: Imu, part: str) -> float:
     return quiet_level(imu.time, getattr(imu, part), MOST[part])
 
 
-def quietest(recording: Recording) -> dict[str, float]:
-    """Return that of every triple of a recording's IMUs, by group: imu1.gyro and so on."""
-    return {f"{i.name}.{part}": quiet_noise(i, part) for i in recording.imus for part in UNITS}
+def quietest(imus: Sequence[Imu]) -> dict[str, float]:
+    """Return that of every triple of some IMUs, by group: imu1.gyro and so on."""
+    return {f"{i.name}.{part}": quiet_noise(i, part) for i in imus for part in UNITS}
 
 
 def least_noise(recording: Recording) -> dict[str, float]:
@@ -58,7 +58,7 @@ def least_noise(recording: Recording) -> dict[str, float]:
 
     The second is for recordings from a simulation, whose noise may be none.
     """
-    return {name: min(LEAST[name.split(".")[1]], QUIETER * std) for name, std in quietest(recording).items()}
+    return {name: min(LEAST[name.split(".")[1]], QUIETER * std) for name, std in quietest(recording.imus).items()}
 
 
 def rest_noise(imu: Imu, windows: Windows, steps: Mapping[str, Array]) -> dict[str, float]:

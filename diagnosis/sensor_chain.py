@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.result import UNKNOWN
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.effects.effect import Effect, Reading
 from imubench.effects.joints import Backlash
@@ -29,7 +30,6 @@ from imubench.sim.injected import phased
 from imubench.sim.swing import Torque
 from imubench.truth import Truth
 
-UNKNOWN = "unknown"
 NOISES = {"gyro_noise": 0, "accel_noise": 1}
 FIRST, LAST = ("impacts",), ("saturation", "quantisation", "dropouts")
 """Effects on samples, before and behind the noise."""
@@ -194,4 +194,4 @@ def _sampled(
     return stamps, gyro, accel
 
 
-__all__ = ["UNKNOWN", "Chain", "Effects", "Link", "angle_read", "at_place", "chained", "read_by", "torque_of"]
+__all__ = ["Chain", "Effects", "Link", "angle_read", "at_place", "chained", "read_by", "torque_of"]

@@ -1,10 +1,10 @@
 """Mounts that give way at both ends of a hinge: geometry from the slow band, then the springs of both IMUs at once.
 
 Springs that both IMUs are on look like noise, and one sprung mount at a time takes in what both do: the other's motion
-goes into the geometry, which turns by tens of degrees and fits. Below some frequency
-both IMUs obey the hinge (`olsson2020-banded` finds it). The rigid model of what is left there has the mounts; held to
-these, the springs of both are fitted while the noise is still what the rigid model left, and the noise then falls to
-what they leave. Only then are the mounts free again.
+goes into the geometry, which turns by tens of degrees and fits. Below some frequency both IMUs obey the hinge
+(`olsson2020-banded` finds it). The rigid model of what is left there has the mounts; held to these, the springs of both
+are fitted while the noise is still what the rigid model left, and the noise then falls to what they leave. Only then
+are the mounts free again.
 """
 
 from dataclasses import replace

@@ -8,7 +8,7 @@ from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.heldout import Gain
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import declared
-from imubench.diagnosis.rest_noise import quiet_noise
+from imubench.diagnosis.rest_noise import quietest
 
 NEEDED = 5.0  # nat of evidence before an effect is looked at on held-out data: odds of 150 for some 60 candidates
 TRIED = 3  # of the best scores, refitted exactly in each round
@@ -68,8 +68,8 @@ def misfit(fit: Fit, at_least: bool = False) -> float:
     louder moments (its gyroscope turns with the hum): undeclared, its level says nothing. `at_least`: over the louder
     of both, for what is declared may be too little.
     """
-    imus = [i for i in fit.model.recording.imus if i.name not in fit.model.humming]
-    quiet = {f"{i.name}.{part}": quiet_noise(i, part) for i in imus for part in ("gyro", "accel")}
+    steady = tuple(i for i in fit.model.recording.imus if i.name not in fit.model.humming)
+    quiet = quietest(steady)
     told = quiet | declared(fit.model)
     if at_least:
         told = {name: max(std, quiet.get(name, 0.0)) for name, std in told.items()}

@@ -9,7 +9,7 @@ from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.on_disk import REPORT, STAGES, diagnose_on_disk
 from imubench.diagnosis.report import Paths, headline, words
 from imubench.diagnosis.report.first_screen import command_lines, consequence, ordered, steps
-from imubench.diagnosis.report.numbers import rows, shown, size
+from imubench.diagnosis.report.numbers import rows, size
 from imubench.diagnosis.result import SURE, Diagnosis, Finding
 from imubench.diagnosis.result_file import FILE_NAME
 from imubench.errors import InputError
@@ -99,11 +99,9 @@ def print_fit(d: Diagnosis, evidence: Evidence, console: Terminal) -> None:
         console.say(f"noise not known: {usual}")
     for text in headline.places(d, evidence.span) if d.fitted else ():  # else that is what to do next
         console.say(f"  {text}")
-    unit = d.fit.reference.unit
-    for name, value in d.fit.reference.before.items():
-        was, is_now = (shown(x, unit.split()[0])[0] for x in (value, d.fit.reference.after[name]))
+    for name, was, is_now in headline.against_reference(d):
         change = f"{was:.2f}" if was == is_now else f"{was:.2f} as declared, {is_now:.2f} with what was found"
-        console.say(f"{words.MEASURED.get(name, name)} against the reference (deg RMS): {change}")
+        console.say(f"{name} against the reference (deg RMS): {change}")
 
 
 def print_numbers(found: list[Finding], console: Terminal) -> None:

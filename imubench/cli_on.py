@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-import numpy as np
 from rich.table import Table
 
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory
 from imubench.diagnosis.model_folder import is_model
+from imubench.diagnosis.report.numbers import shown
 from imubench.diagnosis.result_file import simulation_as_dict
 from imubench.diagnosis.simulation.on_recording import OnRecording, judged_on
 from imubench.errors import InputError
@@ -16,7 +16,6 @@ from imubench.progress import on_console
 from imubench.terminal import Terminal
 
 FILE_NAME = "simulation.json"
-SHOWN = {"rad": (180 / np.pi, "deg"), "rad/s": (180 / np.pi, "deg/s"), "m": (1e3, "mm")}
 
 
 def run(model: Path, recording: Path, out: Path, console: Terminal, errors: Terminal) -> None:
@@ -51,6 +50,6 @@ def print_table(done: OnRecording, console: Terminal) -> None:
     for column in ("channel", "as declared", "with the model", "noise", "unit"):
         table.add_column(column, justify="left" if column in ("channel", "unit") else "right")
     for name, c in s.channels.items():
-        factor, unit = SHOWN.get(c.unit, (1.0, c.unit))
+        factor, unit = shown(1.0, c.unit)
         table.add_row(name, *(f"{factor * x:.3g}" for x in (c.before, c.after, c.noise)), unit)
     console.print(table)

@@ -20,7 +20,7 @@ from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
 from imubench.sim.joints import Play, Stop
 from imubench.sim.motion import Carried, Motion
-from imubench.sim.rigs import Mount, Rig, Segment, Slip, springs
+from imubench.sim.rigs import Mount, Rig, Segment, Slip, inertia_about, springs
 from imubench.sim.signals import Sines
 
 Injected = Mapping[str, Any]  # {"effect", "at", "parameters"}
@@ -104,8 +104,7 @@ def resisting(rig: Rig, effects: Sequence[Injected]) -> Rig:
 
 def stop_of(rig: Rig, parameters: Mapping[str, Any]) -> Stop:
     """Return an end stop; where nobody says how stiff it is, the limb bounces on it at `BOUNCE` Hz."""
-    own, w = rig.segments[-1], 2 * np.pi * BOUNCE
-    inertia = float(own.inertia[1] + own.mass * (own.com @ own.com - own.com[1] ** 2)) / rig.inertia_scale  # about y
+    inertia, w = inertia_about(rig, np.eye(3)[1]), 2 * np.pi * BOUNCE
     stiffness = parameters.get("stiffness", inertia * w**2)
     damping = parameters.get("damping", inertia * 2 * BOUNCE_RATIO * w)
     return Stop(float(parameters["angle"]), float(stiffness), float(damping))

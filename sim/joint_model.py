@@ -7,7 +7,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.sim.joints import IMPEDANCE, KNOCK_FREQUENCY, KNOCK_RATIO, Play
-from imubench.sim.rigs import Rig
+from imubench.sim.rigs import Rig, inertia_about
 
 PLAY = "play"
 """The joint of a loose limb, across the hinge's axis."""
@@ -126,9 +126,7 @@ def _loosen(spec: Any, rig: Rig, play: Play) -> None:
 def loose_inertia(rig: Rig) -> float:
     """Return the inertia of segment 2 about the axis of its play, kg m^2, through the joint."""
     assert rig.play is not None
-    segment, e = rig.segments[-1], rig.play.axis
-    c = segment.com
-    return float(e @ (segment.inertia * e) + segment.mass * (c @ c - (c @ e) ** 2)) / rig.inertia_scale
+    return inertia_about(rig, rig.play.axis)
 
 
 def _carry(spec: Any) -> None:

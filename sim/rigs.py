@@ -213,6 +213,14 @@ class Rig:
         return self.spring_columns[0].stop
 
 
+def inertia_about(rig: Rig, axis: Array) -> float:
+    """Return the inertia of the swinging segment in kg m^2 about a unit vector (3,) of its axes, through the joint."""
+    segment = rig.segments[-1]
+    c = segment.com
+    own = float(axis @ (segment.inertia * axis) + segment.mass * (c @ c - (c @ axis) ** 2))
+    return own / rig.inertia_scale
+
+
 def rod(mass: float, start: tuple[float, ...], end: tuple[float, ...], radius: float) -> Segment:
     """Return a cylinder of `mass` kg from `start` to `end` (m, segment frame, along one axis)."""
     a, b = np.array(start), np.array(end)

@@ -16,9 +16,10 @@ from imubench.diagnosis.found_rig import rig_of
 from imubench.diagnosis.judge import errors
 from imubench.diagnosis.nominal import nominal_fit
 from imubench.diagnosis.quiet import quiet_level
-from imubench.diagnosis.replay import played_through, readings
+from imubench.diagnosis.replay import played_through
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
+from imubench.diagnosis.sensor_chain import read_by
 from imubench.format1 import write_recording
 from imubench.recording import Recording
 from imubench.reference import Reference
@@ -170,7 +171,7 @@ def test_mujoco_reads_what_the_fitted_model_reads(clean):
     truth = played_through(rig_of(recording, mounts), gather.played(fit), 0.0, SECONDS, 50.0)
     rows = {r.name: r for r in fit.measured}
     for imu in recording.imus:
-        gyro, accel = readings(truth, 0.0, {imu.name: np.clip(rows[f"{imu.name}.gyro"].time, 0.0, None)})[imu.name]
+        _, gyro, accel = read_by(truth, 0.0, np.clip(rows[f"{imu.name}.gyro"].time, 0.0, None), imu.name, ())
         for part, got, sample in (("gyro", gyro, imu.gyro), ("accel", accel, imu.accel)):
             predicted = sample + rows[f"{imu.name}.{part}"].residual.value
             # cubic interpolation at 400 Hz and of the joint's force at 200 Hz, of a motion with noise up to 25 Hz

@@ -12,9 +12,10 @@ from imubench.diagnosis.evidence import Evidence, FittedEffect, Level, Played, P
 from imubench.diagnosis.export import write_model
 from imubench.diagnosis.found_rig import rig_of
 from imubench.diagnosis.model_folder import replay
-from imubench.diagnosis.replay import played_through, readings
+from imubench.diagnosis.replay import played_through
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
 from imubench.diagnosis.rig_file import read_rig
+from imubench.diagnosis.sensor_chain import read_by
 from imubench.errors import InputError
 from imubench.inputs.toml import load_toml
 from imubench.recording import Body, Encoder, Imu, Recording
@@ -187,9 +188,7 @@ def test_a_measured_place_is_followed_and_a_fixed_base_stays():
     other = played_through(rig, motion, 0.0, 2.0, RATE)
     some = STAMPS[:190]
     for name in MOUNTS:
-        for a, b in zip(
-            readings(truth, 0.0, {name: some})[name], readings(other, 0.0, {name: some})[name], strict=True
-        ):
+        for a, b in zip(read_by(truth, 0.0, some, name, ()), read_by(other, 0.0, some, name, ()), strict=True):
             assert_allclose(a, b, atol=1e-3)  # quintic splines through a 1.5 Hz motion at 100 Hz, of 10 m/s^2
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.evidence import Comparison, Evidence, Trace
 from imubench.diagnosis.report.chart import Line, Panel, chart
-from imubench.diagnosis.report.numbers import brief, shown
+from imubench.diagnosis.report.numbers import brief, printed
 from imubench.diagnosis.report.words import called, spelled
 from imubench.diagnosis.result import Finding, Simulation
 from imubench.diagnosis.shares import power_explained
@@ -125,12 +125,6 @@ def residual(trace: Trace, column: int, start: float, bands_hz: Sequence[tuple[f
     said = f"{name}: {brief(size)} {unit} RMS is left, where sensor noise leaves {brief(noise)}"
     keys = (("left", "what is left"), ("measured", "white sensor noise, over frequency"), NOISE_KEY)
     return chart(said, panels, (*keys, *([("held", "most of it")] if bands_hz else [])), _part_shown(span, time))
-
-
-def printed(unit: str) -> tuple[float, str]:
-    """Return factor and name of a unit in a figure."""
-    factor, name = shown(1.0, unit)
-    return factor, name.replace("^2", "²")
 
 
 def changed_power(c: Comparison) -> float:

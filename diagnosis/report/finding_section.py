@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from imubench.diagnosis.evidence import Comparison, Evidence
 from imubench.diagnosis.report import compared, words
 from imubench.diagnosis.report.first_screen import ordered
-from imubench.diagnosis.report.html import fold, sentence, table, term
+from imubench.diagnosis.report.html import fold, table, term
 from imubench.diagnosis.report.numbers import decimals, fixed, rows, size
 from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.effects import EFFECTS
@@ -33,7 +33,7 @@ def findings(d: Diagnosis, evidence: Evidence) -> Iterable[str]:
 
 
 def _brief(f: Finding) -> str:
-    name = sentence(words.called(f.effect, f.at))
+    name = words.sentence(words.called(f.effect, f.at))
     moves = f": it moves {words.moved(f)}" if f.moves else ""
     return f"{name} ({words.percent(f.confidence)} sure){moves}."
 
@@ -89,7 +89,7 @@ def _evidence(f: Finding) -> str:
         )
     for e in f.equivalent:
         beside = fixed(e.heldout_gain - gain, 0)
-        parts.append(f"<p>{escape(sentence(words.called(e.effect, e.at)))} instead: {beside} nat beside it.</p>")
+        parts.append(f"<p>{escape(words.sentence(words.called(e.effect, e.at)))} instead: {beside} nat beside it.</p>")
     if f.separate_by:
         parts.append(f"<p>To tell them apart: {escape(f.separate_by)}.</p>")
     return "".join(parts)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from imubench.diagnosis.evidence import Comparison, Evidence
 from imubench.diagnosis.report import headline, words
 from imubench.diagnosis.report.compared import changed_power, is_seen, title
-from imubench.diagnosis.report.html import sentence, term
-from imubench.diagnosis.report.numbers import fixed, shown
+from imubench.diagnosis.report.html import term
+from imubench.diagnosis.report.numbers import fixed
 from imubench.diagnosis.result import SURE, Diagnosis, Finding
 from imubench.estimators import ESTIMATORS
 from imubench.reproduce.report import escape
@@ -118,7 +118,7 @@ def _times(value: float) -> str:
 def where(d: Diagnosis, evidence: Evidence) -> str:
     """Return where the recording differs from the declared model."""
     texts = headline.places(d, evidence.span)
-    return "".join(f"<p>{escape(sentence(text))}</p>" for text in texts[:PLACES_SHOWN])
+    return "".join(f"<p>{escape(words.sentence(text))}</p>" for text in texts[:PLACES_SHOWN])
 
 
 def because(d: Diagnosis) -> str:
@@ -146,7 +146,7 @@ def how_sure(d: Diagnosis) -> str:
         if f.equivalent:
             others = words.listed([words.called(e.effect, e.at) for e in f.equivalent])
             instead = f" This recording cannot tell it from {others}."
-        name = sentence(words.called(f.effect, f.at))
+        name = words.sentence(words.called(f.effect, f.at))
         parts.append(
             f"<p>{escape(f'{name}: {words.certainty(f.confidence)}, {words.percent(f.confidence)}.{instead}')}</p>"
         )
@@ -167,11 +167,9 @@ def does(d: Diagnosis, evidence: Evidence) -> str:
         parts.append(
             f"<p>{escape(consequence(f, evidence.comparisons[i] if i < len(evidence.comparisons) else ()))}</p>"
         )
-    unit = d.fit.reference.unit
-    for name, value in d.fit.reference.before.items():
-        was, now = (shown(x, unit.split()[0])[0] for x in (value, d.fit.reference.after[name]))
+    for name, was, now in headline.against_reference(d):
         parts.append(
-            f"<p>Against the {term('reference')}, the {escape(words.MEASURED.get(name, name))} is off by "
+            f"<p>Against the {term('reference')}, the {escape(name)} is off by "
             f"{fixed(was, 2)} → {fixed(now, 2)} deg RMS.</p>"
         )
     return "".join(parts)
@@ -181,7 +179,7 @@ def consequence(f: Finding, compared: Sequence[Comparison]) -> str:
     """Return what a finding moves, or what its simulated channel does without it, in a sentence."""
     name = words.called(f.effect, f.at)
     if f.moves:
-        return f"{sentence(name)} moves {words.moved(f)}."
+        return f"{words.sentence(name)} moves {words.moved(f)}."
     if compared and is_seen(max(compared, key=changed_power)):
         return f"{title(max(compared, key=changed_power), name)}."
     return f"What {name} moves is not known."

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.diagnosis.report import words
-from imubench.diagnosis.report.numbers import brief, shown
+from imubench.diagnosis.report.numbers import brief, printed, shown
 from imubench.diagnosis.result import SURE, Diagnosis, Simulation
 from imubench.sim.profiles import PROFILES
 
@@ -33,10 +33,10 @@ def offs(s: Simulation) -> list[Off]:
     """Return how far each channel is off, the farthest over its noise as declared first."""
     found = []
     for name, c in s.channels.items():
-        factor, unit = shown(1.0, c.unit)
+        factor, unit = printed(c.unit)
         noise = max(c.noise, 1e-300)
         before, after, level = (brief(factor * v) for v in (c.before, c.after, c.noise))
-        found.append(Off(name, before, after, level, unit.replace("^2", "²"), c.before / noise, c.after / noise))
+        found.append(Off(name, before, after, level, unit, c.before / noise, c.after / noise))
     return sorted(found, key=lambda off: -off.times_before)
 
 
@@ -158,13 +158,23 @@ def usual_noise(d: Diagnosis, rates: dict[str, float]) -> str:
             std for p in PROFILES.values() if (std := getattr(p, part).declared_noise_std(rates[at])) > IDEAL
         )
         level = d.noise[name]
-        factor, unit = shown(1.0, level.unit)
+        factor, unit = printed(level.unit)
         low, high, taken = (brief(factor * x) for x in (found[0], found[-1], level.std))
         usual = low if low == high else f"{low} to {high}"
-        text = f"taken to have {taken} {unit.replace('^2', '²')} per sample, such IMUs usually have {usual}"
+        text = f"taken to have {taken} {unit} per sample, such IMUs usually have {usual}"
         said.setdefault(text, []).append(name)
     parts = [f"{words.listed(names)} {'was' if len(names) == 1 else 'were'} {text}" for text, names in said.items()]
     return f"{'; '.join(parts)}." if parts else ""
+
+
+def against_reference(d: Diagnosis) -> list[tuple[str, float, float]]:
+    """Return what is measured against the reference, and how far it is off in deg RMS, as declared and as found."""
+    base, _, _ = d.fit.reference.unit.partition(" ")
+    change = d.fit.reference
+    return [
+        (words.MEASURED.get(name, name), shown(was, base)[0], shown(change.after[name], base)[0])
+        for name, was in change.before.items()
+    ]
 
 
 def places(d: Diagnosis, span: tuple[float, float], zero: float | None = None) -> list[str]:
@@ -182,4 +192,14 @@ def places(d: Diagnosis, span: tuple[float, float], zero: float | None = None) -
     return ["Nowhere by more than the sensors' noise."]
 
 
-__all__ = ["Off", "explained_percent", "headline", "offs", "places", "shown_by", "times_noise", "usual_noise"]
+__all__ = [
+    "Off",
+    "against_reference",
+    "explained_percent",
+    "headline",
+    "offs",
+    "places",
+    "shown_by",
+    "times_noise",
+    "usual_noise",
+]

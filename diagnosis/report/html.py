@@ -27,9 +27,4 @@ def fold(summary: str, body: str) -> str:
     return f"<details><summary>{escape(summary)}</summary>{body}</details>" if body else ""
 
 
-def sentence(text: str) -> str:
-    """Return plain text with a capital letter in front, unless it begins with the name of a sensor."""
-    return text if text.startswith(("imu", "pose")) else text[:1].upper() + text[1:]
-
-
-__all__ = ["fold", "sentence", "table", "term"]
+__all__ = ["fold", "table", "term"]

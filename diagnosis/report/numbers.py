@@ -31,6 +31,12 @@ def shown(value: float, unit: str) -> tuple[float, str]:
     return value * factor, "" if name == "1" else name
 
 
+def printed(unit: str) -> tuple[float, str]:
+    """Return factor and name of a unit as it is drawn or said: mm, deg/s, m/s²."""
+    factor, name = shown(1.0, unit)
+    return factor, name.replace("^2", "²")
+
+
 NOT_SHOWN = "not shown by this recording"
 
 

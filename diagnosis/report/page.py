@@ -8,7 +8,7 @@ from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.report import headline, words
 from imubench.diagnosis.report.finding_section import findings
 from imubench.diagnosis.report.first_screen import PLACES_SHOWN, Paths, first_screen
-from imubench.diagnosis.report.html import fold, sentence, table, term
+from imubench.diagnosis.report.html import fold, table, term
 from imubench.diagnosis.report.misfit_map import misfit_map
 from imubench.diagnosis.report.numbers import fixed, shown
 from imubench.diagnosis.result import Diagnosis
@@ -72,7 +72,7 @@ def _map(d: Diagnosis, evidence: Evidence) -> Iterable[str]:
     whose = "MuJoCo's simulation" if evidence.simulated else "the fitted motion, which is free to follow the sensors,"
     yield "<h2>Where and when they differ</h2>"
     for text in headline.places(d, evidence.span)[PLACES_SHOWN:]:
-        yield f"<p>{escape(sentence(text))}</p>"
+        yield f"<p>{escape(words.sentence(text))}</p>"
     yield f"<p class='soft'>Below: by how many times its noise each channel differs from {whose} "
     yield f"over time, in seconds from the recording's start, and over frequency. {escape(MAP_TEXT)}</p>"
     yield misfit_map(evidence, d.where, any(f.named for f in d.findings))
@@ -110,7 +110,9 @@ def _doubts(d: Diagnosis) -> str:
 def _unseen(d: Diagnosis) -> str:
     if not d.unseen or not d.fitted:  # the headline says it
         return ""
-    items = "".join(f"<li>{escape(sentence(u.what))}. <b>To see it:</b> {escape(u.motion)}.</li>" for u in d.unseen)
+    items = "".join(
+        f"<li>{escape(words.sentence(u.what))}. <b>To see it:</b> {escape(u.motion)}.</li>" for u in d.unseen
+    )
     return f"<h2>What this recording cannot show</h2><ul>{items}</ul>"
 
 

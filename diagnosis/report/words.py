@@ -73,10 +73,14 @@ def called(effect: str, at: str) -> str:
     return text.format(imu=at if at.startswith(("imu", "pose")) else f"the {at}")
 
 
+def sentence(text: str) -> str:
+    """Return plain text with a capital letter in front, unless it begins with the name of a sensor."""
+    return text if text.startswith(("imu", "pose")) else text[:1].upper() + text[1:]
+
+
 def title(finding: Finding) -> str:
     """Return a finding as a headline."""
-    text = called(finding.effect, finding.at)
-    return text if text.startswith(("imu", "pose")) else text[:1].upper() + text[1:]  # names stay names
+    return sentence(called(finding.effect, finding.at))
 
 
 def tolerance(d: Diagnosis) -> str:

@@ -116,9 +116,9 @@ def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
     for half in (0, 1):
         own = [part.of(half_at(parts, time) == half) if data else part for data, time, part in linear]
         normal = Normal.of(model.tracks, model.parameters, own)
-        _, step, _, std = told_by(normal)
+        _, step, _, known = told_by(normal)
         steps.append(step)
-        stds.append(std)
+        stds.append(np.sqrt(np.diag(np.linalg.inv(known))))
         del normal  # with its factors, before the next one's: memory
     motion, step, follow, _ = told_by(Normal.of(model.tracks, model.parameters, [part for _, _, part in linear]))
     out = []

@@ -63,12 +63,6 @@ def sim_model(fit: Fit) -> SimModel:
     )
 
 
-def numbers(fit: Fit, h: Hypothesis) -> dict[str, Array]:
-    """Return the parameters (k,) of an effect's law, in their units."""
-    values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
-    return {p.name: np.exp(values[p.name]) if p.log else values[p.name] for p in h.effect.parameters}
-
-
 def state_at(fit: Fit, time: float) -> Start:
     """Return the state of a fit's rig at a time in s of the recording's clock; its base or pivot stands still."""
     moment = fit.model.moment(fit.state, np.array([time]), "")
@@ -81,4 +75,4 @@ def state_at(fit: Fit, time: float) -> Start:
     return Start(quaternion=rotations.from_matrix(matrix), rate=np.broadcast_to(first.rate.value, (1, 3))[0])
 
 
-__all__ = ["SimModel", "finding_of", "named", "numbers", "playable", "sim_model", "state_at"]
+__all__ = ["SimModel", "finding_of", "named", "playable", "sim_model", "state_at"]

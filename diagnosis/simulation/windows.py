@@ -15,7 +15,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.kinematics import HINGE_AXIS
 from imubench.diagnosis.simulation.rollout import LEAST_S
-from imubench.diagnosis.simulation.sim_model import named, numbers
+from imubench.diagnosis.simulation.sim_model import named
 from imubench.diagnosis.swings import REST, STILL, missing_torque, whirl
 from imubench.diagnosis.windows import Window, cut_out
 from imubench.recording import STANDARD_GRAVITY
@@ -33,7 +33,8 @@ def free(fit: Fit, friction: float | None = None) -> tuple[Window, ...]:
     """
     recording = fit.model.recording
     if friction is None:
-        friction = sum(float(numbers(fit, h)["t"][0]) for h in named(fit) if h.effect.name == "dry_friction")
+        holding = [h for h in named(fit) if h.effect.name == "dry_friction"]
+        friction = sum(float(fit.model.values(h, fit.state)["t"].value[0, 0]) for h in holding)
     out = [piece for swing in recording.free_swings for piece in cut_out([swing], held(fit, swing, friction))]
     return tuple(piece for piece in out if piece[1] - piece[0] >= LEAST_S)
 

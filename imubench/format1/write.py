@@ -64,7 +64,8 @@ def write_tables(recording: Recording, folder: Path, reference: Reference | None
     for imu in recording.imus:
         name = f"{imu.name}.{suffix}"
         write_table(folder / name, _columns(imu.time, {IMU["gyro"]: imu.gyro, IMU["accel"]: imu.accel}))
-        facts = {key: value for key, value in _facts("imu", imu).items() if key not in by_profile(imu)}
+        told = by_profile(imu)
+        facts = {key: value for key, value in _facts("imu", imu).items() if key not in told}
         imus.append(_with_file(facts, name))
     for i, encoder in enumerate(recording.encoders):
         name = f"encoder{i + 1 if i else ''}.{suffix}"
