@@ -75,6 +75,11 @@ def transposed(A: Nine) -> Nine:
     return a, d, g, b, e, h, c, f, i
 
 
+def columns(x: Three, y: Three, z: Three) -> Nine:
+    """Return the matrix with these columns."""
+    return x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]
+
+
 def combined(A: Nine, k: float, B: Nine) -> Nine:
     """Return A + k B."""
     a, b, c, d, e, f, g, h, i = A
@@ -108,13 +113,13 @@ def predicted(q: Four, P: Nine, turn: Three, variance: float) -> tuple[Four, Nin
 
 def corrected(q: Four, P: Nine, f: Three, gravity: float, variance: float) -> tuple[Four, Nine]:
     """Return both after a specific force f in m/s^2 was taken for gravity, with noise of `variance`."""
-    u = up(q, gravity)
-    mean, S, C = (0.0, 0.0, 0.0), NONE, NONE
-    for e in _points(P):
-        c, s = _parts(e, u)
-        mean = mean[0] + c[0] / 3, mean[1] + c[1] / 3, mean[2] + c[2] / 3
-        S, C = combined(combined(S, 1 / 3, outer(c, c)), 1 / 3, outer(s, s)), combined(C, 1 / 3, outer(e, s))
-    S = combined(combined(S, -1.0, outer(mean, mean)), variance, EYE)
+    u, points = up(q, gravity), _points(P)
+    (c1, s1), (c2, s2), (c3, s3) = (_parts(e, u) for e in points)
+    even, odd, errors = columns(c1, c2, c3), columns(s1, s2, s3), columns(*points)
+    mean = (c1[0] + c2[0] + c3[0]) / 3, (c1[1] + c2[1] + c3[1]) / 3, (c1[2] + c2[2] + c3[2]) / 3
+    squares = combined(times(even, transposed(even)), 1.0, times(odd, transposed(odd)))
+    S = combined(combined(outer(mean, (-mean[0], -mean[1], -mean[2])), 1 / 3, squares), variance, EYE)
+    C = combined(NONE, 1 / 3, times(errors, transposed(odd)))
     gain = times(C, _inverse(S))
     a, b, c_, d, e_, f_, g, h, i = gain
     x, y, z = f[0] - mean[0], f[1] - mean[1], f[2] - mean[2]

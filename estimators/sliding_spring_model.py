@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import expm, lapack
 
 from imubench.arrays import Array
-from imubench.estimators.sliding_rows import AFTER, BEFORE, Rows, skew
+from imubench.estimators.sliding_rows import Rows, skew
 
 TURN, DAMP, SOFT, LAG = slice(3, 6), 6, 7, 8
 START, RATE, TILT = slice(9, 12), slice(12, 15), slice(15, 21)
@@ -24,8 +24,11 @@ EYE = np.eye(3)
 
 
 def crossed(a: Array, b: Array) -> Array:
-    """Return a x b of vectors (3, ..., n)."""
-    return a[AFTER] * b[BEFORE] - a[BEFORE] * b[AFTER]
+    """Return a x b of vectors (3, ..., n), by slices of (x, y, z, x, y): half the time of arrays of indices."""
+    a, b = np.concatenate([a, a[:2]]), np.concatenate([b, b[:2]])
+    out: Array = a[1:4] * b[2:5]
+    out -= a[2:5] * b[1:4]
+    return out
 
 
 def inverted(M: Array) -> Array:
