@@ -202,13 +202,11 @@ def times(a: Array, b: Array) -> Array:
     """Return A B (n, l, k) of small matrices (n or 1, l, m) and (n or 1, m, k)."""
     if len(a) == len(b) == 1:
         return np.matmul(a, b)
-    left, right = a.transpose(1, 2, 0), b.transpose(1, 2, 0)
-    out = np.empty((left.shape[0], right.shape[1], max(len(a), len(b))))
-    for i, row in enumerate(left):
-        np.multiply(row[0], right[0], out=out[i])
-        for j in range(1, len(row)):
-            out[i] += row[j] * right[j]
-    return out.transpose(2, 0, 1)
+    left, right = a.transpose(1, 2, 0)[:, :, None], b.transpose(1, 2, 0)
+    out = left[:, 0] * right[0]
+    for j in range(1, len(right)):
+        out += left[:, j] * right[j]
+    return np.asarray(out.transpose(2, 0, 1))
 
 
 def crossed(v: Array, b: Array) -> Array:
