@@ -3,6 +3,7 @@
 import hashlib
 import json
 import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -38,10 +39,11 @@ def content(path: Path) -> dict[str, object]:
 
 def one(file: Path) -> object:
     """Return what is in a file; the bytes of what is hidden, which may be half of something."""
-    if file.name.startswith(".") and file.name != MARKER:
-        return file.read_bytes()
     if file.name == MARKER:
-        return sorted(json.loads(file.read_text()))
+        with suppress(json.JSONDecodeError):  # half of it is in the hidden folder of a run that was killed
+            return sorted(json.loads(file.read_text()))
+    if file.name.startswith("."):
+        return file.read_bytes()
     if file.name in TIMED:
         return timeless(json.loads(file.read_text()))
     if file.name == "report.html":
