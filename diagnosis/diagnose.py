@@ -33,6 +33,7 @@ from imubench.diagnosis.result import (
     Finding,
     FitQuality,
     Move,
+    Moves,
     Pair,
     SensorErrors,
     Verdict,
@@ -58,7 +59,7 @@ from imubench.diagnosis.verdict import (
     with_samples,
 )
 from imubench.diagnosis.where import locate
-from imubench.diagnosis.without import moves_of, with_moves
+from imubench.diagnosis.without import moves_of, together, with_moves
 from imubench.effects.effect import Effect
 from imubench.progress import Step, silent
 from imubench.recording import Recording, require_known_rig
@@ -136,6 +137,9 @@ def diagnose(
     without: dict[tuple[str, str], Fit] = {}
     with step("see what each finding moves"):
         named, rest = material(named, rest, best, samples, recording, budget, tolerance, without)
+    all_moves: Moves = {}
+    with budget.part(NUMBERS, "what all findings move together"):
+        all_moves = together(best, recording, tolerance)
     with step("ask whether the halves agree"):
         doubted_by = speaking_against(plain, before, after, named, budget)
     noise = gather.noise_of(before.levels, recording, samples.rest)
@@ -191,6 +195,7 @@ def diagnose(
         None if learned is None else learned.record,
         doubts=doubted_by if verdict == "partly explained" else (),
         simulation=simulation,
+        moves=all_moves,
     )
     return diagnosis, evidence
 

@@ -321,6 +321,7 @@ class Diagnosis:
     baseline: Baseline | None = None
     doubts: tuple[Doubt, ...] = ()
     simulation: Simulation | None = None  # None: MuJoCo has played nothing
+    moves: Moves = field(default_factory=dict)  # by everything found together; empty: nothing found, or not known
 
     @property
     def alarm(self) -> bool:

@@ -7,6 +7,7 @@ from imubench.diagnosis.result import (
     Change,
     Diagnosis,
     Finding,
+    Moves,
     Nonsense,
     Own,
     Parameter,
@@ -24,8 +25,8 @@ MISFIT_UNIT = "residual power over noise power, 1 = only noise"
 def as_dict(d: Diagnosis) -> dict[str, Any]:
     """Return the content of diagnosis.json.
 
-    "simulation", "doubts", "unseen", "nonsense", "stopped" with "not_tried", "sensors", "baseline" and a finding's
-    "where" stand in it only where there are any.
+    "simulation", "moves", "doubts", "unseen", "nonsense", "stopped" with "not_tried", "sensors", "baseline" and a
+    finding's "where" stand in it only where there are any.
     """
     content: dict[str, Any] = {
         "format": FORMAT,
@@ -49,6 +50,8 @@ def as_dict(d: Diagnosis) -> dict[str, Any]:
     }
     if d.simulation is not None:
         content["simulation"] = simulation_as_dict(d.simulation)
+    if d.moves:
+        content["moves"] = _moves(d.moves)
     if d.doubts:
         content["doubts"] = [{"of": doubt.of, "why": doubt.why} for doubt in d.doubts]
     if d.unseen:
@@ -63,6 +66,10 @@ def as_dict(d: Diagnosis) -> dict[str, Any]:
         taken = [_own(o) | {"at": o.at} for o in d.baseline.taken_over]
         content["baseline"] = {"recording": d.baseline.recording, "taken_over": taken}
     return content
+
+
+def _moves(moves: Moves) -> dict[str, Any]:
+    return {name: {"value": m.value.tolist(), "unit": m.unit} for name, m in moves.items()}
 
 
 def simulation_as_dict(s: Simulation) -> dict[str, Any]:
@@ -119,7 +126,7 @@ def _finding(f: Finding) -> dict[str, Any]:
         "heldout_gain": {"value": float(gain.value), "ci": list(gain.ci), "unit": gain.unit},
         "equivalent": [_rejected(e) for e in f.equivalent],
         "separate_by": f.separate_by,
-        "moves": {name: {"value": m.value.tolist(), "unit": m.unit} for name, m in f.moves.items()},
+        "moves": _moves(f.moves),
         "material": bool(f.material),
     }
     if f.share is not None:

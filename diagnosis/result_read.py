@@ -129,6 +129,7 @@ def _read_diagnosis(node: _Node) -> Diagnosis:
         tolerance=node.optional("tolerance", lambda n: (n["deg"].number, n["mm"].number), TOLERANCE),
         sensors=node.optional("sensors", lambda n: n.each(_read_sensor), ()),
         baseline=_read_baseline(node["baseline"]) if "baseline" in node.of(dict) else None,
+        moves=node.optional("moves", lambda n: n.named(_read_move), {}),
         simulation=_read_simulation(node["simulation"]) if "simulation" in node.of(dict) else None,
     )
     said = node.optional("alarm", lambda n: n.of(bool), found.alarm)

@@ -90,11 +90,33 @@ def with_moves(
     out = []
     for f in findings:
         known = moves.get(id(f), {})
-        material = is_material(known, tolerance)
-        if (constant := known.get("hinge_angle_constant")) and not constant.beyond(tolerance):
-            known = {name: move for name, move in known.items() if move is not constant}
-        out.append(replace(f, moves=known, material=material))
+        out.append(replace(f, moves=worth_telling(known, tolerance), material=is_material(known, tolerance)))
     return tuple(out)
+
+
+def together(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, Move]:
+    """Return what everything that was found moves together, as `moves_of` does for one.
+
+    Torques in free swings stay in; empty where nothing is left out, or nothing holds the motion without it.
+    """
+    gone = [h for h in fit.model.judged if not drives(fit, h)]
+    if not gone:
+        return {}
+    with suppress(NotPositiveDefiniteError):
+        time = times(fit)
+        said = asked(refit_without(fit, gone, STEPS), time)
+        if mounts := [h for h in gone if on_mount(h)]:
+            said = said.placed_as(asked(_left_out(fit, mounts), time))
+        return worth_telling(moved(asked(fit, time), said, recording), tolerance)
+    return {}
+
+
+def worth_telling(moves: dict[str, Move], tolerance: Pair) -> dict[str, Move]:
+    """Return the moves without a constant of the hinge angle that is below the tolerance (deg, mm)."""
+    constant = moves.get("hinge_angle_constant")
+    if constant is None or constant.beyond(tolerance):
+        return moves
+    return {name: move for name, move in moves.items() if move is not constant}
 
 
 def fit_without(fit: Fit, finding: Finding, samples: Sampled, recording: Recording) -> Fit | None:
@@ -180,4 +202,4 @@ def _unrounded(fit: Fit, finding: Finding) -> Fit | None:
     return _reading(fit, finding.at, {part: readings})
 
 
-__all__ = ["drives", "fit_without", "in_fit", "moves_of", "with_moves"]
+__all__ = ["drives", "fit_without", "in_fit", "moves_of", "together", "with_moves"]

@@ -73,7 +73,7 @@ def print_diagnosis(d: Diagnosis, evidence: Evidence, console: Terminal, paths: 
         console.say(f"immaterial, below {words.tolerance(d)}:")
     for finding in small:
         sure = words.percent(finding.confidence)
-        console.say(f"  {finding.effect} at {finding.at} ({sure} sure) moves {words.moved(finding)}")
+        console.say(f"  {finding.effect} at {finding.at} ({sure} sure) moves {words.moved(finding.moves)}")
     for doubt in d.doubts:
         console.say(f"  not to be trusted: {doubt.of}: {doubt.why}")
     for text in steps(d, evidence):

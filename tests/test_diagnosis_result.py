@@ -189,8 +189,9 @@ def test_scalars_and_matrices_keep_their_shape():
             "findings": (Finding("unknown", "imu2", 0.8, {}, Interval(3.0, (1.0, 5.0)), where=WHERE),),
         },
         {"verdict": "unobservable", "findings": (), "unseen": (Unseen("friction", "a free swing"),)},
+        {"moves": {"joint_axis": Move([7.9, 3.6], "deg"), "hinge_angle": Move(1.1, "deg RMS")}},
     ],
-    ids=["explained", "none", "unknown", "unobservable"],
+    ids=["explained", "none", "unknown", "unobservable", "all together"],
 )
 def test_what_is_read_is_what_was_written(changes, tmp_path):
     one = diagnosis(**changes)

@@ -15,7 +15,7 @@ from imubench.diagnosis.refit import refit
 from imubench.diagnosis.result import TOLERANCE, UNKNOWN, Finding, Interval, Parameter, is_material
 from imubench.diagnosis.samples import sampled
 from imubench.diagnosis.start import model_of
-from imubench.diagnosis.without import fit_without, moves_of
+from imubench.diagnosis.without import fit_without, moves_of, together
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -68,6 +68,29 @@ def test_a_turned_mount_moves_axis_and_centre_as_its_rotation_does(rotation, mat
     assert known["joint_axis"].value == pytest.approx([0.0, angle], abs=0.15)
     assert known["joint_centre"].value == pytest.approx([0.0, off], abs=1.0)
     assert is_material(known, TOLERANCE) is material
+
+
+def test_two_findings_together_move_what_either_does(tmp_path):
+    """Turned by 3 deg about z the mount moves the hinge's axis by that, as above, and the bias turns the segments."""
+    turned_mount = {"rotation": [0.0, 0.0, 3 * DEG], "translation": [0.0, 0.0, 0.0]}
+    bias = {"bias": [0.0, 0.03, 0.0]}
+    recording = recorded(
+        tmp_path / "r", ("mount_pose", "imu2", turned_mount), ("gyro_bias", "imu2", bias), **TRUE_MOUNTS
+    )
+    imu = recording.imu("imu2")
+    nominal = rotations.to_matrix(imu.mount_quaternion)
+    axis = nominal.T @ [0.0, 1.0, 0.0]
+    angle = np.degrees(np.arccos(axis @ rotations.to_matrix(rotations.exp(np.array([0.0, 0.0, 3 * DEG]))) @ axis))
+    both = fitted(recording, ("mount_pose", "imu2"), ("gyro_bias", "imu2"))
+    known = together(both, recording, TOLERANCE)
+    assert known["joint_axis"].value == pytest.approx([0.0, angle], abs=0.3)  # twice as many numbers to take it up
+    of_bias = moves(both, said("gyro_bias", "imu2"), recording)["orientation"].value
+    assert known["orientation"].value == pytest.approx(of_bias, rel=0.3)  # mounts solved again take up a part
+
+
+def test_nothing_found_moves_nothing(clean):
+    recording, fit = clean
+    assert together(fit, recording, TOLERANCE) == {}
 
 
 def test_a_gyroscopes_bias_moves_what_a_fit_from_scratch_without_it_says_otherwise(tmp_path):

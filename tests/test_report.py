@@ -146,6 +146,15 @@ def test_what_is_a_nat_and_a_misfit_stays_in_what_is_folded():
     assert "Misfit" in html and "nat</abbr>" in html
 
 
+def test_the_page_says_what_all_findings_move_together():
+    moves = {"joint_axis": Move([7.9, 3.6], "deg")}
+    several, shown = simulated(moves=moves)
+    one = replace(several, findings=several.findings[:1])
+    text = "All of it together moves joint axis 7.90 and 3.60 deg (imu1 and imu2)."
+    assert text in page(several, shown)
+    assert text not in page(one, shown)  # it stands beside the one finding
+
+
 def test_a_finding_without_a_place_for_its_figure_says_what_it_moves():
     html = page(diagnosis(), replace(evidence(), comparisons=()))
     assert "It moves: joint axis 7.60 and 3.60 deg (imu1 and imu2), hinge angle 0.90 deg RMS." in html

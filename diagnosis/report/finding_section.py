@@ -34,7 +34,7 @@ def findings(d: Diagnosis, evidence: Evidence) -> Iterable[str]:
 
 def _brief(f: Finding) -> str:
     name = words.sentence(words.called(f.effect, f.at))
-    moves = f": it moves {words.moved(f)}" if f.moves else ""
+    moves = f": it moves {words.moved(f.moves)}" if f.moves else ""
     return f"{name} ({words.percent(f.confidence)} sure){moves}."
 
 
@@ -51,7 +51,7 @@ def section(d: Diagnosis, evidence: Evidence, i: int, number: int) -> str:
     if f.where is not None and f.where not in d.where:
         parts.append(f"<p>{escape(words.location(f.where, evidence.span))}</p>")
     if f.moves:
-        parts.append(f"<p>It moves: {escape(words.moved(f))}.</p>")
+        parts.append(f"<p>It moves: {escape(words.moved(f.moves))}.</p>")
     elif not some:
         parts.append("<p>What it moves is not known.</p>")
     parts.append(compared.figures(f, some, evidence.span[0], d.simulation) or compared.left_over(evidence, f))

@@ -167,6 +167,8 @@ def does(d: Diagnosis, evidence: Evidence) -> str:
         parts.append(
             f"<p>{escape(consequence(f, evidence.comparisons[i] if i < len(evidence.comparisons) else ()))}</p>"
         )
+    if len(d.findings) > 1 and d.moves:
+        parts.append(f"<p>All of it together moves {escape(words.moved(d.moves))}.</p>")
     for name, was, now in headline.against_reference(d):
         parts.append(
             f"<p>Against the {term('reference')}, the {escape(name)} is off by "
@@ -179,7 +181,7 @@ def consequence(f: Finding, compared: Sequence[Comparison]) -> str:
     """Return what a finding moves, or what its simulated channel does without it, in a sentence."""
     name = words.called(f.effect, f.at)
     if f.moves:
-        return f"{words.sentence(name)} moves {words.moved(f)}."
+        return f"{words.sentence(name)} moves {words.moved(f.moves)}."
     if compared and is_seen(max(compared, key=changed_power)):
         return f"{title(max(compared, key=changed_power), name)}."
     return f"What {name} moves is not known."

@@ -1,6 +1,6 @@
 """Plain sentences about a diagnosis."""
 
-from imubench.diagnosis.result import SURE, UNKNOWN, Baseline, Diagnosis, Finding, Move, Pair, Rejected, Where
+from imubench.diagnosis.result import SURE, UNKNOWN, Baseline, Diagnosis, Finding, Move, Moves, Pair, Rejected, Where
 
 EFFECTS = {
     "gyro_bias": "a constant offset of {imu}'s gyroscope",
@@ -94,7 +94,7 @@ def alarm(d: Diagnosis) -> str:
         return f"nothing that is sure moves a joint or a segment by {tolerance(d)}."
     loud = [f for f in d.findings if f.material and (f.confidence >= SURE or not f.named)]
     names = listed([called(f.effect, f.at) for f in loud])
-    return f"{names} may matter: {moved(loud[0])}." if loud[0].moves else f"{names} may matter."
+    return f"{names} may matter: {moved(loud[0].moves)}." if loud[0].moves else f"{names} may matter."
 
 
 def baseline(taken: Baseline) -> str:
@@ -103,12 +103,12 @@ def baseline(taken: Baseline) -> str:
     return f"Known from the baseline {taken.recording}, and not looked for: {listed(effects)}."
 
 
-def moved(finding: Finding) -> str:
-    """Return what a finding moves, in words."""
-    if not finding.moves:
+def moved(moves: Moves) -> str:
+    """Return what is moved, in words."""
+    if not moves:
         return "what is not known"
     told: list[str] = []
-    for name, move in finding.moves.items():
+    for name, move in moves.items():
         whose = _whose(name, move.value.size)
         again = bool(whose) and any(whose in text for text in told)
         told.append(f"{MOVED.get(name, name)} {_size(move)}{'' if again else whose}")
