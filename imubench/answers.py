@@ -55,6 +55,29 @@ def pairing_note(estimate: Estimate, recording: Recording) -> str:
     return f"sign pairing unknown: {why}"
 
 
+def moved(before: Estimate, after: Estimate) -> tuple[Array, str] | None:
+    """Return by how much two estimates by one estimator differ.
+
+    Args:
+        before: the one.
+        after: the other; of as many IMUs.
+
+    Returns:
+        A number for each IMU (m,), and its unit. Of axes the angle between the lines in deg, for their signs are one
+        choice for all; of vectors the distance in mm, where there is one a sample its RMS over the stamps that both
+        have. None where there are none.
+    """
+    if before.quantity == "joint_axis":
+        along = np.abs(np.sum(before.value * after.value, axis=-1))
+        return np.degrees(np.arccos(np.minimum(along, 1.0))), "deg"
+    one, other = before.value, after.value
+    if before.time is not None and after.time is not None:
+        _, i, j = np.intersect1d(before.time, after.time, return_indices=True)
+        one, other = one[i], other[j]
+    squares = np.sum((one - other) ** 2, axis=-1).reshape(-1, one.shape[-2])
+    return (1e3 * np.sqrt(np.mean(squares, axis=0)), "mm") if len(squares) else None
+
+
 def declared_axes(recording: Recording) -> Array | None:
     """Return the hinge axis (2, 3) in each sensor frame by the declared mounts; None without two of known rotation."""
     if recording.rig != "hinge" or len(recording.imus) != 2:

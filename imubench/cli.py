@@ -134,6 +134,8 @@ def estimate(
         console.say(f"  {done.recording.imus[i].name}: {np.array2string(value, precision=4, floatmode='fixed')}")
     _print_note(pairing_note(answer, done.recording))
     _print_band(answer)
+    if done.uncorrected is not None and done.done:
+        _print_moved(done.uncorrected, answer, [imu.name for imu in done.recording.imus])
     for beside, what in ((done.beside_reference, "the reference"), (done.beside_declared, "the declared mounts")):
         if beside is not None:
             _print_figures(f"beside {what}", beside.figures, beside.units)
@@ -365,6 +367,16 @@ def _print_figures(title: str, figures: dict[str, float], units: dict[str, str])
 def _print_note(note: str) -> None:
     if note:
         console.say(f"  {note}")
+
+
+def _print_moved(before: Estimate, answer: Estimate, names: list[str]) -> None:
+    """Print by how much an estimate differs from that of the recording as it came."""
+    from imubench.answers import moved
+
+    if (by := moved(before, answer)) is None:
+        return
+    told = ", ".join(f"{name} {value:.2f} {by[1]}" for name, value in zip(names, by[0], strict=True))
+    console.say(f"  moved by what was taken out: {told} (as it came: {before.status})")
 
 
 def _print_band(answer: Estimate) -> None:

@@ -1,5 +1,6 @@
 """The main job: simulate, observe, estimate, score, write; and the same from a recording on disk."""
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from imubench.answers import (
     beside_declared_vector,
     declared_axes,
     estimate_as_dict,
+    moved,
     score_as_dict,
     write_json,
 )
@@ -127,6 +129,7 @@ class OnDisk:
     beside_declared: Score | None
     diagnosis: Diagnosis | None = None  # that the recording was corrected with
     done: tuple[Done, ...] = ()  # about each of its findings
+    uncorrected: Estimate | None = None  # of the recording as it came; None: none was corrected, or it takes it not
 
 
 def estimate_on_disk(
@@ -156,7 +159,10 @@ def _estimate_into(
     with step(f"read {folder}"):
         recording, reference = read(folder)
     done: tuple[Done, ...] = ()
+    uncorrected = None
     if diagnosis is not None and told is not None:
+        with suppress(InputError), step(f"estimate with {name} on the recording as it came"):
+            uncorrected = estimate(name, recording, band)
         recording, done = _without(recording, told, Path(diagnosis), step)
     with step(f"estimate with {name}"):
         answer = estimate(name, recording, band)
@@ -168,6 +174,7 @@ def _estimate_into(
         beside_axes(answer, recording, declared) or beside_declared_vector(answer, recording),
         told,
         done,
+        uncorrected,
     )
     with step("write and log"):
         content = {"format": 1, "recording": recording.name, "rig": recording.rig, **estimate_as_dict(answer)}
@@ -180,6 +187,9 @@ def _estimate_into(
         if told is not None:
             findings = [{"effect": d.effect, "at": d.at, "done": d.what} for d in done]
             content["with"] = {"verdict": told.verdict, "findings": findings}
+            if uncorrected is not None and (by := moved(uncorrected, answer)) is not None:
+                change = {answer.quantity: {"value": by[0].tolist(), "unit": by[1]}}
+                content["with"] |= {"moved": change, "status_as_it_came": uncorrected.status}
             write_recording(recording, target / "corrected", reference)
         write_json(target / "estimate.json", content)
         log_run(

@@ -13,12 +13,14 @@ import pytest
 from typer.testing import CliRunner
 
 from imubench import rotations
+from imubench.answers import moved
 from imubench.cli import app
 from imubench.diagnosis.corrected import corrected
 from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
 from imubench.diagnosis.result_file import as_dict
 from imubench.errors import InputError
+from imubench.estimate import Estimate
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from imubench.recording import Recording
@@ -190,8 +192,31 @@ def test_the_command_takes_a_folder_writes_what_it_took_and_says_what_it_did(tmp
     assert "unknown at imu1: left in: no law to correct it by" in done.output
     content = json.loads((tmp_path / "out" / "estimate.json").read_text())
     assert content["with"]["verdict"] == "partly explained" and len(content["with"]["findings"]) == 2
+    came, went = (estimate("mrvs", one) for one in (raw, read(tmp_path / "out" / "corrected")[0]))
+    apart = 1e3 * np.linalg.norm(came.value - went.value, axis=-1)
+    assert content["with"]["moved"] == {"joint_vector": {"value": pytest.approx(apart.tolist()), "unit": "mm"}}
+    assert f"moved by what was taken out: imu1 {apart[0]:.2f} mm (as it came: converged)" in done.output
     after = read(tmp_path / "out" / "corrected")[0].imus[0]
     assert after.accel == pytest.approx(raw.imus[0].accel - truth["effects"][0]["parameters"]["bias"], abs=1e-6)
+
+
+def test_by_how_much_two_estimates_differ():
+    one = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    other = -np.array([[0.0, np.cos(0.1), np.sin(0.1)], [1.0, 0.0, 0.0]])  # the other sign of both
+    axes = [Estimate("joint_axis", "x", value, None, "none") for value in (one, other)]
+    value, unit = moved(*axes)
+    assert unit == "deg" and value == pytest.approx([np.degrees(0.1), 0.0], abs=1e-5)
+
+    stamps = np.arange(5.0)
+    vectors = np.zeros((5, 1, 3))
+    kept = np.array([0, 1, 3, 4])  # two samples were left out
+    beside = vectors[kept] + np.array([0.003, 0.004, 0.0])
+    series = [
+        Estimate("joint_vector", "x", v, None, "none", time=t) for v, t in ((vectors, stamps), (beside, stamps[kept]))
+    ]
+    value, unit = moved(*series)
+    assert unit == "mm" and value == pytest.approx([5.0])
+    assert moved(series[0], replace(series[1], time=stamps[kept] + 0.5)) is None  # no stamp in common
 
 
 def test_a_diagnosis_of_another_recording_is_refused(tmp_path):
