@@ -113,13 +113,17 @@ class Learned:
     sensors: tuple[SensorErrors, ...]
     told: tuple[Finding, ...]  # of the sensors' own, what does not add to single samples
     noise: Mapping[str, Noise]  # by triple, where it is known
+    doubt: str = ""  # what speaks against the diagnosis it was learned from
 
     @classmethod
     def of(cls, d: Diagnosis) -> "Learned":
         """Return what a diagnosis says of its sensors."""
         told = (f for f in d.findings if f.named and f.confidence >= SURE)
         noise = {name: n for name, n in d.noise.items() if n.source != NOT_KNOWN and name.startswith("imu")}
-        return cls(d.recording, d.sensors, tuple(f for f in told if _elsewise(f.effect)), noise)
+        doubt = f"it was stopped by the {d.stopped}" if d.stopped else ""
+        if d.doubts:
+            doubt = f"its model is doubted: {d.doubts[0].of}: {d.doubts[0].why}"
+        return cls(d.recording, d.sensors, tuple(f for f in told if _elsewise(f.effect)), noise, doubt)
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
@@ -133,7 +137,8 @@ class Learned:
     def record(self) -> Baseline:
         """What is taken over, in the words of diagnosis.json."""
         errors = [_wider(own) for s in self.sensors for own in s.errors]
-        return Baseline(self.recording, (*errors, *(_wider(Own(f.effect, f.at, f.parameters)) for f in self.told)))
+        told = (_wider(Own(f.effect, f.at, f.parameters)) for f in self.told)
+        return Baseline(self.recording, (*errors, *told), self.doubt)
 
     def on(self, samples: Sampled) -> Sampled:
         """Return what raw samples show, with the noise of sensors that the earlier recording alone knows."""

@@ -232,6 +232,7 @@ class Baseline:
 
     recording: str  # the earlier one's name
     taken_over: tuple[Own, ...]  # `std` as wide as the time in between makes it
+    doubt: str = ""  # what speaks against what it says of the sensors, in words; "": nothing
 
 
 @dataclass(frozen=True)

@@ -65,6 +65,8 @@ def as_dict(d: Diagnosis) -> dict[str, Any]:
     if d.baseline is not None:
         taken = [_own(o) | {"at": o.at} for o in d.baseline.taken_over]
         content["baseline"] = {"recording": d.baseline.recording, "taken_over": taken}
+        if d.baseline.doubt:
+            content["baseline"]["doubt"] = d.baseline.doubt
     return content
 
 

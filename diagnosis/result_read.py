@@ -232,7 +232,7 @@ def _read_baseline(node: _Node) -> Baseline:
     taken = node["taken_over"].each(
         lambda n: Own(_text(n["effect"]), _text(n["at"]), n["parameters"].named(_read_parameter))
     )
-    return Baseline(_text(node["recording"]), taken)
+    return Baseline(_text(node["recording"]), taken, node.optional("doubt", _text, ""))
 
 
 def _read_change(node: _Node) -> Change:

@@ -16,6 +16,7 @@ from imubench.diagnosis.report import words
 from imubench.diagnosis.result import (
     Baseline,
     Diagnosis,
+    Doubt,
     Finding,
     FitQuality,
     Interval,
@@ -116,6 +117,25 @@ def test_what_is_known_is_as_wide_as_its_spread_and_the_time_between():
     taken = Learned.of(said(sensors=(sensor(),))).record
     np.testing.assert_allclose(taken.taken_over[0].parameters["bias"].std, np.hypot([1e-3, 2e-3, 3e-3], bias))
     assert words.baseline(taken).startswith("Known from the baseline still")
+    assert not taken.doubt and "may be wrong" not in words.baseline(taken)
+
+
+def test_a_baseline_that_was_stopped_or_is_doubted_is_said_to_be(tmp_path):
+    stopped = said(sensors=(sensor(),), stopped="time limit of 5 s of processor time", not_tried=("the rest",))
+    doubted = replace(
+        said(Finding("gyro_bias", "imu1", 0.9, {}, Interval(9.0, (8.0, 10.0))), sensors=(sensor(),)),
+        verdict="partly explained",
+        doubts=(Doubt("gyro_bias at imu1", "the halves disagree"),),
+    )
+    for one, why in (
+        (stopped, "it was stopped by the time limit of 5 s of processor time"),
+        (doubted, "its model is doubted: gyro_bias at imu1: the halves disagree"),
+    ):
+        taken = Learned.of(one).record
+        assert words.baseline(taken).endswith(f"What that says of the sensors may be wrong: {why}.")
+        again = replace(said(), baseline=taken)
+        write_json(tmp_path / "diagnosis.json", as_dict(again))
+        assert read_diagnosis(tmp_path).baseline.doubt == why
 
 
 def noise(std: float, error: float = 0.001) -> Finding:

@@ -98,9 +98,10 @@ def alarm(d: Diagnosis) -> str:
 
 
 def baseline(taken: Baseline) -> str:
-    """Return in a sentence what was taken over from which recording."""
+    """Return what was taken over from which recording, and what speaks against that."""
     effects = list(dict.fromkeys(own.effect.replace("_", " ") for own in taken.taken_over))
-    return f"Known from the baseline {taken.recording}, and not looked for: {listed(effects)}."
+    known = f"Known from the baseline {taken.recording}, and not looked for: {listed(effects)}."
+    return f"{known} What that says of the sensors may be wrong: {taken.doubt}." if taken.doubt else known
 
 
 def moved(moves: Moves) -> str:
