@@ -64,7 +64,7 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     if ATTITUDE in model.tracks.widths:
         q = moment.track(ATTITUDE)
-        yield Rows("norm", time, dot(q, q) - 1.0, np.full(1, UNIT), False)
+        yield Rows("norm", time, off_one(dot(q, q)), np.full(1, UNIT), False)
         if anchor is not None:
             first = Moment(model.tracks, state.coefficients, Jet(time[:1, None])).track(ATTITUDE)
             w, x, y, z = anchor
@@ -92,6 +92,15 @@ def smooth_rows(model: Model, state: State, noise: dict[str, float], names: Iter
         elif name in jumpy:
             curved = heavy_tailed(curved, density)
         yield Rows(f"smooth.{name}", time, curved, density, False)
+
+
+def off_one(square: Jet) -> Jet:
+    """Return sinh(log n) (n, 1) of squares n of a quaternion's norm: n - 1 where it is near one, endless at nought.
+
+    Through nought an attitude turns over between two samples, which no sample sees.
+    """
+    n = square.value
+    return square.through((n - 1 / n) / 2, (1 + n**-2) / 2)
 
 
 def heavy_tailed(x: Jet, std: Array) -> Jet:

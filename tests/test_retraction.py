@@ -8,13 +8,14 @@ from scipy.spatial.transform import Rotation
 
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.priors import prior_rows
+from imubench.diagnosis.priors import off_one, prior_rows
 from imubench.diagnosis.refit import extended, information
 from imubench.diagnosis.sensor_axes import MOUNTS, left_jacobian, turns_back
 from imubench.diagnosis.settle import moved
 from imubench.diagnosis.system import all_rows
 from imubench.effects import EFFECTS
 from imubench.format1 import read
+from imubench.jets import Jet, variable
 from imubench.proof.case import make_case
 
 
@@ -119,3 +120,15 @@ def test_the_left_jacobian_is_that_of_the_exponential(size):
         ahead, behind = (Rotation.from_rotvec(r + s * h * d) for s in (1, -1))
         by_hand = (ahead * behind.inv()).as_rotvec() / (2 * h)
         assert np.allclose(left_jacobian(r) @ d, by_hand, atol=1e-7)
+
+
+def test_an_attitude_s_norm_is_held_at_one_and_away_from_nought():
+    """As close to one as n - 1 holds it, without end towards nought; slopes by central differences."""
+    n = np.geomspace(1e-4, 9.0, 50)[:, None]
+    held = off_one(variable(("n", 0), n))
+    step = 1e-6 * n
+    slope = (off_one(Jet(n + step)).value - off_one(Jet(n - step)).value) / (2 * step)
+    assert held.blocks["n", 0][:, :, 0] == pytest.approx(slope, rel=1e-6)
+    near = np.array([[0.98], [1.0], [1.02]])
+    assert off_one(Jet(near)).value == pytest.approx(near - 1, abs=3e-4)  # less half of its square
+    assert off_one(Jet(np.array([[1e-4]]))).value < -4999

@@ -7,8 +7,9 @@ halves have what shows a torque, and a roll-out begins anew with its half, from 
 
 Each half's parameters are one Gauss-Newton step from those of the whole (as in `heldout`): exact where the rows are
 linear in them, and off by the square of a step of some standard deviations where they are not. The motion is then
-solved for again, on all samples, with the other half's parameters held. The state at the start of a swing, and the
-motion of a hand, belong to the samples that are judged: nothing else could tell them.
+solved for again, on all samples, with the other half's parameters held. It begins where that step leads it, or where it
+was, whichever costs less: of a declared model that leaves much, one step may lead anywhere. The state at the start of a
+swing, and the motion of a hand, belong to the samples that are judged: nothing else could tell them.
 
 Some numbers only one half can tell: when a sensor slipped, how a stop gives way that is met once. Where a half knows a
 number `TELLS` times worse than the other half does, the number is that of the whole, and the simulation says
@@ -23,10 +24,12 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.heldout import told_by
+from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.settle import moved
 from imubench.diagnosis.swings import is_data
+from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.windows import Window, cut_out
 from imubench.recording import Recording, span_of
@@ -100,6 +103,10 @@ def half_at(parts: tuple[Part, ...], time: Array) -> NDArray[np.int64]:
     return np.array([part.half for part in parts], dtype=np.int64)[np.clip(place, 0, len(parts) - 1)]
 
 
+def _cost(fit: Fit, state: State) -> float:
+    return sum(rows.cost for rows in all_rows(fit.model, state, fit.noise, fit.anchor, fit.loose))
+
+
 @one_thread
 def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
     """Return a fit twice: with numbers for judging half 0, learned on half 1, and the reverse.
@@ -125,7 +132,8 @@ def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
     for half in (0, 1):
         told = stds[1 - half] <= TELLS * stds[half]
         taught = np.where(told, steps[1 - half], step)
-        start = moved(model, fit.state, motion + follow @ (taught - step), taught)
+        ways = [moved(model, fit.state, x, taught) for x in (motion + follow @ (taught - step), 0 * motion)]
+        start = min(ways, key=lambda state: _cost(fit, state))
         held = replace(model, fixed=dict(start.values))
         out.append(Learned(solve(held, start, fit.noise, fit.anchor, steps=POLISH), bool(told.all())))
     return out[0], out[1]
