@@ -132,10 +132,9 @@ def test_the_axis_is_right_again(tmp_path, capsys):
     console = Terminal()
     concealed.show(tmp_path / "out", console, Terminal(stderr=True), silent)
     told = capsys.readouterr().out
-    off = [[float(x) for x in re.findall(r"\d+\.\d\d", line)] for line in told.splitlines() if " as it is" in line]
-    right = [[float(x) for x in re.findall(r"\d+\.\d\d", line)] for line in told.splitlines() if " taken out" in line]
-    assert min(off[0]) > 3.0
-    assert max(right[0]) < 0.5  # deg; 0.2 from 8 s whose noise is 0.1 deg/s
+    before, after = (re.search(rf"{row} +[a-z ]+ ([0-9.]+) +([0-9.]+)", told) for row in ("as it is", "taken out"))
+    assert min(map(float, before.groups())) > 3.0
+    assert max(map(float, after.groups())) < 0.5  # deg: five times what comes out, another machine rounds otherwise
     assert "The simulation leaves out a mount that imu2 rocks on." in told
     assert told.index("leaves out") < told.index("Concealed was a mount that imu2 rocks on")
     for name in ("concealed.png", "diagnosis/report.html", "diagnosis/model", "diagnosis/diagnosis.rrd"):
