@@ -3,10 +3,14 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test test-all lint bench real fuzz clean
+.PHONY: demo picture test test-all lint bench real fuzz clean
 
 demo: $(VENV)/.demo
 	$(BIN)/python -m imubench.demo
+
+# README's first picture, drawn anew.
+picture: demo
+	cp demo/concealed/concealed.png docs/images/concealed.png
 
 # Every core has a worker already: with BLAS threads of their own they wait for each other (11 minutes, not 7).
 test test-all: export OMP_NUM_THREADS := 1

@@ -1,4 +1,4 @@
-"""The main job in one go: a simulated rig, a recording from disk, and real ones where they are at hand.
+"""The main job in one go: a simulated rig, recordings from disk, real ones where they are at hand, and a diagnosis.
 
 Real recordings are looked for in the folder named by the environment variable IMUBENCH_DATA.
 """
@@ -12,6 +12,7 @@ import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
+from imubench import concealed
 from imubench.convert import CONVERTERS
 from imubench.format1 import write_recording
 from imubench.picture import draw_run
@@ -54,9 +55,15 @@ def real(data: Path, out: Path, step: Step) -> Iterator[Row]:
 
 
 def main(out: Path = Path("demo")) -> None:
-    """Run everything, print one table, and say where the results are."""
-    console = Terminal()
-    step = on_console(Terminal(stderr=True))
+    """Run everything, print what came out, and say where the results are."""
+    console, errors = Terminal(), Terminal(stderr=True)
+    step = on_console(errors)
+    estimates(out, console, step)
+    concealed.show(out / "concealed", console, errors, step)
+
+
+def estimates(out: Path, console: Terminal, step: Step) -> None:
+    """Estimate hinge axes from simulated and real recordings, and print one table."""
     rows = list(simulated(out, step))
     with as_file(files("imubench.scenarios") / "demo_recording") as folder:
         rows += from_disk(folder, "demo, from disk", out, step)

@@ -125,7 +125,7 @@ def test_the_error_is_in_degrees(run):
 def test_sections_are_states(run):
     stamps, states = run[1].read("/sections/motion", "StateChange:state")
     np.testing.assert_array_equal(stamps, nanoseconds([0.0, 2.0, 2.8, 3.0]))
-    assert states[:, 0].tolist() == ["slow", None, "knock", None]
+    assert states[:, 0].tolist() == ["slow", "", "knock", ""]
 
 
 def test_properties_summary_and_layout_travel_with_the_file(run):

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-import pyarrow as pa
 import rerun as rr
 from numpy.typing import ArrayLike
 
@@ -16,6 +15,7 @@ from imubench.truth import Truth
 
 TIMELINE = "sim_time"
 LAST_TIME = 9.2e9  # s; 2^63 ns are 9.22e9 s
+BETWEEN = ""  # the state where no section is: a gap in the view, as null is; `rerun rrd verify` refuses null (0.41.0)
 DRAWN_RATE = 60.0  # Hz, about: of what is drawn in 3D
 
 XYZ = ((230, 70, 70), (70, 180, 80), (80, 130, 245))  # x, y, z
@@ -163,9 +163,9 @@ def log_error(rec: rr.RecordingStream, names: Sequence[str], estimate: Estimate,
 def log_sections(rec: rr.RecordingStream, path: str, sections: Sequence[tuple[str, float, float]]) -> None:
     """Log named spans (what, start, end) in s as states; where spans overlap the latest to start shows."""
     edges = sorted({edge for _, start, end in sections for edge in (start, end)})
-    states: list[str | None] = []
+    states = []
     for edge in edges:
         running = [(start, what) for what, start, end in sections if start <= edge < end]
-        states.append(max(running)[1] if running else None)
-    column = rr.StateChange.columns(state=pa.array(states, pa.string()))  # a plain list would spell None out
+        states.append(max(running)[1] if running else BETWEEN)
+    column = rr.StateChange.columns(state=states)
     rec.send_columns(path, indexes=[time_column(np.array(edges))], columns=column)
