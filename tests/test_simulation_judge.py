@@ -123,6 +123,18 @@ def test_a_spring_rings_by_its_law_where_a_hand_moves_the_rig(made):
     assert {c.channel.split(".")[0] for c in found.findings["soft_mount", "imu2"]} <= {"imu1", "imu2"}
 
 
+@pytest.mark.long
+def test_a_replay_is_as_near_as_the_fit_that_it_replays(made):
+    """With a hand's motion prescribed MuJoCo reads what the fit's own laws read, half by half."""
+    recording = made("hinge", [("gyro_scale", "imu2", {"scale": [0.03, -0.02, 0.03]})], 6, seconds=8.0)
+    first, best, noise = fitted(recording, (("gyro_scale", "imu2"),))
+    channels_ = beside(recording, first, best, noise, {}).simulation.channels
+    for name, c in channels_.items():
+        # quintics through the motion's rows, and the six digits of a rig: a hundredth of the noise
+        assert c.after == pytest.approx(c.fit, rel=0.02, abs=0.01 * c.noise), name
+    assert max(c.before / c.fit for c in channels_.values()) > 1.5
+
+
 def test_a_number_that_one_half_alone_can_tell_is_not_called_held_out(swung):
     """An arm that hangs still in its second half says nothing of friction there."""
     recording = swung({"viscous_friction": 0.05}, 9.0)
@@ -172,6 +184,9 @@ def test_a_simulation_is_written_and_read_back(tmp_path):
     said = replace(said, simulation=SIMULATION)
     (tmp_path / "diagnosis.json").write_text(json.dumps(as_dict(said)))
     assert read_diagnosis(tmp_path).simulation == SIMULATION
+    told = replace(SIMULATION, channels={"encoder.hinge": SimulatedChannel("rad", 0.44, 0.006, 0.0005, 0.0004)})
+    (tmp_path / "diagnosis.json").write_text(json.dumps(as_dict(replace(said, simulation=told))))
+    assert read_diagnosis(tmp_path).simulation == told
     content = as_dict(said)
     assert content["simulation"] == {
         "how": "rolled out", "windows_s": [[12.0, 31.5]], "heldout": True,
@@ -187,6 +202,10 @@ def test_a_simulation_is_written_and_read_back(tmp_path):
         ({"heldout": 1}, "key 'simulation.heldout': expected true or false"),
         ({"channels": {"foot.x": {"unit": "m", "before": 1, "after": 1, "noise": 1}}}, "simulation.channels.foot.x"),
         ({"channels": {"imu1.acc_x": {"unit": "m/s^2", "before": -1, "after": 1, "noise": 1}}}, "simulation.before"),
+        (
+            {"channels": {"imu1.acc_x": {"unit": "m/s^2", "before": 1, "after": 1, "noise": 1, "fit": -1}}},
+            "simulation.fit",
+        ),
     ],
 )
 def test_a_broken_simulation_is_refused_in_one_line(tmp_path, change, message):

@@ -76,12 +76,13 @@ def beside(
     before = learned(declared, judge.parts) if found else after
     with_all = judge.whole(after, started)
     without = judge.whole(before) if found else with_all
+    fitted = judge.fitted(after)
     return Beside(
         Simulation(
             "rolled out" if any(judge.windows) else "prescribed",
             judge.judged(),
             all(one.held_out for one in (*before, *after)),
-            {c.name: judge.off(c, without[c.name], with_all[c.name]) for c in measured},
+            {c.name: judge.off(c, without[c.name], with_all[c.name], fitted.get(c.name)) for c in measured},
         ),
         tuple(judge.compared(c, without, with_all, (*before, *after)) for c in measured),
         {
