@@ -106,8 +106,8 @@ def _by_channel(parts: list[Block], d: Array, left: Array, own: NDArray[np.bool_
         counts = np.ones(rows.stop - rows.start, dtype=bool) if own is None else own[rows]
         kept = counts.reshape(-1, 3)[:, 0]
         for k, axis in enumerate("xyz"):
-            sizes = [float(np.sqrt(np.mean(x[rows].reshape(-1, 3)[kept, k] ** 2))) * part.std for x in (d, left)]
-            out[f"{imu}.{AXES[triple]}_{axis}"] = Excess(*sizes, part.std, int(kept.sum()))
+            size, rest = (float(np.sqrt(np.mean(x[rows].reshape(-1, 3)[kept, k] ** 2))) * part.std for x in (d, left))
+            out[f"{imu}.{AXES[triple]}_{axis}"] = Excess(size, rest, part.std, int(kept.sum()))
     return out
 
 
