@@ -130,8 +130,9 @@ FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
     "unobservable_said": lambda scores: share(
         s.verdict in ("unobservable", "no mismatch") for s in scores if not s.observable
     ),
-    "modelled": _of_replays(lambda r: r.modelled, ("one",)),
-    "modelled_several": _of_replays(lambda r: r.modelled, ("several",)),
+    "modelled": _of_replays(lambda r: None if r.rolled_out else r.modelled, ("one",)),
+    "modelled_several": _of_replays(lambda r: None if r.rolled_out else r.modelled, ("several",)),
+    "modelled_swings": _of_replays(lambda r: r.modelled if r.rolled_out else None, ("one", "several")),
     "shown": _of_replays(lambda r: r.shown, ("one",)),
     "shown_several": _of_replays(lambda r: r.shown, ("several",)),
     "where_sensor": _of_replays(lambda r: r.sensor, ("one", "several")),
