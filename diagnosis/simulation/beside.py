@@ -16,7 +16,7 @@ from imubench.diagnosis.evidence import Comparison, Swing
 from imubench.diagnosis.fit import AGAIN, Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import LOOSENED, levels
-from imubench.diagnosis.refit import extended
+from imubench.diagnosis.refit import extended, refit_without
 from imubench.diagnosis.result import Simulation
 from imubench.diagnosis.simulation.channels import (
     channels,
@@ -67,7 +67,7 @@ def beside(
     judge = Judge(recording, measured, counting(measured, best, recording), noise, parts(best), ((), ()))
     found = named(best)
     if found:
-        declared, best = as_smooth(declared, best)
+        declared, best = as_smooth(as_declared(declared), best)
     after = learned(best, judge.parts)
     of_half = [[part for part in judge.parts if part.half == half] for half in (0, 1)]
     started = [rolled(judge, one.fit, sim_model(one.fit), own) for one, own in zip(after, of_half, strict=True)]
@@ -93,6 +93,11 @@ def beside(
         },
         unbroken(judge, best, [w for half in started for w in half]),
     )
+
+
+def as_declared(fit: Fit) -> Fit:
+    """Return the fit of the declared model without the clocks that a search begins with where they are far off."""
+    return refit_without(fit, fit.model.judged) if fit.model.judged else fit
 
 
 def as_smooth(declared: Fit, best: Fit) -> tuple[Fit, Fit]:
@@ -124,12 +129,16 @@ def parts(fit: Fit) -> tuple[Part, ...]:
 
 
 def unbroken(judge: Judge, fit: Fit, started: Sequence[Swing]) -> tuple[Swing, ...]:
-    """Return the windows that a replay rolls out: whole swings, or as they `started` where one met its horizon."""
+    """Return the windows that a replay rolls out: whole swings, or as they `started` where one met its horizon.
+
+    A swing may be declared beyond the samples; a replay ends with them.
+    """
     if not started:
         return ()
     out, model = [], sim_model(fit)
     ends = [part.end for part in judge.parts if part.swings]
-    for swing in free(fit):
+    first, last = judge.parts[0].start, judge.parts[-1].end
+    for swing in ((max(start, first), min(end, last)) for start, end in free(fit)):
         own = [w for w in started if swing[0] <= w.start < swing[1]]
         whole = all(any(np.isclose(w.end, end) for end in (swing[1], *ends)) for w in own)
         out += [judge.started(fit, model, swing)] if whole else own
