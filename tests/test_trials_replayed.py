@@ -196,6 +196,15 @@ def test_a_replay_farther_off_than_its_fit_is_not_modelled(scaled, tmp_path):
     assert r.replay == pytest.approx(1.1236) and r.modelled is False and r.shown is True
 
 
+def test_a_spring_that_does_not_obey_its_law_is_not_modelled_for_its_replay_does(scaled, tmp_path):
+    """Fit and replay are as far off, both held to the law; the fit of the diagnosis is not, and says 1.0 held out."""
+    d = answered(scaled, tmp_path / "answer")
+    every = {n: replace(c, after=1.3 * c.noise, fit=1.3 * c.noise) for n, c in d.simulation.channels.items()}
+    d = replace(d, simulation=replace(d.simulation, channels=every))
+    r = replayed(truth_of(scaled.case), d, tmp_path / "answer", scaled.folder.parent / "recording")
+    assert r.replay == pytest.approx(1.0) and r.disk < 1.1 and r.modelled is False
+
+
 def test_a_wrong_name_is_asked_only_where_it_points(scaled, tmp_path):
     d = answered(scaled, tmp_path / "answer", where=(at("imu1", "gyr_x"),))
     wrong = replace(d, findings=(finding("gyro_scale", "imu1", SCALE),))

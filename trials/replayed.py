@@ -7,13 +7,15 @@ any motion and the mounts can take up (`proof.excess`), `concealed` what they ad
 
     misfit(x) = mean over c of (x_c / s_c)^2
     modelled:  misfit(after) <= 1.1 misfit(fit)
+               misfit(after) <= 1.1 of the held-out misfit that the diagnosis states (its share of noise not taken off)
                (disk_c / s_c)^2 <= (fit_c / s_c)^2 + 0.1 misfit(fit)    on every channel
     shown:     sqrt(before_c^2 - after_c^2) >= left_c / 2      on the channel c where left_c / s_c is largest
 
 In `after` and `fit` each half of the recording is played and fitted with numbers of the other half, so that neither has
-learned what it is judged on; a hand's motion is that of all samples, for nothing else could tell it. `disk` has the
-numbers of the whole recording: it says that the model on disk is the one that was judged. Its motion is as loose as the
-search has it and takes more of every channel, so that their mean would let one wrong number pass: it counts by channel.
+learned what it is judged on; a hand's motion is that of all samples, for nothing else could tell it. Springs are held
+to their laws in `fit`, as in a replay; where they do not obey them both are as far off, and the second line says so.
+`disk` has the numbers of the whole recording: it says that the model on disk is the one that was judged. It counts by
+channel, for in a mean of twelve one wrong number would pass.
 
 `shown` is not asked of an effect that adds less than `SEEN` standard deviations to that channel, over all its samples.
 Then before^2 - after^2 has the mean left^2 and, by the noise, the standard deviation 2 s left / sqrt(n), a quarter of
@@ -91,7 +93,7 @@ def replayed(truth: Truth, d: Diagnosis, answer: Path, recording: Path) -> Repla
         disk,
         None if d.simulation is None else d.simulation.heldout,
         None if d.simulation is None else rolled,
-        max(replay, disk) <= NEAR if replay is not None and disk is not None else False,
+        replay is not None and disk is not None and max(replay, disk, stated(d)) <= NEAR,
         channel,
         showed,
         (showed is not None and showed >= HALF) if channel else None,
@@ -116,6 +118,14 @@ def nearness(simulation: Simulation | None, disk: Mapping[str, float]) -> tuple[
     if not known.keys() <= disk.keys():
         return replay, None
     return replay, 1 + max((disk[name] ** 2 - fit**2) / c.noise**2 for name, (c, fit) in known.items()) / own
+
+
+def stated(d: Diagnosis) -> float:
+    """Return the misfit of the held-out replay over the held-out misfit that a diagnosis states of its fit."""
+    assert d.simulation is not None
+    return float(np.mean([(c.after / c.noise) ** 2 for c in d.simulation.channels.values()])) / max(
+        d.fit.heldout[1], 1e-9
+    )
 
 
 def shown(simulation: Simulation | None, told: Mapping[str, Excess]) -> tuple[str, float | None]:

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.evidence import Comparison, Swing
+from imubench.diagnosis import gather
+from imubench.diagnosis.evidence import Comparison, Played, Swing
 from imubench.diagnosis.fit import AGAIN, Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import LOOSENED, levels
@@ -22,7 +23,7 @@ from imubench.diagnosis.simulation.channels import (
     channels,
 )
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
-from imubench.diagnosis.simulation.learned import Learned, Part, learned, parts_of
+from imubench.diagnosis.simulation.learned import Learned, Part, learned, parts_of, without_slack
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
 from imubench.diagnosis.simulation.windows import free
 from imubench.recording import Recording
@@ -38,6 +39,7 @@ class Beside:
     channels: tuple[Comparison, ...]  # every channel: the declared model, and the one with all findings
     findings: Mapping[tuple[str, str], tuple[Comparison, ...]]  # by effect and place: without it, and with it
     windows: tuple[Swing, ...]  # that a replay rolls out, with the states of the whole fit
+    motion: Played | None = None  # that a replay prescribes, as smooth as it is estimated; None: that of the fit
 
 
 def beside(
@@ -65,7 +67,7 @@ def beside(
         return None
     measured = channels(recording)
     judge = Judge(recording, measured, counting(measured, best, recording), noise, parts(best), ((), ()))
-    found = named(best)
+    found, told = named(best), best
     if found:
         declared, best = as_smooth(as_declared(declared), best)
     after = learned(best, judge.parts)
@@ -92,6 +94,7 @@ def beside(
             for key in [(h.effect.name, h.at)]
         },
         unbroken(judge, best, [w for half in started for w in half]),
+        None if best is told else motion_of(told, best),
     )
 
 
@@ -115,6 +118,16 @@ def as_smooth(declared: Fit, best: Fit) -> tuple[Fit, Fit]:
     told = {name: found[name] for name in rough}
     measured = {rows.name: best.noise[rows.name] for rows in best.measured}
     return with_levels(declared, {n: std for n, std in measured.items() if n in declared.noise} | told), best
+
+
+def motion_of(told: Fit, smooth: Fit) -> Played:
+    """Return the motion of a fit's own numbers, held as smooth as another fit of the same effects has it.
+
+    A search's motion is loose, and what is loose in it drives the springs that MuJoCo integrates.
+    """
+    held = replace(told.model, fixed=dict(told.state.values))
+    # from its own motion: the other's goes with other numbers, and a skin's slide and its mount move together by far
+    return gather.played(solve(held, told.state, without_slack(smooth), told.anchor, steps=AGAIN))
 
 
 def with_levels(fit: Fit, told: dict[str, float]) -> Fit:

@@ -7,8 +7,9 @@ halves have what shows a torque, and a roll-out begins anew with its half, from 
 
 Each half's parameters are one Gauss-Newton step from those of the whole (as in `heldout`): exact where the rows are
 linear in them, and off by the square of a step of some standard deviations where they are not. The motion is then
-solved for again, on all samples, with the other half's parameters held. The state at the start of a swing, and the
-motion of a hand, belong to the samples that are judged: nothing else could tell them.
+solved for again, on all samples, with the other half's parameters held and springs and filters held to their laws. The
+state at the start of a swing, and the motion of a hand, belong to the samples that are judged: nothing else could tell
+them.
 
 Some numbers only one half can tell: when a sensor slipped, how a stop gives way that is met once. Where a half knows a
 number `TELLS` times worse than the other half does, the number is that of the whole, and the simulation says
@@ -21,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.equations import law_rows, scenes
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.heldout import told_by
 from imubench.diagnosis.linear import linearise
@@ -29,11 +31,13 @@ from imubench.diagnosis.settle import moved
 from imubench.diagnosis.swings import is_data
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.windows import Window, cut_out
+from imubench.effects.effect import Effect
 from imubench.recording import Recording, span_of
 
 TELLS = 4.0  # times another half's std: with a sixteenth of its samples a half still teaches it something
 LEAST = 0.2  # of a stretch, that each half of it has at least
 MOST = 20_000  # times at which motion is summed up: 30 ms apart in ten minutes
+CLOSELY = 0.1  # of a law's std: of a spring 0.01 m/s^2, less than an accelerometer's noise; a tenth changes nothing
 POLISH = 2  # steps of the solver, from where one step of the whole leads: the motion only has to follow
 
 
@@ -127,8 +131,23 @@ def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
         taught = np.where(told, steps[1 - half], step)
         start = moved(model, fit.state, motion + follow @ (taught - step), taught)
         held = replace(model, fixed=dict(start.values))
-        out.append(Learned(solve(held, start, fit.noise, fit.anchor, steps=POLISH), bool(told.all())))
+        out.append(Learned(solve(held, start, without_slack(fit), fit.anchor, steps=POLISH), bool(told.all())))
     return out[0], out[1]
 
 
-__all__ = ["Learned", "Part", "half_at", "learned", "parts_of"]
+def without_slack(fit: Fit) -> dict[str, float]:
+    """Return a fit's noise levels with the laws of springs and filters held closely, as a simulation integrates them.
+
+    A fit estimates how far its states may be from their law, and what they are off by no replay can follow. Not of
+    states that follow from the motion by no equation, as the play of a backlash: their rows only approximate that.
+    """
+    state = {
+        rows.name
+        for h, scene in scenes(fit.model, fit.state)
+        if h.effect.lawful and type(h.effect).follow is Effect.follow
+        for rows in law_rows(fit.model, fit.state, h, scene)
+    }
+    return {name: min(std, CLOSELY) if name in state else std for name, std in fit.noise.items()}
+
+
+__all__ = ["Learned", "Part", "half_at", "learned", "parts_of", "without_slack"]
