@@ -14,7 +14,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis import gather
 from imubench.diagnosis.evidence import Comparison, Played, Swing
-from imubench.diagnosis.fit import AGAIN, Fit, solve
+from imubench.diagnosis.fit import AGAIN, STEPS, Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import LOOSENED, levels
 from imubench.diagnosis.refit import extended, refit_without
@@ -23,7 +23,7 @@ from imubench.diagnosis.simulation.channels import (
     channels,
 )
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
-from imubench.diagnosis.simulation.learned import Learned, Part, learned, parts_of, without_slack
+from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, without_slack
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
 from imubench.diagnosis.simulation.windows import free
 from imubench.recording import Recording
@@ -125,9 +125,11 @@ def motion_of(told: Fit, smooth: Fit) -> Played:
 
     A search's motion is loose, and what is loose in it drives the springs that MuJoCo integrates.
     """
+    names = told.model.parameters.widths
+    taught = np.concatenate([told.state.values[name] - smooth.state.values[name] for name in names])
+    start = followed(smooth, taught)
     held = replace(told.model, fixed=dict(told.state.values))
-    # from its own motion: the other's goes with other numbers, and a skin's slide and its mount move together by far
-    return gather.played(solve(held, told.state, without_slack(smooth), told.anchor, steps=AGAIN))
+    return gather.played(solve(held, start, without_slack(smooth), smooth.anchor, steps=STEPS))
 
 
 def with_levels(fit: Fit, told: dict[str, float]) -> Fit:

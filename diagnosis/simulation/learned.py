@@ -25,6 +25,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.equations import law_rows, scenes
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.heldout import told_by
+from imubench.diagnosis.hypothesis import State
 from imubench.diagnosis.linear import linearise
 from imubench.diagnosis.normal import Normal
 from imubench.diagnosis.settle import moved
@@ -124,15 +125,28 @@ def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
         steps.append(step)
         stds.append(np.sqrt(np.diag(np.linalg.inv(known))))
         del normal  # with its factors, before the next one's: memory
-    motion, step, follow, _ = told_by(Normal.of(model.tracks, model.parameters, [part for _, _, part in linear]))
-    out = []
+    whole = told_by(Normal.of(model.tracks, model.parameters, [part for _, _, part in linear]))
+    step, out = whole[1], []
     for half in (0, 1):
         told = stds[1 - half] <= TELLS * stds[half]
         taught = np.where(told, steps[1 - half], step)
-        start = moved(model, fit.state, motion + follow @ (taught - step), taught)
+        start = _followed(fit, whole, taught)
         held = replace(model, fixed=dict(start.values))
         out.append(Learned(solve(held, start, without_slack(fit), fit.anchor, steps=POLISH), bool(told.all())))
     return out[0], out[1]
+
+
+@one_thread
+def followed(fit: Fit, taught: Array) -> State:
+    """Return a fit's state after a step of its parameters (p,), the motion along by the linearised equations."""
+    model = fit.model
+    linear = [linearise(r, model.tracks, model.parameters) for r in fit.rows]
+    return _followed(fit, told_by(Normal.of(model.tracks, model.parameters, linear)), taught)
+
+
+def _followed(fit: Fit, whole: tuple[Array, Array, Array, Array], taught: Array) -> State:
+    motion, step, follow, _ = whole
+    return moved(fit.model, fit.state, motion + follow @ (taught - step), taught)
 
 
 def without_slack(fit: Fit) -> dict[str, float]:
@@ -150,4 +164,4 @@ def without_slack(fit: Fit) -> dict[str, float]:
     return {name: min(std, CLOSELY) if name in state else std for name, std in fit.noise.items()}
 
 
-__all__ = ["Learned", "Part", "half_at", "learned", "parts_of", "without_slack"]
+__all__ = ["Learned", "Part", "followed", "half_at", "learned", "parts_of", "without_slack"]
