@@ -38,7 +38,7 @@ from imubench.recording import Recording, span_of
 TELLS = 4.0  # times another half's std: with a sixteenth of its samples a half still teaches it something
 LEAST = 0.2  # of a stretch, that each half of it has at least
 MOST = 20_000  # times at which motion is summed up: 30 ms apart in ten minutes
-CLOSELY = 0.1  # of a law's std: of a spring 0.01 m/s^2, less than an accelerometer's noise; a tenth changes nothing
+CLOSELY = 0.01  # of a law's std: force noise of std s, 100 rows a second, rings a spring of 18 Hz with Q = 17 by 3 s
 POLISH = 2  # steps of the solver, from where one step of the whole leads: the motion only has to follow
 
 
