@@ -9,9 +9,8 @@ import numpy as np
 
 from imubench.diagnosis.export import SENSORS
 from imubench.diagnosis.read_model import Model, Sampling, read_model, tables, text
-from imubench.diagnosis.replay import played_through
 from imubench.diagnosis.sensor_chain import angle_read, read_by, torque_of
-from imubench.diagnosis.simulation.splice import with_swings
+from imubench.diagnosis.simulation.splice import from_row, played
 from imubench.errors import InputError, shown, unknown
 from imubench.inputs.toml import load_toml
 from imubench.recording import Encoder, Imu, Recording
@@ -52,40 +51,53 @@ def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
         InputError: a file is missing, damaged, leads out of the folder, is beyond the limits, or says what cannot be.
     """
     model = read_model(folder)
-    truth = played_model(model)
+    truth, start = played_early(model)
+    first = start - model.start
     made = []
     for name, own in model.imus.items():
         mount = model.rig.mounts[int(name[-1]) - 1]
         gyro_std, accel_std = own.noise
         noise = gyro_std, accel_std
-        time, gyro, accel = read_by(truth, model.start, own.stamps, name, model.chain(name), noise, rng)
+        time, gyro, accel = read_by(truth, model.start, own.stamps, name, model.chain(name), noise, rng, first)
         pose = mount.position, mount.quaternion
         made.append(Imu(name, time, gyro, accel, own.rate, *noise, None, None, *pose))
     recording = Recording(
         model.recording,
         model.rig.family,
         tuple(made),
-        encoders=tuple(_encoder(model, truth, joint, own, rng) for joint, own in model.encoders.items()),
+        encoders=tuple(_encoder(model, truth, first, joint, own, rng) for joint, own in model.encoders.items()),
         gravity=model.rig.gravity,
         base=model.rig.base,
         base_quaternion=model.rig.base_quaternion,
     )
-    return recording, truth
+    return recording, beginning(model, truth, start)
 
 
 def played_model(model: Model) -> Truth:
-    """Return MuJoCo's truth of a model: its motion prescribed, its free swings rolled out."""
+    """Return MuJoCo's truth of a model from its first sample on: motion prescribed, free swings rolled out."""
+    return beginning(model, *played_early(model))
+
+
+def played_early(model: Model) -> tuple[Truth, float]:
+    """Return the same from where a sensor's clock first reads it, and when that is, in s of the recording's clock."""
     rate = max(s.rate for s in (*model.imus.values(), *model.encoders.values()))
-    truth = played_through(model.rig, model.motion, model.start, model.end - model.start, rate)
     torque = torque_of(model.effects, model.start) if model.rig.family == "hinge" else None
-    return with_swings(model.rig, truth, model.start, model.swings, torque)
+    return played(model.rig, model.motion, model.effects, (model.start, model.end), rate, model.swings, torque)
 
 
-def _encoder(model: Model, truth: Truth, joint: str, own: Sampling, rng: np.random.Generator) -> Encoder:
-    """Return what an encoder reads; behind a backlash it follows the joint with free play."""
-    read = angle_read(truth, model.start, own.stamps, model.effects)
+def beginning(model: Model, truth: Truth, start: float) -> Truth:
+    """Return a truth whose first row is at `start` s from the model's first sample on."""
+    return from_row(truth, round((model.start - start) / float(truth.time[1] - truth.time[0])))
+
+
+def _encoder(model: Model, truth: Truth, first: float, joint: str, own: Sampling, rng: np.random.Generator) -> Encoder:
+    """Return what an encoder reads; behind a backlash it follows the joint with free play.
+
+    `first`: s, how far behind the model's start the truth's first row is.
+    """
+    read = angle_read(truth, model.start, own.stamps, model.effects, first)
     (std,) = own.noise
     return Encoder(joint, own.stamps, read + std * rng.standard_normal(read.size), std)
 
 
-__all__ = ["check_same", "is_model", "played_model", "replay"]
+__all__ = ["check_same", "is_model", "played_early", "played_model", "replay"]

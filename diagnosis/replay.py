@@ -18,6 +18,7 @@ from imubench.sim.signals import check_within
 from imubench.truth import Truth
 
 DENSE = 400.0  # Hz, at least: what is read between samples of the simulation is interpolated by cubics
+END_ROWS = 4  # of a truth behind the last sample, for what is interpolated there
 FINE = 4  # steps a knot, on which the force at the joint becomes a movement
 DEGREE = 5
 TOLD = "told"  # variant of a play whose rotation is about e and beside it, not about x and z
@@ -90,9 +91,14 @@ class ToldSignal:
 
 def played_through(rig: Rig, motion: Played, start: float, seconds: float, rate: float) -> Truth:
     """Return MuJoCo's truth of a recovered motion on a rig, dense enough for IMUs of `rate` Hz."""
-    dense = rate * max(1, int(np.ceil(DENSE / rate)))
+    dense = dense_rows(rate)
     rig = with_told_play(rig, motion, start)
-    return play(rig, SplineMotion(motion, start, rig.gravity), seconds + 4 / dense, dense)
+    return play(rig, SplineMotion(motion, start, rig.gravity), seconds + END_ROWS / dense, dense)
+
+
+def dense_rows(rate: float) -> float:
+    """Return the rows a second of a truth for IMUs of `rate` Hz."""
+    return rate * max(1, int(np.ceil(DENSE / rate)))
 
 
 def told_play(motion: Played, play: Play) -> Array | None:

@@ -78,6 +78,7 @@ def simulation_as_dict(s: Simulation) -> dict[str, Any]:
     """Return how far MuJoCo's simulations are from a recording, as diagnosis.json has it."""
     channels = {
         name: {"unit": c.unit, "before": float(c.before), "after": float(c.after), "noise": float(c.noise)}
+        | ({} if c.fit is None else {"fit": float(c.fit)})
         for name, c in s.channels.items()
     }
     windows = [[float(start), float(end)] for start, end in s.windows_s]

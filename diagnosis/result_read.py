@@ -252,7 +252,9 @@ def _read_simulation(node: _Node) -> Simulation:
 
 
 def _read_channel(node: _Node) -> SimulatedChannel:
-    return SimulatedChannel(_text(node["unit"]), node["before"].number, node["after"].number, node["noise"].number)
+    before, after, noise = (node[key].number for key in ("before", "after", "noise"))
+    fit = node["fit"].number if "fit" in node.of(dict) else None
+    return SimulatedChannel(_text(node["unit"]), before, after, noise, fit)
 
 
 def _read_unseen(node: _Node) -> Unseen:

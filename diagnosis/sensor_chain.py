@@ -69,6 +69,12 @@ def chained(name: str) -> bool:
     return acts or name in (*FIRST, *LAST, *NOISES)
 
 
+def moves_time(effects: Effects) -> bool:
+    """Return whether a clock is off: then a sensor's first reading may be of a time before its first stamp."""
+    laws = [law for _, link in effects if (law := link.law) is not None]
+    return any(type(law).clock is not Effect.clock for law in laws)
+
+
 def at_place(effects: Effects, place: str) -> tuple[Link, ...]:
     """Return the effects at a place."""
     return tuple(link for at, link in effects if at == place)
@@ -194,4 +200,4 @@ def _sampled(
     return stamps, gyro, accel
 
 
-__all__ = ["Chain", "Effects", "Link", "angle_read", "at_place", "chained", "read_by", "torque_of"]
+__all__ = ["Chain", "Effects", "Link", "angle_read", "at_place", "chained", "moves_time", "read_by", "torque_of"]

@@ -5,6 +5,7 @@
 In brackets: axis_coupling, joint_play, moving_centre. The base is free (a hand moves it) or fixed.
 """
 
+from collections.abc import Callable
 from math import atan2, cos, pi, sin
 
 import numpy as np
@@ -18,6 +19,9 @@ from imubench.proof.rotation import Array, about, to_quaternion
 from imubench.proof.swing import joined, plan, swing_hinge
 from imubench.proof.torques import Torques, torques
 
+Angle = tuple[Array, Array, Array]
+"""The hinge angle (n,) rad with its two derivatives."""
+
 
 def hinge(options: Options, effects: list[Effect], t: Array, gravity: float, seed: int) -> World:
     """Return the hinge's motion under the true `gravity`."""
@@ -25,7 +29,7 @@ def hinge(options: Options, effects: list[Effect], t: Array, gravity: float, see
     tempo = random_tempo(stream(seed, "tempo"), t, options.rest)
     declared: dict[str, object] = {"motion": "free" if options.swing else "hand", "base": options.base}
     if options.base == "fixed":
-        first, R = _fixed(rng, len(t), gravity)
+        first, R = clamped(rng, len(t), gravity)
         declared["base_quaternion"] = to_quaternion(R)
     else:
         first = hand_body(rng, tempo, options, gravity)
@@ -41,11 +45,15 @@ def hinge(options: Options, effects: list[Effect], t: Array, gravity: float, see
     else:
         rate = rng.uniform(2.0, 4.0) * options.vigour
         angle = angle_wave(rng, options.band, rate, rng.uniform(0.8, 1.4), rng.uniform(-0.3, 0.3)).along(tempo)
+    return World(t, [first, hinged(first, angle, effects)], angle, swings, declared, hangs)
+
+
+def hinged(first: Track, angle: Angle, effects: list[Effect]) -> Track:
+    """Return segment 2 on segment 1 at a hinge angle, with what the joint does."""
     second = slid(first, angle, find(effects, "moving_centre"))
     second = second.rotated(1, *angle)
     second = coupled(second, angle, find(effects, "axis_coupling"))
-    second = played(second, find(effects, "joint_play"))
-    return World(t, [first, second], angle, swings, declared, hangs)
+    return played(second, find(effects, "joint_play"))
 
 
 def hand_body(rng: np.random.Generator, tempo: Tempo, options: Options, gravity: float) -> Track:
@@ -58,7 +66,7 @@ def hand_body(rng: np.random.Generator, tempo: Tempo, options: Options, gravity:
     return track
 
 
-def _fixed(rng: np.random.Generator, n: int, gravity: float) -> tuple[Track, Array]:
+def clamped(rng: np.random.Generator, n: int, gravity: float) -> tuple[Track, Array]:
     """Return segment 1 clamped: the hinge axis within about 15 deg of horizontal, segment 2 hanging near q = 0."""
     R = about(2, rng.uniform(-3, 3)) @ about(0, rng.uniform(-0.25, 0.25)) @ about(1, np.pi / 2 + rng.uniform(-0.4, 0.4))
     return in_world(np.zeros((n, 3)), np.zeros((n, 3)), gravity).turned(R), R
@@ -70,10 +78,8 @@ def _hangs(body: Body, gravity: Array) -> float:
     return float((atan2(-gz, gx) - atan2(-cz, cx) + pi) % (2 * pi) - pi)
 
 
-def _swings(
-    rng: np.random.Generator, t: Array, options: Options, law: Torques, body: Body, gravity: Array
-) -> tuple[tuple[Array, Array, Array], list[tuple[float, float]]]:
-    """Return the hinge angle with derivatives when a hand lifts, holds, lets go and catches, again and again.
+def equation(law: Torques, body: Body, gravity: Array) -> Callable[[float, float, float], float]:
+    """Return q'' rad/s^2 of an angle, its rate and the wind's torque, of a limb that swings on a clamped segment 1.
 
     (I_yy + m (cx^2 + cz^2)) q'' = m (c(q) x g)_y + torques, c(q) = Ry(q) c, g (3,) in axes of segment 1.
     """
@@ -85,7 +91,14 @@ def _swings(
         pull = (cz * c - cx * s) * gx - (cx * c + cz * s) * gz
         return (pull + law.about(q, w) + law.along(abs(w)) * w + wind) / inertia
 
-    hangs = _hangs(body, gravity)
+    return accel
+
+
+def _swings(
+    rng: np.random.Generator, t: Array, options: Options, law: Torques, body: Body, gravity: Array
+) -> tuple[Angle, list[tuple[float, float]]]:
+    """Return the hinge angle with derivatives when a hand lifts, holds, lets go and catches, again and again."""
+    accel, hangs = equation(law, body, gravity), _hangs(body, gravity)
     q, w, a = np.full(len(t), hangs), np.zeros(len(t)), np.zeros(len(t))
     phases = plan(rng, t, options.seconds)
     for phase in phases:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.proof.body import limb
+from imubench.proof.body import Body, limb
 from imubench.proof.frames import Track, in_world
 from imubench.proof.motion import angle_wave, band_noise, random_tempo, steady
 from imubench.proof.options import Effect, Options, World, find, stream
@@ -19,7 +19,7 @@ from imubench.proof.torques import torques
 
 def pendulum(options: Options, effects: list[Effect], t: Array, gravity: float, seed: int) -> World:
     """Return the pendulum's motion under the true `gravity`."""
-    rng, pivot = stream(seed, "motion"), _pivot(effects, t, seed)
+    rng, pivot = stream(seed, "motion"), pivoted(effects, t, seed)
     if options.swing:
         track, windows, declared = _swings(rng, t, options, effects, gravity, pivot, seed)
         return World(t, [track], swing_of(track), windows, {"motion": "free", "body": declared})
@@ -43,7 +43,7 @@ def swing_of(track: Track) -> tuple[Array, Array, Array]:
     return np.arctan2(x, y), rate, (x2 * y - x * y2) / square - rate * 2 * (x * x1 + y * y1) / square
 
 
-def _pivot(effects: list[Effect], t: Array, seed: int) -> tuple[Array, Array]:
+def pivoted(effects: list[Effect], t: Array, seed: int) -> tuple[Array, Array]:
     """Return the pivot's place and acceleration (n, 3) in the world; on each axis `std` m/s^2 within `band` Hz."""
     moving, rng = find(effects, "moving_pivot"), stream(seed, "pivot")
     if moving is None:
@@ -65,10 +65,8 @@ def _swings(
 ) -> tuple[Track, list[tuple[float, float]], dict[str, object]]:
     """Return the motion when a hand lifts, lets go (turning about the limb's axis) and catches again."""
     body = limb(stream(seed, "body"), axis=2)
-    law = torques(effects, body.about_y, t, stream(seed, "wind"))
-    mass = [float(x) for x in body.mass * body.com]
-    ball = Ball((mass[0], mass[1], mass[2]), body.about_pivot / law.scale, gravity, law)
-    n = len(t)
+    ball = hung(body, effects, t, gravity, seed)
+    law, n = ball.torques, len(t)
     R, w, dw = np.empty((n, 3, 3)), np.zeros((n, 3)), np.zeros((n, 3))
     R[:] = about(2, rng.uniform(-3, 3))
     phases = plan(rng, t, options.seconds)
@@ -84,8 +82,19 @@ def _swings(
         part = slice(k, phase.end + 1)
         states, dw[part] = swing_ball(ball, state, pivot[1][part], law.wind[part])
         R[part], w[part] = from_quaternion(states[:, :4]), states[:, 4:]
-    track = Track(pivot[0], R, w, dw, apply_back(R, pivot[1] + np.array([0.0, 0.0, gravity])))
-    return track, [phase.window for phase in phases], body.declared()
+    return carried(pivot, R, w, dw, gravity), [phase.window for phase in phases], body.declared()
+
+
+def hung(body: Body, effects: list[Effect], t: Array, gravity: float, seed: int) -> Ball:
+    """Return a limb on its ball joint, with the torques of effects."""
+    law = torques(effects, body.about_y, t, stream(seed, "wind"))
+    mass = [float(x) for x in body.mass * body.com]
+    return Ball((mass[0], mass[1], mass[2]), body.about_pivot / law.scale, gravity, law)
+
+
+def carried(pivot: tuple[Array, Array], R: Array, w: Array, dw: Array, gravity: float) -> Track:
+    """Return the limb's frame in the pivot, whose place and acceleration (n, 3) are those of the world."""
+    return Track(pivot[0], R, w, dw, apply_back(R, pivot[1] + np.array([0.0, 0.0, gravity])))
 
 
 def lifted(R: Array, w: Array, dw: Array, up: Array, spin: float, points: int) -> tuple[Array, Array, Array]:

@@ -79,7 +79,7 @@ class Sight:
         options, seed, world = self.case.options, self.case.seed, self.case.world
         at_imus = all(e.at.startswith("imu") for e in effects)
         case = sensed(options, effects, seed, world) if at_imus else played(options, effects, seed)
-        return _stacked(case, self.parts)
+        return stacked(case, self.parts)
 
 
 def sight(case: Case, knots_per_s: float | None = None) -> Sight | None:
@@ -91,7 +91,7 @@ def sight(case: Case, knots_per_s: float | None = None) -> Sight | None:
     options = replace(case.options, noise=0.0, colour=0.0, gaps=0, repeats=0)
     if options.swing:
         return None
-    plain = replace(played(options, [], case.seed), mounts=_as_they_are(case))
+    plain = replace(played(options, [], case.seed), mounts=as_they_are(case))
     parts = [*blocks(plain, {name: noise_of(case, name) for name in channels(plain)}), *_instruments(plain)]
     knots = knots_per_s or float(np.clip(12 * options.band, 25.0, options.rate))
     motion = motion_columns(plain, parts, knots)
@@ -99,12 +99,12 @@ def sight(case: Case, knots_per_s: float | None = None) -> Sight | None:
     N = (A.T @ A).tocsc()
     N = N + diags(np.where(np.arange(N.shape[0]) < motion.shape[1], 1e-9 * N.diagonal().max(), 0.0))
     seen = Sight(plain, parts, A, splu(N), np.zeros((A.shape[0], 0)), np.zeros(0))
-    G, prior = _geometry(seen)
+    G, prior = geometry(seen)
     seen.G, seen.prior = seen.left(G), prior
     return seen
 
 
-def _as_they_are(case: Case) -> list[Mount]:
+def as_they_are(case: Case) -> list[Mount]:
     """Return the mounts of a case with what `mount_pose` moves them by."""
     out = []
     for i, mount in enumerate(case.mounts):
@@ -129,14 +129,15 @@ def noise_of(case: Case, name: str) -> float:
     return float(np.hypot(std, step / np.sqrt(12)))
 
 
-def _stacked(case: Case, parts: list[Block]) -> Array:
+def stacked(case: Case, parts: list[Block]) -> Array:
+    """Return all readings (rows,) over their noise, those of instruments as nought: no effect changes these."""
     values = []
     for block in parts:
         imu, _, channel = block.name.partition(".")
         if channel:
             values.append(getattr(case.imus[int(imu[-1]) - 1], channel).ravel() / block.std)
         else:
-            values.append(np.zeros(block.S[0].shape[0] * block.S[0].shape[1]))  # no effect of the table changes these
+            values.append(np.zeros(block.S[0].shape[0] * block.S[0].shape[1]))
     return np.concatenate(values)
 
 
@@ -156,7 +157,7 @@ def _instruments(case: Case) -> list[Block]:
     return []
 
 
-def _geometry(seen: Sight) -> tuple[Array, Array]:
+def geometry(seen: Sight) -> tuple[Array, Array]:
     """Return the change of all readings by each mount's position and rotation, and 1 / std^2 of what is declared."""
     case, options, step = seen.case, seen.case.options, 1e-4
     declared = options.declare_geometry
@@ -171,5 +172,5 @@ def _geometry(seen: Sight) -> tuple[Array, Array]:
             track = sensor_track(case.world, case.world.segments[i], moved, at, [])
             imus = list(case.imus)
             imus[i] = read_imu(track, at, [], options, rate, case.seed)
-            columns.append((_stacked(replace(case, imus=imus), seen.parts) - _stacked(case, seen.parts)) / step)
+            columns.append((stacked(replace(case, imus=imus), seen.parts) - stacked(case, seen.parts)) / step)
     return np.stack(columns, -1), np.tile([position**-2.0] * 3 + [rotation**-2.0] * 3, len(case.mounts))

@@ -66,10 +66,20 @@ def fade(points: int) -> list[float]:
 
 
 def swing_hinge(
-    q: Array, w: Array, a: Array, first: int, last: int, accel: Callable[[float, float, float], float], wind: Array
+    q: Array,
+    w: Array,
+    a: Array,
+    first: int,
+    last: int,
+    accel: Callable[[float, float, float], float],
+    wind: Array,
+    released: bool = True,
 ) -> None:
-    """Fill in q, w, a from grid point `first` to `last`; accel(angle, rate, wind) rad/s^2."""
-    free, gust = fade(last - first), [float(x) for x in wind[first : last + 1]]
+    """Fill in q, w, a from grid point `first` to `last`; accel(angle, rate, wind) rad/s^2.
+
+    `released`: a hand lets go at `first`; False: it is swinging freely there.
+    """
+    free, gust = let_go(last - first, released), [float(x) for x in wind[first : last + 1]]
     x, v, h = float(q[first]), float(w[first]), STEP
     for i in range(last - first):
         here, there, middle, now = gust[i], gust[i + 1], free[2 * i + 1], free[2 * i]
@@ -85,6 +95,11 @@ def swing_hinge(
         q[k], w[k], a[k] = x, v, a1
         x, v = x + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
     q[last], w[last], a[last] = x, v, accel(x, v, gust[-1])
+
+
+def let_go(points: int, released: bool) -> list[float]:
+    """Return how far the hand has let go at every half grid step: it does so now, or has done so before."""
+    return fade(points) if released else [1.0] * (2 * points + 2)
 
 
 @dataclass(frozen=True)
@@ -138,13 +153,14 @@ class Ball:
         return derivative
 
 
-def swing_ball(ball: Ball, state: list[float], pivot: Array, wind: Array) -> tuple[Array, Array]:
-    """Return states (n, 7), quaternion and rate in segment axes, and their w' (n, 3), from the release on.
+def swing_ball(ball: Ball, state: list[float], pivot: Array, wind: Array, released: bool = True) -> tuple[Array, Array]:
+    """Return states (n, 7), quaternion and rate in segment axes, and their w' (n, 3), from a `state` (7,) on.
 
-    pivot (n, 3) m/s^2 in the world and wind (n,) N m about world y, at the n grid points of the swing.
+    pivot (n, 3) m/s^2 in the world and wind (n,) N m about world y, at the n grid points of the swing. `released`: a
+    hand lets go at the first one; False: it is swinging freely there.
     """
     rate, n, h = ball.rate(), len(pivot), STEP
-    free, base, gust = fade(n), [tuple(row) for row in pivot.tolist()], wind.tolist()
+    free, base, gust = let_go(n, released), [tuple(row) for row in pivot.tolist()], wind.tolist()
     states, accel = np.empty((n, 7)), np.empty((n, 3))
 
     def slope(s: list[float], here: tuple[float, float, float], blow: float, share: float) -> list[float]:

@@ -17,14 +17,16 @@ from imubench.diagnosis.refit import refit
 from imubench.diagnosis.result import Diagnosis, FitQuality, SimulatedChannel, Simulation
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
-from imubench.diagnosis.simulation.beside import beside
-from imubench.diagnosis.simulation.channels import channels
+from imubench.diagnosis.simulation.beside import as_smooth, beside, motion_of, with_levels
+from imubench.diagnosis.simulation.channels import channels, simulated
 from imubench.diagnosis.simulation.learned import half_at, half_way, learned, parts_of
+from imubench.diagnosis.simulation.sim_model import sim_model
 from imubench.diagnosis.simulation.step import UNPLAYED, judged_by_simulation
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.format1 import read
-from imubench.proof.case import make_case
+from imubench.proof.case import build, make_case
+from imubench.proof.excess import excess
 
 
 def fitted(recording, effects=()):
@@ -66,6 +68,16 @@ def test_friction_that_was_found_is_what_the_declared_arm_lacks(swung):
     for (of,) in found.findings.values():
         lacks, has = (np.sqrt(np.mean((x - of.measured) ** 2)) for x in (of.before, of.after))
         assert lacks > 3 * has  # each of them alone is needed
+
+
+def test_a_swing_that_is_declared_beyond_the_samples_is_replayed_to_the_last_of_them(swung):
+    """A model/ on disk refuses a swing without samples."""
+    recording = swung({"dry_friction": 0.02}, 6.0)
+    first, last = (float(recording.encoders[0].time[i]) for i in (0, -1))
+    recording = replace(recording, free_swings=((first - 0.01, last + 0.01),))
+    declared, best, noise = fitted(recording, (("dry_friction", "joint"),))
+    (window,) = beside(recording, declared, best, noise, {}).windows
+    assert (window.start, window.end) == (first, last)
 
 
 def test_numbers_are_judged_where_they_were_not_learned(swung):
@@ -123,6 +135,60 @@ def test_a_spring_rings_by_its_law_where_a_hand_moves_the_rig(made):
     assert {c.channel.split(".")[0] for c in found.findings["soft_mount", "imu2"]} <= {"imu1", "imu2"}
 
 
+@pytest.mark.long
+def test_a_spring_is_replayed_from_a_motion_that_obeys_its_law(made):
+    """A search may let a spring be off its law by metres per second squared; MuJoCo's obeys it, and rings with that."""
+    shape = {"frequency": [14.0, 16.0, 18.0], "damping_ratio": 0.1}
+    recording = made("hinge", [("soft_mount", "imu2", shape)], 4, seconds=8.0, vigour=2.0, band=6.0)
+    first, best, noise = fitted(recording, (("soft_mount", "imu2"),))
+    loose = with_levels(best, {"soft_mount@imu2.balance": 30.0})  # of 0.1 m/s^2
+    model = sim_model(loose)
+    accel = recording.imu("imu2").accel
+
+    def off(motion):
+        read = simulated(replace(model, motion=motion), recording, ())
+        played = np.stack([read[f"imu2.acc_{axis}"] for axis in "xyz"], axis=1)
+        return float(np.sqrt(np.mean((played - accel)[100:] ** 2))) / noise["imu2.accel"]  # settled after 1 s
+
+    strict = off(motion_of(loose, as_smooth(first, loose)[1]))
+    assert strict < 1.0  # of the noise: the motion takes some of it
+    assert off(gather.played(loose)) > 1.2 * strict
+
+
+OFF = {"gyro_scale": {"scale": [0.03, -0.02, 0.03]}, "time_offset": {"offset": -0.012}, "clock_skew": {"skew": 1e-3}}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("effect", OFF)
+def test_a_replay_is_as_near_as_the_fit_that_it_replays(effect, made):
+    """With a hand's motion prescribed MuJoCo reads what the fit's own laws read, half by half.
+
+    The first and last samples too: what a clock that is off reads there was before the first stamp or after the last.
+    """
+    recording = made("hinge", [(effect, "imu2", OFF[effect])], 6, seconds=8.0)
+    first, best, noise = fitted(recording, ((effect, "imu2"),))
+    channels_ = beside(recording, first, best, noise, {}).simulation.channels
+    for name, c in channels_.items():
+        # quintics through the motion's rows, and the six digits of a rig: a hundredth of the noise
+        assert c.after == pytest.approx(c.fit, rel=0.02, abs=0.01 * c.noise), name
+    assert max(c.before / c.fit for c in channels_.values()) > 1.5
+
+
+@pytest.mark.long
+def test_the_declared_simulation_has_no_clock_that_the_search_begins_with(made):
+    """A clock 30 ms off is in the first fit already. What the generator says of it must show all the same."""
+    clock = ("time_offset", "imu2", {"offset": 0.03})
+    recording = made("hinge", [clock], 6, seconds=8.0)
+    first, best, noise = fitted(recording, (("time_offset", "imu2"),))
+    assert first.model.judged  # else this asks nothing
+    found = beside(recording, first, best, noise, {}).simulation.channels
+    told = excess(build("hinge", [clock], 6, seconds=8.0))
+    name = max(told, key=lambda n: told[n].left / told[n].noise)
+    grown = np.sqrt(found[name].before ** 2 - found[name].after ** 2)
+    # nonlinear at 30 ms: the motion that is left over turns segment 2 by up to 0.1 rad
+    assert grown == pytest.approx(told[name].left, rel=0.25)
+
+
 def test_a_number_that_one_half_alone_can_tell_is_not_called_held_out(swung):
     """An arm that hangs still in its second half says nothing of friction there."""
     recording = swung({"viscous_friction": 0.05}, 9.0)
@@ -172,6 +238,9 @@ def test_a_simulation_is_written_and_read_back(tmp_path):
     said = replace(said, simulation=SIMULATION)
     (tmp_path / "diagnosis.json").write_text(json.dumps(as_dict(said)))
     assert read_diagnosis(tmp_path).simulation == SIMULATION
+    told = replace(SIMULATION, channels={"encoder.hinge": SimulatedChannel("rad", 0.44, 0.006, 0.0005, 0.0004)})
+    (tmp_path / "diagnosis.json").write_text(json.dumps(as_dict(replace(said, simulation=told))))
+    assert read_diagnosis(tmp_path).simulation == told
     content = as_dict(said)
     assert content["simulation"] == {
         "how": "rolled out", "windows_s": [[12.0, 31.5]], "heldout": True,
@@ -187,6 +256,10 @@ def test_a_simulation_is_written_and_read_back(tmp_path):
         ({"heldout": 1}, "key 'simulation.heldout': expected true or false"),
         ({"channels": {"foot.x": {"unit": "m", "before": 1, "after": 1, "noise": 1}}}, "simulation.channels.foot.x"),
         ({"channels": {"imu1.acc_x": {"unit": "m/s^2", "before": -1, "after": 1, "noise": 1}}}, "simulation.before"),
+        (
+            {"channels": {"imu1.acc_x": {"unit": "m/s^2", "before": 1, "after": 1, "noise": 1, "fit": -1}}},
+            "simulation.fit",
+        ),
     ],
 )
 def test_a_broken_simulation_is_refused_in_one_line(tmp_path, change, message):

@@ -20,6 +20,7 @@ from imubench.atomic import atomic_file
 from imubench.errors import InputError
 from imubench.inputs.json import load_table
 from imubench.trials.guard import NOTE
+from imubench.trials.replayed import MODEL
 from imubench.workers import THREADS, die_with_parent
 
 OURS = "imubench diagnose {recording} --out {out}"
@@ -184,9 +185,21 @@ def diagnosed(
             (kept / "diagnosis.json").unlink(missing_ok=True)  # of a run that was killed just here
             if answer.is_file():
                 shutil.copyfile(answer, kept / "diagnosis.json")
+            keep_model(answer.parent / MODEL, kept / MODEL)
             with atomic_file(kept / "run.json") as partial:  # last: it says the case is done
                 partial.write_text(json.dumps(asdict(run)), encoding="utf-8")
     return run
+
+
+def keep_model(written: Path, kept: Path) -> None:
+    """Copy the plain files of a model that a diagnosis wrote; a link would lead out of its working folder."""
+    shutil.rmtree(kept, ignore_errors=True)
+    if not written.is_dir() or written.is_symlink():
+        return
+    kept.mkdir()
+    for file in written.iterdir():
+        if file.is_file() and not file.is_symlink():
+            shutil.copyfile(file, kept / file.name)
 
 
 def finished(kept: Path) -> Run | None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from imubench.diagnosis.displaced import NAMES
 from imubench.trials.detection import LEVEL, Z95, by_strength, power
+from imubench.trials.replayed import Replayed
 from imubench.trials.scoring import CaseScore
 
 MOUNTS = ("soft_mount", "rocking_mount")
@@ -90,6 +91,13 @@ def _possible(distance: Callable[[CaseScore], float | None]) -> Callable[[Sequen
     return counted
 
 
+def _of_replays(
+    question: Callable[[Replayed], bool | None], kinds: tuple[str, ...]
+) -> Callable[[Sequence[CaseScore]], Counted]:
+    """Return the share of yes to a question of the simulations, in cases of some kinds."""
+    return lambda scores: share(question(s.replayed) for s in scores if s.kind in kinds)
+
+
 FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
     "answered": lambda scores: share(not s.failed for s in scores),
     "false_alarms_white": _silent("white"),
@@ -122,6 +130,13 @@ FIGURES: dict[str, Callable[[Sequence[CaseScore]], Counted]] = {
     "unobservable_said": lambda scores: share(
         s.verdict in ("unobservable", "no mismatch") for s in scores if not s.observable
     ),
+    "modelled": _of_replays(lambda r: None if r.rolled_out else r.modelled, ("one",)),
+    "modelled_several": _of_replays(lambda r: None if r.rolled_out else r.modelled, ("several",)),
+    "modelled_swings": _of_replays(lambda r: r.modelled if r.rolled_out else None, ("one", "several")),
+    "shown": _of_replays(lambda r: r.shown, ("one",)),
+    "shown_several": _of_replays(lambda r: r.shown, ("several",)),
+    "where_sensor": _of_replays(lambda r: r.sensor, ("one", "several")),
+    "where_channel": _of_replays(lambda r: r.first_channel, ("one", "several")),
     "real_silent": _silent("real"),
     "real_located": lambda scores: _of_effects([(s.pointed, len(s.truth)) for s in scores if s.noise == "real"]),
     "real_named": lambda scores: _of_effects([(s.named, len(s.truth)) for s in scores if s.noise == "real"]),

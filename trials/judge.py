@@ -1,6 +1,7 @@
 """The answers of a proof against its opened truths: one by one, in pairs, or as their experimenters documented."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import as_completed
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,9 +9,11 @@ from imubench.diagnosis.result_read import read_diagnosis
 from imubench.errors import InputError
 from imubench.trials import blind
 from imubench.trials.real import beside
+from imubench.trials.replayed import Replayed, replayed
 from imubench.trials.scoring import CaseScore, failed, score
 from imubench.trials.seal import Truth
 from imubench.trials.sealed import without_known
+from imubench.workers import process_pool
 
 ALARM = 1.15**2 * 1.2
 """The misfit from which its size alone is an alarm: a declared noise right within 15 %, 20 % of coloured noise."""
@@ -19,6 +22,33 @@ ALARM = 1.15**2 * 1.2
 def one_by_one(truths: Mapping[str, Truth], answers: Path, runs: Mapping[str, blind.Run]) -> tuple[CaseScore, ...]:
     """Return the score of every case."""
     return tuple(scored(name, truth, answers / name, runs[name]) for name, truth in truths.items())
+
+
+def with_replays(
+    scores: Sequence[CaseScore],
+    truths: Mapping[str, Truth],
+    answers: Path,
+    cases: Path,
+    workers: int,
+    report: Callable[[str, int, int], None],
+) -> tuple[CaseScore, ...]:
+    """Return the scores with what the simulations of each diagnosis were worth; `cases` holds the recordings."""
+    asked = [s.name for s in scores if s.alarm and s.observable and s.truth]
+    report("replay models", 0, len(asked))
+    found: dict[str, Replayed] = {}
+    if asked:
+        with process_pool(workers) as pool:
+            pending = {
+                pool.submit(_replayed, truths[name], answers / name, cases / name / "recording"): name for name in asked
+            }
+            for future in as_completed(pending):
+                found[pending[future]] = future.result()
+                report("replay models", len(found), len(asked))
+    return tuple(replace(s, replayed=found.get(s.name, s.replayed)) for s in scores)
+
+
+def _replayed(truth: Truth, answer: Path, recording: Path) -> Replayed:
+    return replayed(truth, read_diagnosis(answer), answer, recording)
 
 
 def in_pairs(truths: Mapping[str, Truth], answers: Path, runs: Mapping[str, blind.Run]) -> tuple[CaseScore, ...]:

@@ -13,6 +13,7 @@ from imubench.proof.bounds import NOT_ESTIMATED, bounds
 from imubench.proof.case import build
 from imubench.proof.mixture import Question, make
 from imubench.proof.options import Effect, Options
+from imubench.proof.played import Case
 from imubench.proof.ranges import twins
 from imubench.proof.told import plain, told
 from imubench.trials.seal import Truth
@@ -32,14 +33,7 @@ def shortened(question: Question, seconds: float | None) -> Question:
 def made(question: Question, folder: Path) -> Truth:
     """Write the recording of a question into the new folder, and return its truth, which no file holds."""
     truth = make(question, folder)
-    options = dict(truth["options"])
-    case = build(
-        options.pop("rig"),
-        [(e["effect"], e["at"], e["parameters"] | e["detail"]) for e in truth["effects"]],
-        truth["seed"],
-        question.strength,
-        **options,
-    )
+    case = rebuilt(truth)
     truth["answers"] = [answers(e, case.options) for e in case.effects]
     truth["freedom"] = [freedom(e) for e in case.effects]
     truth["bounds"] = [
@@ -48,6 +42,13 @@ def made(question: Question, folder: Path) -> Truth:
     truth["bounds"] = [_finite(b, e) for b, e in zip(truth["bounds"], case.effects, strict=True)]
     truth["neighbour"] = beyond(case) if truth["kind"] == "outside" else None
     return truth
+
+
+def rebuilt(truth: Truth) -> Case:
+    """Return the generator's case that a truth is of."""
+    options = dict(truth["options"])
+    effects = [(e["effect"], e["at"], e["parameters"] | e["detail"]) for e in truth["effects"]]
+    return build(options.pop("rig"), effects, truth["seed"], **options)
 
 
 def answers(effect: Effect, options: Options) -> list[dict[str, Any]]:

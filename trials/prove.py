@@ -21,7 +21,7 @@ from imubench.trials.beside import fit_baselines, residual_size, to_leave_out, w
 from imubench.trials.crime import SUFFIX, compared
 from imubench.trials.detection import by_strength
 from imubench.trials.figures import Figure, figures, reliability
-from imubench.trials.judge import ALARM, in_pairs, one_by_one, scored
+from imubench.trials.judge import ALARM, in_pairs, one_by_one, scored, with_replays
 from imubench.trials.scoring import CaseScore
 from imubench.trials.seal import Truth, check, salt_of
 from imubench.trials.sealed import as_scored, opened, publish_sealed
@@ -97,6 +97,8 @@ def _proved(
     simulated = tuple(s for s in scores if s.name.endswith(SUFFIX))
     scores = tuple(s for s in scores if s not in simulated)
     truths = {s.name: truths[s.name] for s in scores}
+    if not settings.added:
+        scores = with_replays(scores, truths, kept / "answers", kept / "cases", workers, report)
     refused = {name: run.refused for name, run in runs.items() if run.refused}
     others = {} if settings.added else {"residual size": residual_size(truths, scores, kept / "answers", ALARM)}
     if settings.baselines and not settings.added:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 
 from imubench.reproduce.report import escape
+from imubench.trials.replayed import Replayed
 from imubench.trials.scoring import CaseScore, missed
 
 FAILURES: dict[str, Callable[[CaseScore], bool]] = {
@@ -13,8 +14,11 @@ FAILURES: dict[str, Callable[[CaseScore], bool]] = {
     "Found, but with a wrong name or place first": lambda s: s.first_right is False,
     "Two or three effects, not exactly those": lambda s: s.exact is False and not s.failed,
     "Outside the table, not flagged at its place": lambda s: s.located is False and not s.failed,
+    "Right name, but the replay is not as near as the fit": lambda s: s.replayed.modelled is False,
+    "Right name, but the declared simulation is not worse by what was concealed": lambda s: s.replayed.shown is False,
+    "Found, but `where` has another sensor first": lambda s: s.replayed.sensor is False,
 }
-COLUMNS = ("case", "rig", "kind", "truth", "times its bound", "said", "verdict", "s")
+COLUMNS = ("case", "rig", "kind", "truth", "times its bound", "said", "verdict", "simulation", "s")
 
 
 def failures(scores: Sequence[CaseScore]) -> str:
@@ -45,6 +49,24 @@ def _case(s: CaseScore) -> str:
         strength,
         s.failed or ", ".join(s.found) or "nothing",
         s.verdict,
+        _simulation(s.replayed),
         f"{s.seconds:.0f}",
     )
     return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
+
+
+def _simulation(r: Replayed) -> str:
+    """Return what the simulations of a case were worth, in words."""
+    parts = []
+    if r.modelled is not None:
+        ratios = [f"{x:.3g}" if x is not None else "none" for x in (r.replay, r.disk)]
+        kind = "rolled out" if r.rolled_out else "replayed"
+        told = "" if r.held_out is not False else ", not all of it held out"
+        parts.append(f"{kind}: {ratios[0]} of the fit's misfit, on disk {ratios[1]}{told}")
+    if r.channel:
+        share = "not told" if r.showed is None else f"{100 * r.showed:.0f} %"
+        parts.append(f"shown of what was concealed in {r.channel}: {share}")
+    if r.sensor is not None:
+        said = {None: "", True: ", channel right", False: ", channel wrong"}[r.first_channel]
+        parts.append(f"first sensor {'right' if r.sensor else 'wrong'}{said}")
+    return "; ".join(parts)

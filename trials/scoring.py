@@ -1,11 +1,12 @@
 """One diagnosis against the opened truth of its case."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from imubench.diagnosis.result import Diagnosis, Finding, Verdict
 from imubench.trials.match import ParameterError, holds, inside, names, paired, parameter_errors, sure, true
+from imubench.trials.replayed import Replayed
 from imubench.trials.seal import Truth
 
 CONFIDENT = 0.9
@@ -46,6 +47,7 @@ class CaseScore:
     located: bool | None = None  # and that at its place
     errors: tuple[ParameterError, ...] = ()
     removed: float | None = None  # share of the held-out excess that the findings remove
+    replayed: Replayed = field(default_factory=Replayed)  # what its simulations were worth
 
 
 def asked(name: str, truth: Truth, seconds: float) -> dict[str, Any]:

@@ -12,17 +12,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.evidence import Comparison, Swing
-from imubench.diagnosis.fit import AGAIN, Fit, solve
+from imubench.diagnosis import gather
+from imubench.diagnosis.evidence import Comparison, Played, Swing
+from imubench.diagnosis.fit import AGAIN, STEPS, Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import LOOSENED, levels
-from imubench.diagnosis.refit import extended
+from imubench.diagnosis.refit import extended, refit_without
 from imubench.diagnosis.result import Simulation
 from imubench.diagnosis.simulation.channels import (
     channels,
 )
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
-from imubench.diagnosis.simulation.learned import Learned, Part, learned, parts_of
+from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, without_slack
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
 from imubench.diagnosis.simulation.windows import free
 from imubench.recording import Recording
@@ -38,6 +39,7 @@ class Beside:
     channels: tuple[Comparison, ...]  # every channel: the declared model, and the one with all findings
     findings: Mapping[tuple[str, str], tuple[Comparison, ...]]  # by effect and place: without it, and with it
     windows: tuple[Swing, ...]  # that a replay rolls out, with the states of the whole fit
+    motion: Played | None = None  # that a replay prescribes, as smooth as it is estimated; None: that of the fit
 
 
 def beside(
@@ -65,9 +67,9 @@ def beside(
         return None
     measured = channels(recording)
     judge = Judge(recording, measured, counting(measured, best, recording), noise, parts(best), ((), ()))
-    found = named(best)
+    found, told = named(best), best
     if found:
-        declared, best = as_smooth(declared, best)
+        declared, best = as_smooth(as_declared(declared), best)
     after = learned(best, judge.parts)
     of_half = [[part for part in judge.parts if part.half == half] for half in (0, 1)]
     started = [rolled(judge, one.fit, sim_model(one.fit), own) for one, own in zip(after, of_half, strict=True)]
@@ -76,12 +78,13 @@ def beside(
     before = learned(declared, judge.parts) if found else after
     with_all = judge.whole(after, started)
     without = judge.whole(before) if found else with_all
+    fitted = judge.fitted(after)
     return Beside(
         Simulation(
             "rolled out" if any(judge.windows) else "prescribed",
             judge.judged(),
             all(one.held_out for one in (*before, *after)),
-            {c.name: judge.off(c, without[c.name], with_all[c.name]) for c in measured},
+            {c.name: judge.off(c, without[c.name], with_all[c.name], fitted.get(c.name)) for c in measured},
         ),
         tuple(judge.compared(c, without, with_all, (*before, *after)) for c in measured),
         {
@@ -91,7 +94,13 @@ def beside(
             for key in [(h.effect.name, h.at)]
         },
         unbroken(judge, best, [w for half in started for w in half]),
+        None if best is told else motion_of(told, best),
     )
+
+
+def as_declared(fit: Fit) -> Fit:
+    """Return the fit of the declared model without the clocks that a search begins with where they are far off."""
+    return refit_without(fit, fit.model.judged) if fit.model.judged else fit
 
 
 def as_smooth(declared: Fit, best: Fit) -> tuple[Fit, Fit]:
@@ -111,6 +120,18 @@ def as_smooth(declared: Fit, best: Fit) -> tuple[Fit, Fit]:
     return with_levels(declared, {n: std for n, std in measured.items() if n in declared.noise} | told), best
 
 
+def motion_of(told: Fit, smooth: Fit) -> Played:
+    """Return the motion of a fit's own numbers, held as smooth as another fit of the same effects has it.
+
+    A search's motion is loose, and what is loose in it drives the springs that MuJoCo integrates.
+    """
+    names = told.model.parameters.widths
+    taught = np.concatenate([told.state.values[name] - smooth.state.values[name] for name in names])
+    start = followed(smooth, taught)
+    held = replace(told.model, fixed=dict(told.state.values))
+    return gather.played(solve(held, start, without_slack(smooth), smooth.anchor, steps=STEPS))
+
+
 def with_levels(fit: Fit, told: dict[str, float]) -> Fit:
     """Return a fit solved again at other noise levels."""
     return solve(fit.model, fit.state, {**fit.noise, **told}, fit.anchor, steps=AGAIN)
@@ -123,12 +144,16 @@ def parts(fit: Fit) -> tuple[Part, ...]:
 
 
 def unbroken(judge: Judge, fit: Fit, started: Sequence[Swing]) -> tuple[Swing, ...]:
-    """Return the windows that a replay rolls out: whole swings, or as they `started` where one met its horizon."""
+    """Return the windows that a replay rolls out: whole swings, or as they `started` where one met its horizon.
+
+    A swing may be declared beyond the samples; a replay ends with them.
+    """
     if not started:
         return ()
     out, model = [], sim_model(fit)
     ends = [part.end for part in judge.parts if part.swings]
-    for swing in free(fit):
+    first, last = judge.parts[0].start, judge.parts[-1].end
+    for swing in ((max(start, first), min(end, last)) for start, end in free(fit)):
         own = [w for w in started if swing[0] <= w.start < swing[1]]
         whole = all(any(np.isclose(w.end, end) for end in (swing[1], *ends)) for w in own)
         out += [judge.started(fit, model, swing)] if whole else own

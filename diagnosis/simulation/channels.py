@@ -10,10 +10,10 @@ from imubench.arrays import Array
 from imubench.diagnosis.evidence import Swing
 from imubench.diagnosis.gather import CHANNELS
 from imubench.diagnosis.misread import read
-from imubench.diagnosis.replay import DENSE, played_through
+from imubench.diagnosis.replay import DENSE
 from imubench.diagnosis.sensor_chain import angle_read, at_place, read_by
 from imubench.diagnosis.simulation.sim_model import SimModel
-from imubench.diagnosis.simulation.splice import with_swings
+from imubench.diagnosis.simulation.splice import played
 from imubench.jets import Jet
 from imubench.recording import Recording, span_of
 from imubench.sim.imu_sampling import interpolate
@@ -103,5 +103,5 @@ def simulated(model: SimModel, recording: Recording, windows: Sequence[Swing]) -
     assert model.motion is not None
     start, end = span_of(recording)
     rate = dense_rate(recording)
-    truth = played_through(model.rig, model.motion, start, end - start, rate)
-    return read_out(model, recording, with_swings(model.rig, truth, start, windows), start)
+    truth, first = played(model.rig, model.motion, model.effects, (start, end), rate, windows)
+    return read_out(model, recording, truth, first)

@@ -104,11 +104,36 @@ class Judge:
         windows = [(start + margin, end - margin) for start, end in self.judged()]
         return self.counts[channel.name] & covered(channel.time, windows)
 
-    def off(self, channel: Channel, before: Array, after: Array) -> SimulatedChannel:
-        """Return how far two simulations (n,) are from a channel."""
+    def off(self, channel: Channel, before: Array, after: Array, fit: Array | None = None) -> SimulatedChannel:
+        """Return how far two simulations (n,) are from a channel, and what a motion `fit` (n,) itself reads."""
         own = self.inside(channel)
-        rms = [float(np.sqrt(np.mean((x - channel.measured)[own] ** 2))) if own.any() else 0.0 for x in (before, after)]
-        return SimulatedChannel(channel.unit, rms[0], rms[1], self.noise[channel.group])
+
+        def rms(read: Array) -> float:
+            return float(np.sqrt(np.mean((read - channel.measured)[own] ** 2))) if own.any() else 0.0
+
+        told = None if fit is None else rms(fit)
+        return SimulatedChannel(channel.unit, rms(before), rms(after), self.noise[channel.group], told)
+
+    def fitted(self, halves: tuple[Learned, Learned]) -> dict[str, Array]:
+        """Return the channels as the motion fits read them, each half of the recording by the fit that judges it.
+
+        Samples that do not count are as measured. A pose whose errors last has no such channel: its rows are not its
+        readings.
+        """
+        rows = [{r.name: r.residual.value for r in one.fit.measured} for one in halves]
+        wanders = halves[0].fit.model.wander
+        out: dict[str, Array] = {}
+        column: dict[str, int] = {}
+        for c in self.channels:
+            k = column[c.group] = column.get(c.group, -1) + 1
+            if not all(c.group in own for own in rows) or c.group.partition(".")[0] in wanders:
+                continue
+            counts, both = self.counts[c.name], []
+            for own in rows:
+                both.append(np.array(c.measured))
+                both[-1][counts] += own[c.group][:, k]
+            out[c.name] = np.where(half_at(self.parts, c.time) == 0, *both)
+        return out
 
     def gain(self, channel: Channel, before: Array, after: Array) -> float:
         """Return by how much the second of two simulations (n,) is nearer to a channel, as power over noise power."""

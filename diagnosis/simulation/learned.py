@@ -7,9 +7,10 @@ halves have what shows a torque, and a roll-out begins anew with its half, from 
 
 Each half's parameters are one Gauss-Newton step from those of the whole (as in `heldout`): exact where the rows are
 linear in them, and off by the square of a step of some standard deviations where they are not. The motion is then
-solved for again, on all samples, with the other half's parameters held. It begins where that step leads it, or where it
-was, whichever costs less: of a declared model that leaves much, one step may lead anywhere. The state at the start of a
-swing, and the motion of a hand, belong to the samples that are judged: nothing else could tell them.
+solved for again, on all samples, with the other half's parameters held and springs and filters held to their laws. It
+begins where that step leads it, or where it was, whichever costs less: of a declared model that leaves much, one step
+may lead anywhere. The state at the start of a swing, and the motion of a hand, belong to the samples that are judged:
+nothing else could tell them.
 
 Some numbers only one half can tell: when a sensor slipped, how a stop gives way that is met once. Where a half knows a
 number `TELLS` times worse than the other half does, the number is that of the whole, and the simulation says
@@ -22,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.equations import law_rows, scenes
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.heldout import told_by
 from imubench.diagnosis.hypothesis import State
@@ -32,11 +34,13 @@ from imubench.diagnosis.swings import is_data
 from imubench.diagnosis.system import all_rows
 from imubench.diagnosis.threads import one_thread
 from imubench.diagnosis.windows import Window, cut_out
+from imubench.effects.effect import Effect
 from imubench.recording import Recording, span_of
 
 TELLS = 4.0  # times another half's std: with a sixteenth of its samples a half still teaches it something
 LEAST = 0.2  # of a stretch, that each half of it has at least
 MOST = 20_000  # times at which motion is summed up: 30 ms apart in ten minutes
+CLOSELY = 0.01  # of a law's std: force noise of std s, 100 rows a second, rings a spring of 18 Hz with Q = 17 by 3 s
 POLISH = 2  # steps of the solver, from where one step of the whole leads: the motion only has to follow
 
 
@@ -103,10 +107,6 @@ def half_at(parts: tuple[Part, ...], time: Array) -> NDArray[np.int64]:
     return np.array([part.half for part in parts], dtype=np.int64)[np.clip(place, 0, len(parts) - 1)]
 
 
-def _cost(fit: Fit, state: State) -> float:
-    return sum(rows.cost for rows in all_rows(fit.model, state, fit.noise, fit.anchor, fit.loose))
-
-
 @one_thread
 def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
     """Return a fit twice: with numbers for judging half 0, learned on half 1, and the reverse.
@@ -127,16 +127,47 @@ def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
         steps.append(step)
         stds.append(np.sqrt(np.diag(np.linalg.inv(known))))
         del normal  # with its factors, before the next one's: memory
-    motion, step, follow, _ = told_by(Normal.of(model.tracks, model.parameters, [part for _, _, part in linear]))
-    out = []
+    whole = told_by(Normal.of(model.tracks, model.parameters, [part for _, _, part in linear]))
+    step, out = whole[1], []
     for half in (0, 1):
         told = stds[1 - half] <= TELLS * stds[half]
         taught = np.where(told, steps[1 - half], step)
-        ways = [moved(model, fit.state, x, taught) for x in (motion + follow @ (taught - step), 0 * motion)]
-        start = min(ways, key=lambda state: _cost(fit, state))
+        start = _followed(fit, whole, taught)
         held = replace(model, fixed=dict(start.values))
-        out.append(Learned(solve(held, start, fit.noise, fit.anchor, steps=POLISH), bool(told.all())))
+        out.append(Learned(solve(held, start, without_slack(fit), fit.anchor, steps=POLISH), bool(told.all())))
     return out[0], out[1]
 
 
-__all__ = ["Learned", "Part", "half_at", "learned", "parts_of"]
+@one_thread
+def followed(fit: Fit, taught: Array) -> State:
+    """Return a fit's state after a step of its parameters (p,), the motion along by the linearised equations.
+
+    Where these lead to a motion that costs more than that of the fit does, it stays.
+    """
+    model = fit.model
+    linear = [linearise(r, model.tracks, model.parameters) for r in fit.rows]
+    return _followed(fit, told_by(Normal.of(model.tracks, model.parameters, linear)), taught)
+
+
+def _followed(fit: Fit, whole: tuple[Array, Array, Array, Array], taught: Array) -> State:
+    motion, step, follow, _ = whole
+    ways = [moved(fit.model, fit.state, x, taught) for x in (motion + follow @ (taught - step), 0 * motion)]
+    return min(ways, key=lambda way: sum(r.cost for r in all_rows(fit.model, way, fit.noise, fit.anchor, fit.loose)))
+
+
+def without_slack(fit: Fit) -> dict[str, float]:
+    """Return a fit's noise levels with the laws of springs and filters held closely, as a simulation integrates them.
+
+    A fit estimates how far its states may be from their law, and what they are off by no replay can follow. Not of
+    states that follow from the motion by no equation, as the play of a backlash: their rows only approximate that.
+    """
+    state = {
+        rows.name
+        for h, scene in scenes(fit.model, fit.state)
+        if h.effect.lawful and type(h.effect).follow is Effect.follow
+        for rows in law_rows(fit.model, fit.state, h, scene)
+    }
+    return {name: min(std, CLOSELY) if name in state else std for name, std in fit.noise.items()}
+
+
+__all__ = ["Learned", "Part", "followed", "half_at", "learned", "parts_of", "without_slack"]

@@ -21,10 +21,12 @@ class SimulatedChannel:
     before: float  # of the declared model
     after: float  # of the model with all findings
     noise: float  # std of a sample, where there is only noise
+    fit: float | None = None  # of the motion fit itself with the numbers of `after`, same samples; None: not told
 
     def __post_init__(self) -> None:
-        for key in ("before", "after", "noise"):
-            within(getattr(self, key), 0.0, np.inf, f"simulation.{key}")
+        for key in ("before", "after", "noise", "fit"):
+            if (value := getattr(self, key)) is not None:
+                within(value, 0.0, np.inf, f"simulation.{key}")
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.evidence import Swing
-from imubench.diagnosis.replay import SplineMotion
+from imubench.diagnosis.evidence import Played, Swing
+from imubench.diagnosis.replay import END_ROWS, SplineMotion, dense_rows, played_through
+from imubench.diagnosis.sensor_chain import Effects, moves_time
 from imubench.diagnosis.simulation.rollout import STEP, rolled_out
 from imubench.sim.play import play
 from imubench.sim.rigs import Rig
@@ -51,14 +53,73 @@ def later(rig: Rig, seconds: float) -> Rig:
     return replace(rig, mounts=tuple(replace(m, slip=slip) for m, slip in zip(rig.mounts, slips, strict=True)))
 
 
-def with_swings(rig: Rig, truth: Truth, start: float, windows: Sequence[Swing], torque: Torque | None = None) -> Truth:
-    """Return a truth whose first row is at `start` s with some windows of it rolled out; see `rolled_truth`."""
+def played(
+    rig: Rig,
+    motion: Played,
+    effects: Effects,
+    span: tuple[float, float],
+    rate: float,
+    windows: Sequence[Swing],
+    torque: Torque | None = None,
+) -> tuple[Truth, float]:
+    """Return MuJoCo's truth of a motion with some windows of it rolled out, and the time of its first row in s.
+
+    It goes from the first sample to the last. Where a clock is off it goes on at both ends, as far as the motion is
+    known: what a late clock reads first was before that.
+
+    Args:
+        rig: whose own times count from the first sample.
+        motion: that is prescribed.
+        effects: of which some may move a sensor's time.
+        span: s, of the samples.
+        rate: rows a second, at least.
+        windows: of free swings, with the state at the start of each.
+        torque: see `rolled_truth`.
+    """
+    start, end = span
+    dense, rows = dense_rows(rate), 0
+    if moves_time(effects):
+        rows = max(int((start - float(motion.time[0])) * dense), 0)
+        end = max(end, float(motion.time[-1]) - END_ROWS / dense)
+    first = start - rows / dense
+    truth = played_through(later(rig, first - start), motion, first, end - first, rate)
+    return with_swings(rig, truth, start, windows, torque, first), first
+
+
+def with_swings(
+    rig: Rig,
+    truth: Truth,
+    start: float,
+    windows: Sequence[Swing],
+    torque: Torque | None = None,
+    first: float | None = None,
+) -> Truth:
+    """Return a truth with some windows rolled out; see `rolled_truth`. Without `first` its rows begin at `start`."""
     rate = 1 / float(truth.time[1] - truth.time[0])
+    first = start if first is None else first
     pieces = []
     for window in windows:
-        row = int(np.ceil((window.start - start) * rate - 1e-6))
-        pieces.append((row, rolled_truth(rig, window, rate, start, start + row / rate, torque=torque)))
+        row = int(np.ceil((window.start - first) * rate - 1e-6))
+        pieces.append((row, rolled_truth(rig, window, rate, start, first + row / rate, torque=torque)))
     return spliced(truth, pieces)
+
+
+def from_row(truth: Truth, row: int) -> Truth:
+    """Return a truth without its rows before one, its time counted from there."""
+
+    def cut(part: SegmentTruth | SensorTruth | Truth) -> dict[str, Any]:
+        arrays = {f.name: getattr(part, f.name) for f in fields(part)}
+        return {name: x[row:] for name, x in arrays.items() if isinstance(x, np.ndarray) and len(x) == truth.time.size}
+
+    return replace(
+        truth,
+        **cut(truth)
+        | {
+            "time": truth.time[: truth.time.size - row],
+            "segments": tuple(replace(s, **cut(s)) for s in truth.segments),
+            "sensors": tuple(replace(s, **cut(s)) for s in truth.sensors),
+        },
+    )
 
 
 def spliced(truth: Truth, pieces: list[tuple[int, Truth]]) -> Truth:
@@ -91,4 +152,4 @@ def spliced(truth: Truth, pieces: list[tuple[int, Truth]]) -> Truth:
     )
 
 
-__all__ = ["later", "rolled_truth", "spliced", "with_swings"]
+__all__ = ["from_row", "later", "played", "rolled_truth", "spliced", "with_swings"]

@@ -9,7 +9,7 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.budget import NUMBERS, Budget
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.result import Finding, Simulation
+from imubench.diagnosis.result import UNKNOWN, Finding, Simulation
 from imubench.diagnosis.simulation.beside import beside
 from imubench.errors import InputError
 
@@ -50,8 +50,10 @@ def judged_by_simulation(
         return None, replace(evidence, notes=(*evidence.notes, note))
     if found is None:
         return None, evidence
+    nameless = any(f.effect == UNKNOWN for f in evidence.motion.fitted)  # its signal is what its own motion leaves
     return found.simulation, replace(
         evidence,
+        motion=found.motion if found.motion is not None and not nameless else evidence.motion,
         simulated=found.channels,
         comparisons=tuple(found.findings.get((f.effect, f.at), ()) for f in findings),
         rolled_out=found.windows,
