@@ -101,7 +101,7 @@ def test_the_truth_may_come_after_the_diagnoses(folder, tmp_path):
     assert not (tmp_path / "out").exists()
     kept_back.write_bytes(content)
     prove(asked, tmp_path / "out", 1, lambda *seen: stages.append(seen), lambda sealed: None)
-    assert stages == [("diagnose", 2, 2)]  # none of them again
+    assert [stage for stage in stages if stage[0] == "diagnose"] == [("diagnose", 2, 2)]  # none of them again
 
 
 def test_what_was_changed_after_the_seal_is_found(folder, tmp_path):
