@@ -33,7 +33,7 @@ APART = 4.0  # standard deviations: of fifty numbers, one recording in 300 has o
 PREDICTION = "prediction"  # of the model as a whole
 UNNATURAL = 4.0  # standard deviations of a number's prior, which holds what is plausible
 SERVES = {"rotation": 0.05, "translation": 0.02}  # rad, m, of a mount: in the end the whole counts, not a half
-SHARE = 0.3  # of an effect's number: one that is so far off still takes away 0.9 of the effect's power
+SHARE = 0.3  # of an effect's number, or vector: one that is so far off still takes away 0.9 of the effect's power
 DAMPING = "damping_ratio"  # may be as near to none as it likes: springs without are no oddity, only overdamped ones are
 HELD_OUT = 1.2  # misfit of samples each predicted from all others; 1 is noise, coloured noise adds up to 0.2
 MISDECLARED = 1 / 0.85**2  # times the power that is declared: a declared std is right within 15 %
@@ -81,7 +81,7 @@ def of_two_minds(fit: Fit) -> tuple[Doubt, ...]:
         if "@" in name and name not in named:
             continue  # of a term without a name: it may be anything
         wide = std * np.maximum(coloured[name] / white[name], 1.0)
-        serves = SHARE if name in logarithms else SHARE * np.abs(fit.state.values[name]) if "@" in name else 0.0
+        serves = SHARE if name in logarithms else SHARE * np.linalg.norm(fit.state.values[name]) if "@" in name else 0.0
         serves = np.maximum(serves, SERVES.get(name.rpartition(".")[2], 0.0))
         beyond = np.abs(apart) / np.maximum(APART * wide, serves)
         k = int(np.argmax(beyond))

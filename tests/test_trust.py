@@ -51,20 +51,31 @@ def test_nothing_speaks_against_the_effect_that_is_there(fits):
     assert after.left_out <= allowed(after)
 
 
-def test_a_scale_that_is_another_in_either_half_is_doubted(tmp_path):
+def spliced(tmp_path, first, second):
+    """The fit of a hinge whose second gyroscope has a scale in the first half, and another one in the second."""
+
     def made(scale):
-        folder = tmp_path / f"{scale:g}"
-        make_case(folder, "hinge", [("gyro_scale", "imu2", {"scale": [scale] * 3})], 3, seconds=12.0, rate=50.0)
+        folder = tmp_path / f"{scale[0]:g}-{scale[1]:g}"
+        make_case(folder, "hinge", [("gyro_scale", "imu2", {"scale": scale})], 3, seconds=12.0, rate=50.0)
         return read(folder)[0]
 
-    one, two = made(0.02), made(0.05)  # the same motion and noise
+    one, two = made(first), made(second)  # the same motion and noise
     late = one.imus[1].time > one.imus[1].time.mean()
     gyro = np.where(late[:, None], two.imus[1].gyro, one.imus[1].gyro)
-    spliced = replace(one, imus=(one.imus[0], replace(one.imus[1], gyro=gyro)))
-    fit = refit(nominal_fit(spliced), (Hypothesis(EFFECTS["gyro_scale"], "imu2"),))
-    said = of_two_minds(with_noise(fit, 2))
+    both_halves = replace(one, imus=(one.imus[0], replace(one.imus[1], gyro=gyro)))
+    fit = refit(nominal_fit(both_halves), (Hypothesis(EFFECTS["gyro_scale"], "imu2"),))
+    return with_noise(fit, 2)
+
+
+def test_a_scale_that_is_another_in_either_half_is_doubted(tmp_path):
+    said = of_two_minds(spliced(tmp_path, [0.02] * 3, [0.05] * 3))
     assert [doubt.of for doubt in said] == ["gyro_scale@imu2.scale"]
     assert "the halves of the recording differ by 0.03" in said[0].why
+
+
+def test_a_small_part_of_a_vector_that_is_another_in_either_half_is_not_doubted(tmp_path):
+    """A tenth of the whole: what is taken out with it is right but for a hundredth of its power."""
+    assert of_two_minds(spliced(tmp_path, [0.1, 0.004, 0.1], [0.1, 0.018, 0.1])) == ()
 
 
 def test_a_number_far_from_what_is_plausible_is_doubted_and_springs_without_damping_are_not(fits):
