@@ -63,6 +63,8 @@ OWN = {
     "imubench.sim.profiles:<module>": "the package's own profiles",
     "imubench.scenarios.olsson2020.plan:<module>": "the package's own sequences",
     "imubench.scenarios.olsson2020.plan:parse": "the package's own sequences",
+    "imubench.concealed:opened": "the package's own truth about the demo's recording",
+    "imubench.concealed:show": "the package's own recording of the demo",
     "imubench.estimators.centre_ekf:stored": "the package's own covariances",
     "imubench.diagnosis.report.page:page": "the package's own style sheet",
     "imubench.reproduce.report:page": "the package's own style sheet",
