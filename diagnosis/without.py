@@ -31,7 +31,7 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.fit import Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.model import Model
-from imubench.diagnosis.moves import asked, moved, times
+from imubench.diagnosis.moves import Asked, asked, moved, times
 from imubench.diagnosis.raw_findings import UNITS, declared
 from imubench.diagnosis.refit import extended, refit_without
 from imubench.diagnosis.result import UNKNOWN, Finding, Move, Pair, is_material
@@ -75,12 +75,11 @@ def moves_of(
         if other is None:
             yield finding, {}
             continue
-        said, gone = asked(other, time), in_fit(fit, finding)
+        gone = in_fit(fit, finding)
         if without is not None and gone:
             without[finding.effect, finding.at] = other
-        if any(on_mount(h) for h in gone):
-            said = said.placed_as(asked(_left_out(fit, gone), time))
-        yield finding, moved(whole, said, recording)
+        placed = gone if any(on_mount(h) for h in gone) else []
+        yield finding, moved(whole, _said_by(other, fit, placed, time), recording)
 
 
 def with_moves(
@@ -103,12 +102,16 @@ def together(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, Move]
     if not gone:
         return {}
     with suppress(NotPositiveDefiniteError):
-        time = times(fit)
-        said = asked(refit_without(fit, gone, STEPS), time)
-        if mounts := [h for h in gone if on_mount(h)]:
-            said = said.placed_as(asked(_left_out(fit, mounts), time))
+        time, mounts = times(fit), [h for h in gone if on_mount(h)]
+        said = _said_by(refit_without(fit, gone, STEPS), fit, mounts, time)
         return worth_telling(moved(asked(fit, time), said, recording), tolerance)
     return {}
+
+
+def _said_by(other: Fit, fit: Fit, placed: list[Hypothesis], time: Array) -> Asked:
+    """Return what another fit says, its sensors where `fit` has them without the effects in `placed`, if any."""
+    said = asked(other, time)
+    return said.placed_as(asked(_left_out(fit, placed), time)) if placed else said
 
 
 def worth_telling(moves: dict[str, Move], tolerance: Pair) -> dict[str, Move]:

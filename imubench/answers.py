@@ -11,7 +11,7 @@ from imubench.arrays import Array
 from imubench.estimate import Estimate
 from imubench.recording import Recording
 from imubench.reference_axes import HINGE_AXIS
-from imubench.score import Score, axis_score, vector_error
+from imubench.score import Score, axis_score, line_deviation, vector_error
 
 UNITS = {"joint_axis": "1", "joint_vector": "m"}
 
@@ -68,8 +68,7 @@ def moved(before: Estimate, after: Estimate) -> tuple[Array, str] | None:
         have. None where there are none.
     """
     if before.quantity == "joint_axis":
-        along = np.abs(np.sum(before.value * after.value, axis=-1))
-        return np.degrees(np.arccos(np.minimum(along, 1.0))), "deg"
+        return np.degrees(line_deviation(after.value, before.value)), "deg"
     one, other = before.value, after.value
     if before.time is not None and after.time is not None:
         _, i, j = np.intersect1d(before.time, after.time, return_indices=True)

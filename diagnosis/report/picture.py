@@ -8,6 +8,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.atomic import atomic_file
 from imubench.diagnosis.evidence import Comparison, Evidence
+from imubench.diagnosis.judge import rms
 from imubench.diagnosis.report import words
 from imubench.diagnosis.report.compared import loudest
 from imubench.diagnosis.report.numbers import brief, printed
@@ -116,11 +117,6 @@ def axis_change(off: tuple[Array, Array]) -> str:
     """Return in words how far the worse of both hinge axes is off without and with the findings."""
     before, after = (float(np.max(values)) for values in off)
     return f"The hinge axis is {before:.1f} deg off as recorded, and {after:.2f} deg with that taken out."
-
-
-def rms(values: Array) -> float:
-    """Return the root mean square of values of any shape."""
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 __all__ = ["axis_change", "draw_diagnosis", "most_visible"]

@@ -19,9 +19,7 @@ from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import LOOSENED, levels
 from imubench.diagnosis.refit import extended, refit_without
 from imubench.diagnosis.result import Simulation
-from imubench.diagnosis.simulation.channels import (
-    channels,
-)
+from imubench.diagnosis.simulation.channels import channels
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, without_slack
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
