@@ -164,9 +164,7 @@ def played(fit: Fit) -> Played:
     moment = model.moment(fit.state, time, "")
     first = model.segment(fit.state, moment, "segment1")
     assert first.turn is not None  # every rig of the fit has an attitude
-    q = np.broadcast_to(rotations.from_matrix(first.turn.matrix), (time.size, 4))
-    flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
-    q = q * np.cumprod(np.concatenate([[1.0], flips]))[:, None]
+    q = rotations.continuous(np.broadcast_to(rotations.from_matrix(first.turn.matrix), (time.size, 4)))
     carried = any(h.effect.name == PIVOT for h in model.hypotheses)
     unplaced = FORCE in model.tracks.widths or carried
     if carried:

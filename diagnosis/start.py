@@ -123,10 +123,7 @@ def _interpolated(model: Model, grid: Array, what: Literal["position", "quaterni
     """Return the first measured position (n, 3) or quaternion (n, 4), continuous, on the grid."""
     pose, measured = next((p, y) for p in model.recording.poses if (y := getattr(p, what)) is not None)
     seen = np.isfinite(measured).all(axis=1)
-    y = measured[seen].copy()
-    if what == "quaternion":
-        flips = np.where(np.sum(y[1:] * y[:-1], axis=1) < 0, -1.0, 1.0)
-        y *= np.cumprod(np.concatenate([[1.0], flips]))[:, None]
+    y = rotations.continuous(measured[seen]) if what == "quaternion" else measured[seen]
     out = np.stack([np.interp(grid, pose.time[seen] - model.start, x) for x in y.T], axis=1)
     return out / np.linalg.norm(out, axis=1, keepdims=True) if what == "quaternion" else out
 

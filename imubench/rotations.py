@@ -89,6 +89,13 @@ def from_matrix(matrix: ArrayLike) -> Array:
     return q.reshape(*m.shape[:-2], 4)
 
 
+def continuous(q: ArrayLike) -> Array:
+    """Return quaternions (n, 4) with signs by which each lies on the side of the one before; the first as it is."""
+    q = np.asarray(q, dtype=float)
+    flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
+    return np.asarray(q * np.cumprod(np.concatenate([[1.0], flips]))[:, None])
+
+
 def random(rng: np.random.Generator, count: int | None = None) -> Array:
     """Return quaternions (4,) or (count, 4), uniform over the rotations."""
     q = rng.normal(size=(4,) if count is None else (count, 4))

@@ -82,8 +82,7 @@ def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP, torque:
         off = rotations.log(rotations.multiply(rotations.conjugate(q), finer))
         q = rotations.multiply(finer, rotations.exp(off))
         angle = None if angle is None or finer_angle is None else 2 * finer_angle - angle
-    flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0, -1.0, 1.0)
-    q = q * np.cumprod(np.concatenate([[1.0], flips]))[:, None]
+    q = rotations.continuous(q)
     return Played(window.start + np.arange(len(q)) / rate, q, np.zeros((len(q), 3)), angle)
 
 
