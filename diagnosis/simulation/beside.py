@@ -64,7 +64,7 @@ def beside(
     if not all(playable(best, h) for h in named(best)):
         return None
     measured = channels(recording)
-    judge = Judge(recording, measured, counting(measured, best, recording), noise, parts(best), ((), ()))
+    judge = Judge(recording, measured, counting(measured, best), noise, parts(best), ((), ()))
     found, told = named(best), best
     if found:
         declared, best = as_smooth(as_declared(declared), best)

@@ -177,7 +177,7 @@ def rolled(
     return tuple(out)
 
 
-def counting(measured: Sequence[Channel], fit: Fit, recording: Recording) -> dict[str, NDArray[np.bool_]]:
+def counting(measured: Sequence[Channel], fit: Fit) -> dict[str, NDArray[np.bool_]]:
     """Return which samples of every channel are a measurement: not those that clip, are repeated or knocked."""
     stamps, out = fit.model.stamps, {}
     for c in measured:

@@ -82,7 +82,7 @@ def beside_declared(fit: Fit, found: SimModel, noise: dict[str, float], told: st
     recording = fit.model.recording
     measured = channels(recording)
     parts = tuple(Part(start, end, 0, True) for start, end in sorted(recording.free_swings))
-    judge = Judge(recording, measured, counting(measured, fit, recording), noise, parts, ((), ()))
+    judge = Judge(recording, measured, counting(measured, fit), noise, parts, ((), ()))
     started = rolled(judge, fit, found, parts, found.rig.dry_friction)
     if not started:
         raise InputError(f"{recording.name}: expected free swings of 1.5 s on a base that stands still, got none")
