@@ -73,13 +73,11 @@ def replay(folder: Path, rng: np.random.Generator) -> tuple[Recording, Truth]:
     return recording, beginning(model, truth, start)
 
 
-def played_model(model: Model) -> Truth:
-    """Return MuJoCo's truth of a model from its first sample on: motion prescribed, free swings rolled out."""
-    return beginning(model, *played_early(model))
-
-
 def played_early(model: Model) -> tuple[Truth, float]:
-    """Return the same from where a sensor's clock first reads it, and when that is, in s of the recording's clock."""
+    """Return MuJoCo's truth of a model from where a sensor's clock first reads it, and when that is in s.
+
+    The motion is prescribed, free swings are rolled out; the time is of the recording's clock.
+    """
     rate = max(s.rate for s in (*model.imus.values(), *model.encoders.values()))
     torque = torque_of(model.effects, model.start) if model.rig.family == "hinge" else None
     return played(model.rig, model.motion, model.effects, (model.start, model.end), rate, model.swings, torque)
@@ -100,4 +98,4 @@ def _encoder(model: Model, truth: Truth, first: float, joint: str, own: Sampling
     return Encoder(joint, own.stamps, read + std * rng.standard_normal(read.size), std)
 
 
-__all__ = ["check_same", "is_model", "played_early", "played_model", "replay"]
+__all__ = ["check_same", "is_model", "played_early", "replay"]
