@@ -58,7 +58,7 @@ from imubench.diagnosis.verdict import (
     verdict_of,
     with_samples,
 )
-from imubench.diagnosis.where import locate
+from imubench.diagnosis.where import acting_in, locate
 from imubench.diagnosis.without import moves_of, together, with_moves
 from imubench.effects.effect import Effect
 from imubench.progress import Step, silent
@@ -164,7 +164,7 @@ def diagnose(
         ),
     )
     with step("play the simulations beside the recording"):
-        simulation, evidence = judged_by_simulation(evidence, first, plain, (*named, *rest), without, budget)
+        simulation, evidence, acting = judged_by_simulation(evidence, first, plain, (*named, *rest), without, budget)
     verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest, nobody, bool(doubted_by))
     if partly:
         verdict, unseen = verdict_when_stopped(named, rest, after, nobody, bool(doubted_by))
@@ -174,6 +174,9 @@ def diagnose(
     if named or rest:
         with budget.part(NUMBERS, "channels left out"):
             quality = FitQuality(quality.heldout, left_out_change(before, after))
+    if acting:  # the residuals of a motion that is free to push a swing's friction anywhere say nothing of that
+        prescribed = simulation is not None and simulation.how == "prescribed"
+        where = acting_in(acting, where if prescribed else ())
     diagnosis = Diagnosis(
         recording.name,
         recording.rig,

@@ -1,7 +1,7 @@
 """Where residuals exceed the noise: sensor, channels, bands, windows, and what the excess goes with."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,12 +39,18 @@ def shares(power: Mapping[str, float]) -> dict[str, float]:
     return {name: float(p / total) for name, p in sorted(power.items(), key=lambda x: -x[1]) if p > SMALL * total}
 
 
-def locate(traces: Sequence[Trace], motion: Mapping[str, Regressors]) -> tuple[Where, ...]:
-    """Return where the nominal residuals exceed the noise, by sensor, the largest share first.
+def locate(traces: Sequence[Trace], motion: Mapping[str, Regressors], noise: float = 1.0) -> tuple[Where, ...]:
+    """Return where residuals, or what findings add to a simulation, exceed the noise; the largest share first.
 
-    `motion` holds the regressors of each sensor; one without any is said to go with nothing.
+    Args:
+        traces: by triple of a sensor.
+        motion: the regressors of each sensor; one without any is said to go with nothing.
+        noise: power of the noise in the whitened traces: 1 of residuals, 0 of the difference of two simulations.
+
+    Returns:
+        One for each sensor.
     """
-    excess = {trace.name: channel_excess(trace.whitened) for trace in traces}
+    excess = {trace.name: channel_excess(trace.whitened, noise) for trace in traces}
     total = sum(float(e.sum()) for e in excess.values())
     if total <= 0:
         return ()
@@ -62,22 +68,40 @@ def locate(traces: Sequence[Trace], motion: Mapping[str, Regressors]) -> tuple[W
         named = named or {max(shares, key=lambda c: shares[c]): max(shares.values())}
         loud = [(t.time, t.whitened[:, [c in named for c in t.channels]]) for t in parts]
         loud = [(time, z) for time, z in loud if z.shape[1]]
-        goes_with = depends_on(loud, motion[at]) if at in motion else NOTHING
-        found.append(Where(at, named, bands(loud), windows(loud), goes_with, min(share, 1.0)))
+        goes_with = depends_on(loud, motion[at], noise) if at in motion else NOTHING
+        found.append(Where(at, named, bands(loud, noise), windows(loud, noise), goes_with, min(share, 1.0)))
     return tuple(sorted(found, key=lambda w: -w.share))
 
 
-def channel_excess(z: Array) -> Array:
-    """Return the power (k,) of whitened residuals (n, k) above that of noise; zero where it is within its scatter."""
-    over = np.sum(z**2 - 1, axis=0)
-    return np.where(over > SIGMAS * np.sqrt(2 * len(z)), over, 0.0)
+def acting_in(added: Sequence[Where], left: Sequence[Where]) -> tuple[Where, ...]:
+    """Return where findings act, with the bands and windows of what a declared model leaves of these sensors, if any.
+
+    Which sensor and which channels are at fault shows in what the findings add to a simulation. What a motion cannot
+    follow of that, as a resonance, shows in the residuals: a spring's sag, which it can, would hide it in the added.
+
+    Args:
+        added: located in the difference of two simulations.
+        left: located in the residuals of the declared model.
+    """
+    known = {w.at: w for w in left}
+    told = (known.get(w.at, w) for w in added)
+    return tuple(
+        replace(w, bands_hz=own.bands_hz, windows_s=own.windows_s, depends_on=own.depends_on)
+        for w, own in zip(added, told, strict=True)
+    )
+
+
+def channel_excess(z: Array, noise: float = 1.0) -> Array:
+    """Return the power (k,) of whitened signals (n, k) above their noise; zero where it is within its scatter."""
+    over = np.sum(z**2 - noise, axis=0)
+    return np.where(over > SIGMAS * noise * np.sqrt(2 * len(z)), over, 0.0)
 
 
 Loud = Sequence[tuple[Array, Array]]
 """Times (n,) and whitened residuals (n, k) of the channels that hold the excess, per triple."""
 
 
-def local_excess(loud: Loud, width: float) -> tuple[Array, Array, Array]:
+def local_excess(loud: Loud, width: float, noise: float = 1.0) -> tuple[Array, Array, Array]:
     """Return the edges (m + 1,) s of bins, the excess power in each, and how many numbers it is made of."""
     start, end = min(t[0] for t, _ in loud), max(t[-1] for t, _ in loud)
     count = max(1, int(np.ceil((end - start) / width)))
@@ -85,28 +109,28 @@ def local_excess(loud: Loud, width: float) -> tuple[Array, Array, Array]:
     over, numbers = np.zeros(count), np.zeros(count)
     for time, z in loud:
         at = np.minimum(((time - start) / width).astype(int), count - 1)
-        over += np.bincount(at, np.sum(z**2 - 1, axis=1), count)
+        over += np.bincount(at, np.sum(z**2 - noise, axis=1), count)
         numbers += np.bincount(at, minlength=count) * z.shape[1]
     edges[-1] = end
     return edges, over, numbers
 
 
-def windows(loud: Loud) -> tuple[Pair, ...]:
+def windows(loud: Loud, noise: float = 1.0) -> tuple[Pair, ...]:
     """Return the windows in s that hold most of the excess; one over everything where it is nearly everywhere."""
-    edges, over, numbers = local_excess(loud, BIN)
-    chosen = smallest_set(np.where(over > SIGMAS * np.sqrt(2 * numbers), over, 0.0))
+    edges, over, numbers = local_excess(loud, BIN, noise)
+    chosen = smallest_set(np.where(over > SIGMAS * noise * np.sqrt(2 * numbers), over, 0.0))
     return spans(edges, chosen, over, MOST_WINDOWS, near=2)
 
 
-def bands(loud: Loud) -> tuple[Pair, ...]:
+def bands(loud: Loud, noise: float = 1.0) -> tuple[Pair, ...]:
     """Return the bands in Hz that hold most of the excess, the sensor's channels taken together."""
     spectra = []
     for time, z in loud:
         f, density = spectrum(time, z)
-        noise = 2 * float(np.median(np.diff(time)))
+        white = noise * 2 * float(np.median(np.diff(time)))
         averages = max(1.0, 2 * (time[-1] - time[0]) / SECONDS - 1)
-        surplus = np.sum(density - noise, axis=1)
-        seen = surplus > SIGMAS * noise * np.sqrt(z.shape[1] / averages)
+        surplus = np.sum(density - white, axis=1)
+        seen = surplus > SIGMAS * white * np.sqrt(z.shape[1] / averages)
         spectra.append((f, np.where(seen | (not seen.any()), surplus, 0.0)))
     frequency = max((f for f, _ in spectra), key=len)
     over = np.sum([np.interp(frequency, f, s, right=0.0) for f, s in spectra], axis=0)
@@ -152,9 +176,9 @@ def _rounded(low: float, high: float) -> Pair:
     return round(float(low), 4) + 0.0, round(float(high), 4) + 0.0  # no -0.0
 
 
-def depends_on(loud: Loud, motion: Regressors) -> str:
+def depends_on(loud: Loud, motion: Regressors, noise: float = 1.0) -> str:
     """Return the name of the regressor whose local size goes with the local excess, if one clearly does."""
-    edges, over, numbers = local_excess(loud, SHORT)
+    edges, over, numbers = local_excess(loud, SHORT, noise)
     full = numbers > 0.5 * np.median(numbers)
     size = np.sqrt(np.maximum(over / np.maximum(numbers, 1), 0.0))[full]
     size = np.minimum(size, np.quantile(size, 0.99))

@@ -22,6 +22,7 @@ from imubench.diagnosis.simulation.channels import channels, simulated
 from imubench.diagnosis.simulation.learned import half_at, half_way, learned, parts_of
 from imubench.diagnosis.simulation.sim_model import sim_model
 from imubench.diagnosis.simulation.step import UNPLAYED, judged_by_simulation
+from imubench.diagnosis.where import locate
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.format1 import read
@@ -109,6 +110,20 @@ def test_a_torque_shows_in_a_roll_out_and_is_gone_with_what_was_found(made, rig,
     last = f"imu{len(recording.imus)}"
     assert max(before for name, (before, _) in off.items() if name.startswith(f"{last}.gyr")) > 50
     assert all(after < 3 for _, after in off.values()), off  # 1 of noise, the rest of numbers from half the recording
+    where = locate(found.added, {}, noise=0.0)
+    # friction slows the swing itself: by far most of it is in the gyroscope of the sensor that swings
+    assert where[0].at == last and next(iter(where[0].channels)).startswith("gyr")
+    assert sum(share for name, share in where[0].channels.items() if name.startswith("gyr")) > 0.9
+
+
+@pytest.mark.long
+def test_what_an_effect_adds_is_in_its_own_sensor_alone(made):
+    recording = made("hinge", [("gyro_scale", "imu2")], 4, seconds=8.0)
+    first, best, noise = fitted(recording, (("gyro_scale", "imu2"),))
+    found = beside(recording, first, best, noise, {})
+    size = {trace.name: float(np.sqrt(np.mean(trace.whitened**2))) for trace in found.added}
+    assert size.pop("imu2.gyro") > 1  # of the noise: twice as it is drawn
+    assert max(size.values()) < 1e-6  # one motion and one set of mounts: nothing else reads anything else
 
 
 @pytest.mark.long
@@ -278,8 +293,8 @@ def test_a_diagnosis_whose_time_is_spent_says_that_nothing_was_played(swung):
     weighed = gather.weighed(first, noise)
     evidence = Evidence(recording, gather.traces(weighed), gather.played(first), {}, weighed.levels)
     spent = Budget(limit=1e-9)
-    simulation, same = judged_by_simulation(evidence, first, best, (), {}, spent)
-    assert simulation is None and same is evidence and UNPLAYED in spent.not_tried
+    simulation, same, acting = judged_by_simulation(evidence, first, best, (), {}, spent)
+    assert simulation is None and same is evidence and acting == () and UNPLAYED in spent.not_tried
 
 
 @pytest.mark.long

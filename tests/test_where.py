@@ -1,17 +1,21 @@
 """Residuals made by hand: what is loud, when, at which frequencies and with what is found again."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.regressors import reversals
+from imubench.diagnosis.result import Where
 from imubench.diagnosis.spectra import spectrum
-from imubench.diagnosis.where import NOTHING, Regressors, locate
+from imubench.diagnosis.where import NOTHING, Regressors, acting_in, locate
 
 RATE, SECONDS = 100.0, 60.0
 TIME = np.arange(round(RATE * SECONDS)) / RATE
 AXES = "xyz"
+WHERE = Where("imu1", {"acc_z": 0.9}, ((1.0, 2.0),), ((0.0, 60.0),), NOTHING, 0.9)
 
 
 @pytest.fixture
@@ -142,3 +146,28 @@ def test_the_spectrum_sees_the_end_of_a_recording():
     (f, last), (_, first) = spectrum(time, late), spectrum(time, early)
     assert f[np.argmax(last)] == pytest.approx(12.5, abs=0.3)
     assert last.max() > 0.01 * first.max()  # a window weighs its ends by a fifth, and there is one of them
+
+
+def test_what_findings_add_is_located_however_small_it_is(rng):
+    """A simulation has no noise: a thirtieth of the sensor's is found, and nothing where nothing is added."""
+    added = {("imu2", "gyro", "y"): 0.03 * band(rng, 5.0, 8.0)}
+    plain = [replace(t, before=np.zeros_like(t.before)) for t in traces(rng)]
+    told = []
+    for trace in plain:
+        values = np.array(trace.before)
+        for i, axis in enumerate(AXES):
+            values[:, i] += trace.noise * added.get((trace.at, trace.part, axis), 0.0)
+        told.append(replace(trace, before=values))
+    (found,) = locate(told, everywhere(swinging()), noise=0.0)
+    assert (found.at, list(found.channels)) == ("imu2", ["gyr_y"])
+    ((low, high),) = found.bands_hz
+    assert 4.0 < low < 6.0 and 7.0 < high < 9.0  # Hz; bins of the spectrum are 0.25 Hz, the filter's flanks 1
+    assert locate(plain, everywhere(swinging()), noise=0.0) == ()
+
+
+def test_a_sensor_keeps_the_band_in_which_a_motion_cannot_follow(rng):
+    added = (replace(WHERE, at="imu2", bands_hz=((0.1, 2.0),)), replace(WHERE, at="imu1", bands_hz=((0.1, 3.0),)))
+    left = (replace(WHERE, at="imu2", channels={"gyr_x": 1.0}, bands_hz=((9.0, 12.0),)),)
+    first, second = acting_in(added, left)
+    assert (first.at, first.channels, first.bands_hz) == ("imu2", WHERE.channels, ((9.0, 12.0),))
+    assert second == added[1]

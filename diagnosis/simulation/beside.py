@@ -13,13 +13,13 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis import gather
-from imubench.diagnosis.evidence import Comparison, Played, Swing
+from imubench.diagnosis.evidence import Comparison, Played, Swing, Trace
 from imubench.diagnosis.fit import AGAIN, STEPS, Fit, solve
 from imubench.diagnosis.hypothesis import Hypothesis
 from imubench.diagnosis.noise import LOOSENED, levels
 from imubench.diagnosis.refit import extended, refit_without
 from imubench.diagnosis.result import Simulation
-from imubench.diagnosis.simulation.channels import channels
+from imubench.diagnosis.simulation.channels import Channel, channels
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, without_slack
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
@@ -37,6 +37,7 @@ class Beside:
     channels: tuple[Comparison, ...]  # every channel: the declared model, and the one with all findings
     findings: Mapping[tuple[str, str], tuple[Comparison, ...]]  # by effect and place: without it, and with it
     windows: tuple[Swing, ...]  # that a replay rolls out, with the states of the whole fit
+    added: tuple[Trace, ...] = ()  # by triple of a sensor: what all findings add, of one motion and one start
     motion: Played | None = None  # that a replay prescribes, as smooth as it is estimated; None: that of the fit
 
 
@@ -92,6 +93,7 @@ def beside(
             for key in [(h.effect.name, h.at)]
         },
         unbroken(judge, best, [w for half in started for w in half]),
+        added(judge, after, with_all, started) if found else (),
         None if best is told else motion_of(told, best),
     )
 
@@ -167,19 +169,51 @@ def of_finding(
 ) -> tuple[Comparison, ...]:
     """Return the channels in which an effect matters most, simulated without it and with it."""
     other = others.get((h.effect.name, h.at))
-    halves = (without(after[0], h), without(after[1], h)) if other is None else learned(other, judge.parts)
+    halves = (without(after[0], (h,)), without(after[1], (h,))) if other is None else learned(other, judge.parts)
     gone = judge.whole(halves)
     shown = sorted(judge.channels, key=lambda c: -judge.gain(c, gone[c.name], with_all[c.name]))
     return tuple(judge.compared(c, gone, with_all, (*halves, *after)) for c in shown[:MOST])
 
 
-def without(one: Learned, h: Hypothesis) -> Learned:
-    """Return a fit with an effect left out, not solved again: what drives a free swing moves no fit of its sensors."""
+def added(
+    judge: Judge, after: tuple[Learned, Learned], with_all: Mapping[str, Array], started: Sequence[Sequence[Swing]]
+) -> tuple[Trace, ...]:
+    """Return what the effects of a model add to every channel: the model with all of them less the same without any.
+
+    Both have one motion, one set of mounts and one state at the start of every swing, so that what an effect does to
+    one sensor does not show in another, as it does in the motion that a declared model is fitted with.
+
+    Args:
+        judge: of the recording.
+        after: the models with all effects, by half.
+        with_all: their channels (n,).
+        started: the windows that are rolled out, by half.
+    """
+    bare = [without(one, one.fit.model.hypotheses) for one in after]
+    gone = judge.whole((bare[0], bare[1]), started)
+    groups: dict[str, list[Channel]] = {}
+    for c in judge.channels:
+        groups.setdefault(c.group, []).append(c)
+    out = []
+    for group, channels_of in groups.items():
+        own = judge.inside(channels_of[0])
+        if own.any():
+            at, part = group.split(".")
+            values = np.stack([(with_all[c.name] - gone[c.name])[own] for c in channels_of], axis=1)
+            first = channels_of[0]
+            out.append(
+                Trace(at, part, gather.CHANNELS[part][0], first.unit, first.time[own], values, judge.noise[group])
+            )
+    return tuple(out)
+
+
+def without(one: Learned, gone: Sequence[Hypothesis]) -> Learned:
+    """Return a fit with effects left out, not solved again: what drives a free swing moves no fit of its sensors."""
     fit = one.fit
-    keys = {h.key(p.name) for p in h.effect.parameters}
+    keys = {h.key(p.name) for h in gone for p in h.effect.parameters}
     fixed = {name: value for name, value in (fit.model.fixed or {}).items() if name not in keys}
     fit = replace(fit, model=replace(fit.model, fixed=fixed))
-    return replace(one, fit=extended(fit, tuple(other for other in fit.model.hypotheses if other != h)))
+    return replace(one, fit=extended(fit, tuple(h for h in fit.model.hypotheses if h not in gone)))
 
 
 __all__ = ["Beside", "beside"]

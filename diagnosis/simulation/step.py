@@ -9,8 +9,10 @@ from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.budget import NUMBERS, Budget
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.result import UNKNOWN, Finding, Simulation
+from imubench.diagnosis.regressors import regressors
+from imubench.diagnosis.result import UNKNOWN, Finding, Simulation, Where
 from imubench.diagnosis.simulation.beside import beside
+from imubench.diagnosis.where import locate
 from imubench.errors import InputError
 
 UNPLAYED = "the simulation beside the recording"
@@ -23,8 +25,8 @@ def judged_by_simulation(
     findings: Sequence[Finding],
     others: Mapping[tuple[str, str], Fit],
     budget: Budget,
-) -> tuple[Simulation | None, Evidence]:
-    """Return how far MuJoCo's simulations are from a recording, and the evidence with these.
+) -> tuple[Simulation | None, Evidence, tuple[Where, ...]]:
+    """Return how far MuJoCo's simulations are from a recording, the evidence with these, and where findings act.
 
     Nothing where MuJoCo cannot play the model or where half of the recording does not hold its motion, and the notes of
     the evidence say so; nothing either where the time limit came first.
@@ -47,17 +49,18 @@ def judged_by_simulation(
             why = str(error)
     if found is None and why:
         note = f"No simulation was played beside the recording: {why}."
-        return None, replace(evidence, notes=(*evidence.notes, note))
+        return None, replace(evidence, notes=(*evidence.notes, note)), ()
     if found is None:
-        return None, evidence
+        return None, evidence, ()
     nameless = any(f.effect == UNKNOWN for f in evidence.motion.fitted)  # its signal is what its own motion leaves
-    return found.simulation, replace(
+    evidence = replace(
         evidence,
         motion=found.motion if found.motion is not None and not nameless else evidence.motion,
         simulated=found.channels,
         comparisons=tuple(found.findings.get((f.effect, f.at), ()) for f in findings),
         rolled_out=found.windows,
     )
+    return found.simulation, evidence, locate(found.added, regressors(best), noise=0.0)
 
 
 __all__ = ["judged_by_simulation"]
