@@ -142,7 +142,9 @@ def fit_with_noise(
     now = search(model, state, noise, anchor, steps=4)
     for free, last in plan:
         asked = named if free else named - rough
-        found, leaning = _estimated(*now, asked)
+        fit, step = now[0], None if lawful(now[0]) else now[1]
+        del now  # with the equations of a step that nobody asks for: memory
+        found, leaning = _estimated(fit, step, asked)
         new = noise | {n: max(found.get(n, noise[n]), floor.get(n, 0.0)) for n in asked}
         # far off they fall slowly, as a free state gives way bit by bit
         for name in slow & new.keys() if only is None else ():
@@ -155,8 +157,8 @@ def fit_with_noise(
             new |= {name: LOOSENED * new[name] for name in rough}
         change = max(abs(np.log(new[name] / noise[name])) for name in noise)
         model = replace(model, tilts=leaning)
-        noise, begun = new, now[0].state
-        del now  # with its rows: memory
+        noise, begun = new, fit.state
+        del fit, step  # with its rows: memory
         now = search(model, begun, noise, anchor, steps=AGAIN, enough=FINE if model.tilts else ENOUGH)
         after, before = now[0].state.values, begun.values
         change = max([change, *(float(np.max(np.abs(after[n] - before[n]))) for n in model.tilts or {})])

@@ -112,17 +112,19 @@ def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Se
     moved, drawn = noisy(fit, solution.factor, parts)
     groups = {r.name: part for r, part in zip(fit.rows, parts, strict=True)}
     blocks, width = len(solution.factor.lower), fit.model.tracks.width
-    pull, columns, corner, across = [], [], [], []
-    for left, slope in _slopes(fit, names, moved, drawn):
+    count = sum(len(fit.state.values[n]) for n in names)
+    columns = np.zeros((blocks, KNOTS_PER_BLOCK * width, count, DRAWS))
+    pull, corner, across = [], [], []
+    for i, (left, slope) in enumerate(_slopes(fit, names, moved, drawn)):
         pull.append(float(sum(np.sum(left[group] * column) for group, column in slope.items())) / DRAWS)
         cross = np.zeros((blocks * KNOTS_PER_BLOCK, width, DRAWS))
         for group, column in slope.items():
             groups[group].scatter(column, cross)
-        columns.append(cross.reshape(blocks, -1, DRAWS))
+        columns[:, :, i] = cross.reshape(blocks, -1, DRAWS)
         corner.append(slope)
         across.append(sum(np.einsum("nmp,nmd->pd", groups[g].border, c) for g, c in slope.items()))
     own = np.array([[sum(np.sum(a[g] * b[g]) for g in a.keys() & b.keys()) for b in corner] for a in corner])
-    noise = solution.complements(np.stack(columns, axis=2), np.stack(across, axis=1), own) / DRAWS
+    noise = solution.complements(columns, np.stack(across, axis=1), own) / DRAWS
     places = fit.model.parameters.places(list(names))
     whole = np.linalg.inv(np.linalg.inv(solution.schur)[np.ix_(places, places)])
     return Driven(np.array(pull), noise, (whole + whole.T) / 2)
