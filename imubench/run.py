@@ -3,6 +3,7 @@
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from imubench.answers import (
 from imubench.atomic import atomic_directory
 from imubench.attempt import attempted
 from imubench.band import banded, independent
+from imubench.dataset.effect_ranges import EffectRange, Shown, check_once
 from imubench.diagnosis.corrected import Done, corrected
 from imubench.diagnosis.model_folder import check_same, is_model, replay
 from imubench.diagnosis.result import Diagnosis
@@ -32,16 +34,17 @@ from imubench.inputs.files import below
 from imubench.log import log_run
 from imubench.plugins import find_estimator, is_outside
 from imubench.progress import Step, silent
-from imubench.recording import Recording, require_known_rig
+from imubench.recording import RIGS, Recording, positive, require_known_rig
 from imubench.reference import Reference
 from imubench.reference_axes import reference_axes
 from imubench.scenarios import SCENARIOS
 from imubench.score import Score, score
-from imubench.sim.imu_model import observe
 from imubench.sim.profiles import profile
 from imubench.truth import Truth
 
 TRACE_FILE = "failure.txt"
+EFFECTS = 1  # beside a seed: what draws the numbers of effects
+NEED_MORE = ("end_stop",)  # effects whose numbers say nothing without where the limb hangs, which a dataset knows
 
 
 @dataclass(frozen=True)
@@ -63,15 +66,51 @@ class NoEstimateError(Exception):
         self.failed = failed
 
 
-def simulate(scenario: str, seed: int = 0) -> tuple[Recording, Truth]:
-    """Return the recording of a scenario, and its truth; the same seed gives the same numbers."""
+@dataclass(frozen=True)
+class Changes:
+    """What a run changes of a scenario."""
+
+    imu: str | None = None  # another IMU's profile
+    seconds: float | None = None  # s
+    effects: tuple[EffectRange, ...] = ()  # left-out physics, drawn with the seed
+
+    def __bool__(self) -> bool:
+        """Whether there is anything."""
+        return self != Changes()
+
+
+AS_IT_IS = Changes()
+
+
+def simulate(scenario: str, seed: int = 0, changes: Changes = AS_IT_IS) -> tuple[Recording, Truth]:
+    """Return the recording of a scenario, and its truth; the same seed gives the same numbers.
+
+    Raises:
+        InputError: an unknown scenario or IMU; a duration that its motion cannot have; effects as in `effects_of`.
+    """
     if scenario not in SCENARIOS:
         raise unknown("scenario", scenario, SCENARIOS)
+    imu = None if changes.imu is None else profile(changes.imu)
+    return SCENARIOS[scenario].record(seed, imu, changes.seconds, effects_of(scenario, seed, changes))
+
+
+def effects_of(scenario: str, seed: int, changes: Changes) -> list[dict[str, Any]]:
+    """Return the effects that a run of a scenario has, each with its place and its numbers.
+
+    Raises:
+        InputError: one would not show in the scenario, or comes twice at one place.
+    """
     plan = SCENARIOS[scenario]
-    playing, observing = np.random.default_rng(seed).spawn(2)
-    experiment = plan.play(playing)
-    name = f"{scenario}-{seed}"
-    return observe(experiment.truth, profile(plan.profile), observing, name, experiment.declared), experiment.truth
+    seconds = plan.seconds if changes.seconds is None else changes.seconds
+    positive(seconds, "duration")
+    check_once(changes.effects)
+    shown = Shown(plan.rig, plan.swings, encoder=False)
+    for effect in changes.effects:
+        if not effect.suits(shown) or effect.name in NEED_MORE:
+            raise InputError(f"{scenario}: expected an effect that can be played in it, got {effect.name}")
+    places = (*(f"imu{i + 1}" for i in range(len(RIGS[plan.rig]))), "joint", "body", "world")
+    own = zip(changes.effects, np.random.default_rng([seed, EFFECTS]).spawn(len(changes.effects)), strict=True)
+    return [found for effect, rng in own for found in effect.draw(rng, places, seconds)]
 
 
 def estimate(name: str | Estimator, recording: Recording, band: float | None = None) -> Estimate:
@@ -123,6 +162,7 @@ def run_scenario(
     step: Step = silent,
     band: float | None = None,
     time_limit: float | None = None,
+    changes: Changes = AS_IT_IS,
 ) -> Run:
     """Simulate, estimate, score and log a scenario, or the model/ folder of a diagnosis, into the folder `out`.
 
@@ -134,20 +174,25 @@ def run_scenario(
     replayed = is_model(Path(scenario))
     if scenario not in SCENARIOS and not replayed:
         raise unknown("scenario", scenario, SCENARIOS)
+    if replayed and changes:
+        raise InputError(f"{scenario}: expected a scenario for another IMU, duration or effect, got a diagnosis' model")
     name = estimator or (None if replayed else SCENARIOS[scenario].estimator)
     by = None if name is None else find_estimator(name)
     with atomic_directory(out, [Path(scenario)] if replayed else ()) as folder:
         with step(f"simulate {scenario}"):
-            drawn = replay(Path(scenario), np.random.default_rng(seed)) if replayed else simulate(scenario, seed)
-        return _run_into(folder, scenario, drawn, by, seed, step, band, time_limit)
+            if replayed:
+                drawn = replay(Path(scenario), np.random.default_rng(seed))
+            else:
+                drawn = simulate(scenario, seed, changes)
+        facts = {"format": 1, "scenario": scenario, "seed": seed, **_changes_as_dict(scenario, seed, changes)}
+        return _run_into(folder, facts, drawn, by, step, band, time_limit)
 
 
 def _run_into(
     folder: Path,
-    scenario: str,
+    facts: dict[str, object],
     drawn: tuple[Recording, Truth],
     estimator: Estimator | None,
-    seed: int,
     step: Step,
     band: float | None,
     time_limit: float | None,
@@ -162,7 +207,7 @@ def _run_into(
             judged = None if answer is None else score(answer, truth)
     with step("write and log"):
         write_recording(recording, folder / "recording", reference_of(truth, recording))
-        write_json(folder / "score.json", _score_file(scenario, seed, answer, judged, failed))
+        write_json(folder / "score.json", facts | _outcome(answer, judged, failed))
         _write_trace(folder, failed)
         log_run(folder / "run.rrd", recording, truth, answer, judged)
     return Run(recording, truth, answer, judged, failed)
@@ -303,15 +348,20 @@ def reference_of(truth: Truth, recording: Recording) -> Reference:
     )
 
 
-def _score_file(
-    scenario: str, seed: int, answer: Estimate | None, judged: Score | None, failed: Failed | None
-) -> dict[str, object]:
-    content: dict[str, object] = {"format": 1, "scenario": scenario, "seed": seed}
+def _changes_as_dict(scenario: str, seed: int, changes: Changes) -> dict[str, object]:
+    """Return what a run has changed of its scenario, as plain numbers and text; nothing where it is as it is."""
+    if not changes:
+        return {}
+    given = {"profile": changes.imu, "duration": changes.seconds, "effects": effects_of(scenario, seed, changes)}
+    return {"changes": {key: value for key, value in given.items() if value not in (None, [])}}
+
+
+def _outcome(answer: Estimate | None, judged: Score | None, failed: Failed | None) -> dict[str, object]:
     if failed is not None:
-        return content | failure_as_dict(failed) | {"estimate": None}
+        return failure_as_dict(failed) | {"estimate": None}
     if answer is None or judged is None:
-        return content | {"estimate": None, "why": "no estimator was asked for, and the scenario names none"}
-    return content | {**score_as_dict(judged), "status": answer.status, "estimate": estimate_as_dict(answer)}
+        return {"estimate": None, "why": "no estimator was asked for, and the scenario names none"}
+    return {**score_as_dict(judged), "status": answer.status, "estimate": estimate_as_dict(answer)}
 
 
 def _write_trace(folder: Path, failed: Failed | None) -> None:

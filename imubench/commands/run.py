@@ -29,6 +29,20 @@ def run(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same numbers.", min=0)] = 0,
+    imu: Annotated[
+        str | None, typer.Option("--profile", help="Another IMU, of `imubench list profiles`.", show_default=False)
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option("--duration", help="Seconds, instead of the scenario's own.", show_default=False)
+    ] = None,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--effect",
+            help="Left-out physics NAME@PLACE:KEY=VALUE,...; a value may be LOW..HIGH. May be given again.",
+            show_default=False,
+        ),
+    ] = None,
     band: Band = None,
     time_limit: TimeLimit = None,
     on: Annotated[
@@ -49,18 +63,22 @@ def run(
     """
     from imubench.answers import pairing_note
     from imubench.commands.shown import say_band, say_failed, say_figures, say_note
-    from imubench.run import run_scenario
+    from imubench.dataset.effect_text import effect_from_text
+    from imubench.run import Changes, run_scenario
     from imubench.scenarios import SCENARIOS
 
     if on is not None:
         from imubench.cli_on import run as run_on
 
-        if estimator is not None or band is not None:
-            raise InputError("--on: expected it without --estimator and --band, got one of them")
+        given = {"--estimator": estimator, "--band": band, "--profile": imu, "--duration": duration, "--effect": effect}
+        more = [option for option, value in given.items() if value is not None]
+        if more:
+            raise InputError(f"--on: expected it without {', '.join(more)}")
         run_on(Path(scenario), on, out or Path("runs") / f"{Path(scenario).name}-on-{real(on).name}", console, errors)
         return
     out = out or Path("runs") / (folder_name(scenario) if scenario in SCENARIOS else Path(scenario).name)
-    done = run_scenario(scenario, out, estimator, seed, on_console(errors), band, time_limit)
+    changes = Changes(imu, duration, tuple(effect_from_text(text) for text in effect or ()))
+    done = run_scenario(scenario, out, estimator, seed, on_console(errors), band, time_limit, changes)
     if done.failed is not None:
         say_failed(done.failed, out)
     elif done.estimate is None or done.score is None:
@@ -81,6 +99,8 @@ COMMAND = Command(
     (
         "imubench run hinge-hand --estimator seel2012",
         "imubench run hinge-hand --estimator mine.py:estimate --time-limit 60",
+        "imubench run olsson2020/motion-11 --profile mpu9250 --duration 30",
+        "imubench run hinge-hand --effect soft_mount@imu2:frequency=9,damping_ratio=0.1 --effect gyro_bias:bias=0.01",
         "imubench run diagnosis/model --on another-recording",
     ),
 )
