@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from math import isfinite
 from multiprocessing import get_context
 
+from imubench.entry_points import OURS, said
 from imubench.errors import InputError
 from imubench.estimate import AnswerError, Estimate, Failed
 from imubench.estimators import Estimator
 from imubench.leftovers import undone
-from imubench.plugins import OURS, said
 from imubench.recording import Recording
 from imubench.workers import Pool, begin, one_thread_each
 

@@ -9,31 +9,24 @@ import inspect
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cache, lru_cache, reduce
+from functools import lru_cache
 from hashlib import sha256
-from importlib import import_module
-from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
 from pathlib import Path
-from sysconfig import get_path
-from traceback import walk_tb
 from types import ModuleType
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from imubench.errors import InputError, first_line, shown, unknown
+from imubench.entry_points import ESTIMATORS as ESTIMATOR_POINTS
+from imubench.entry_points import attribute, imported, offered, origin, said, target, the_one
+from imubench.errors import InputError, shown, unknown
 from imubench.estimate import QUANTITIES, AnswerError, Estimate, Quantity
 from imubench.estimators import ESTIMATORS, Estimator
 from imubench.inputs.files import read_bytes, real
 from imubench.recording import Recording
 
-GROUP = "imubench.estimators"
-"""The entry points of an installed package that are estimators."""
 FORMS = "or FILE.py:FUNCTION, or PACKAGE.MODULE:FUNCTION"
-OURS = str(Path(__file__).parent)
-PACKAGES = "site-packages", "dist-packages"
-"""Folders of what is installed; a user's own line says more than one in there."""
 LOADED = 64  # files whose modules are kept: more than anyone names in one command
 
 
@@ -76,10 +69,7 @@ class Outside:
     def _load(self) -> Callable[[Recording], object] | Estimator:
         module, _, path = self.target.rpartition(":")
         loaded = _from_module(module) if self.content is None else _from_file(Path(module), self.content)
-        try:
-            found = reduce(getattr, path.split("."), loaded)
-        except AttributeError:
-            raise unknown(f"function in {module}", path, _functions(loaded) or ("none",)) from None
+        found = attribute(loaded, path, module, "function")
         if isinstance(found, Estimator):
             return found
         if not callable(found):
@@ -112,13 +102,9 @@ def find_estimator(spec: str) -> Estimator:
         if module.endswith(".py"):
             return _described(Outside(spec, f"{real(module)}:{function}", read_bytes(Path(module))), f"file {module}")
         return _described(Outside(spec, spec), f"module {module}")
-    offered = _offered().get(spec, ())
-    if len(offered) > 1:
-        raise InputError(
-            f"estimator '{spec}': expected one package to offer it, got {', '.join(map(_package, offered))}"
-        )
-    if offered:
-        return _described(Outside(spec, _target(offered[0])), f"from {_package(offered[0])}")
+    points = offered(ESTIMATOR_POINTS).get(spec)
+    if points is not None:
+        return _described(Outside(spec, target(the_one(spec, points, "estimator"))), origin(points))
     if spec.endswith(".py"):
         raise InputError(f"estimator '{spec}': expected a function as well, as in {spec}:estimate")
     raise unknown("estimator", spec, [*known_estimators(), FORMS])
@@ -131,8 +117,8 @@ def known_estimators() -> dict[str, Estimator]:
     neither its quantity nor its number of IMUs. A name of our own is never another's.
     """
     outside = {
-        name: Estimator(name, f"from {' and '.join(map(_package, some))}", None, 0, Outside(name, _target(some[0])), "")
-        for name, some in _offered().items()
+        name: Estimator(name, origin(points), None, 0, Outside(name, target(points[0])), origin(points))
+        for name, points in offered(ESTIMATOR_POINTS).items()
         if name not in ESTIMATORS
     }
     return {**ESTIMATORS, **outside}
@@ -143,7 +129,7 @@ def is_outside(estimator: Estimator) -> bool:
     return ESTIMATORS.get(estimator.name) is not estimator
 
 
-def _described(outside: Outside, origin: str) -> Estimator:
+def _described(outside: Outside, source: str) -> Estimator:
     """Return the estimator with what its function or `Estimator` says of itself."""
     found = outside.load()
     if isinstance(found, Estimator):
@@ -154,7 +140,7 @@ def _described(outside: Outside, origin: str) -> Estimator:
         raise unknown(f"quantity of {outside.name}", quantity, QUANTITIES)
     if not isinstance(imus, int) or imus < 0:
         raise InputError(f"{outside.name}.imus: expected a number of IMUs, got {imus!r}")
-    return Estimator(outside.name, summary or origin, quantity, imus, outside, origin, uncertainty=False)
+    return Estimator(outside.name, summary or source, quantity, imus, outside, source, uncertainty=False)
 
 
 def _answer(name: str, found: object, quantity: Quantity | None) -> Estimate:
@@ -173,13 +159,6 @@ def _answer(name: str, found: object, quantity: Quantity | None) -> Estimate:
     except ValueError:
         raise AnswerError(f"{name}: expected an array (m, 3), got {shown(found)}") from None
     return Estimate(quantity, name, rows, None, "not said by the estimator")
-
-
-def _functions(module: ModuleType) -> list[str]:
-    """Return the names of what a module defines that may be an estimator."""
-    here = vars(module).items()
-    own = [name for name, x in here if callable(x) and getattr(x, "__module__", None) == module.__name__]
-    return [*own, *(name for name, x in here if isinstance(x, Estimator))]
 
 
 def _takes_one(function: Callable[..., object]) -> bool:
@@ -219,34 +198,7 @@ def _from_file(path: Path, content: bytes) -> ModuleType:
 
 def _from_module(name: str) -> ModuleType:
     _look_in(Path.cwd())
-    try:
-        return import_module(name)
-    except (Exception, SystemExit) as error:  # TypeError, where the text is no name of a module
-        if isinstance(error, ModuleNotFoundError) and error.name and f"{name}.".startswith(f"{error.name}."):
-            raise InputError(f"{name}: expected an installed module, got none called '{error.name}'") from None
-        raise InputError(f"{name}: expected a module that can be imported, got {said(error)}") from None
-
-
-def said(error: BaseException) -> str:
-    """Return a stranger's error in a line: its kind, what it says, and where in the stranger's code it came up."""
-    places = [
-        (frame.f_code.co_filename, line)
-        for frame, line in walk_tb(error.__traceback__)
-        if not frame.f_code.co_filename.startswith((OURS, "<"))
-    ]
-    written = [place for place in places if not _installed(place[0])]
-    place = written[-1] if written else places[0] if places else None
-    try:
-        text = first_line(error)
-    except Exception:  # its text is an error too
-        text = ""
-    kind = type(error).__name__
-    where = "" if place is None else f" ({Path(place[0]).name}, line {place[1]})"
-    return (f"{kind}: {text}" if text not in ("", kind) else kind) + where
-
-
-def _installed(file: str) -> bool:
-    return file.startswith(get_path("stdlib")) or any(folder in Path(file).parts for folder in PACKAGES)
+    return imported(name)
 
 
 def _look_in(folder: Path) -> None:
@@ -255,41 +207,4 @@ def _look_in(folder: Path) -> None:
         sys.path.append(str(folder))
 
 
-def _entry_points() -> list[EntryPoint]:
-    try:
-        return list(entry_points(group=GROUP))
-    except Exception:  # the list of some package cannot be read: those of the others can
-        return [one for package in distributions() for one in _readable(package) if one.group == GROUP]
-
-
-def _readable(package: Distribution) -> list[EntryPoint]:
-    try:
-        return list(package.entry_points)
-    except Exception:
-        return []
-
-
-@cache
-def _offered_by(path: tuple[str, ...]) -> dict[str, tuple[EntryPoint, ...]]:
-    found: dict[str, tuple[EntryPoint, ...]] = {}
-    for one in sorted(_entry_points(), key=_package):  # folders have no order of their own
-        if one.value not in [other.value for other in found.get(one.name, ())]:
-            found[one.name] = (*found.get(one.name, ()), one)
-    return found
-
-
-def _offered() -> dict[str, tuple[EntryPoint, ...]]:
-    """Return the entry points of our group by name; two packages may have the same."""
-    return _offered_by(tuple(sys.path))
-
-
-def _target(point: EntryPoint) -> str:
-    """Return MODULE:FUNCTION of an entry point; one that names a module alone has no function."""
-    return point.value.partition("[")[0].strip() if ":" in point.value else f"{point.value}:"
-
-
-def _package(point: EntryPoint) -> str:
-    return f"package {point.dist.name} {point.dist.version}" if point.dist is not None else point.value
-
-
-__all__ = ["Function", "Outside", "find_estimator", "is_outside", "known_estimators", "said"]
+__all__ = ["Function", "Outside", "find_estimator", "is_outside", "known_estimators"]

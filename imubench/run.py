@@ -3,7 +3,6 @@
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,12 +19,11 @@ from imubench.answers import (
 from imubench.atomic import atomic_directory
 from imubench.attempt import attempted
 from imubench.band import banded, independent
-from imubench.dataset.effect_ranges import EffectRange, Shown, check_once
 from imubench.diagnosis.corrected import Done, corrected
 from imubench.diagnosis.model_folder import check_same, is_model, replay
 from imubench.diagnosis.result import Diagnosis
 from imubench.diagnosis.result_read import read_diagnosis
-from imubench.errors import InputError, unknown
+from imubench.errors import InputError
 from imubench.estimate import Estimate, Failed
 from imubench.estimators import Estimator
 from imubench.estimators.banded import BLOCKS, explained
@@ -34,17 +32,15 @@ from imubench.inputs.files import below
 from imubench.log import log_run
 from imubench.plugins import find_estimator, is_outside
 from imubench.progress import Step, silent
-from imubench.recording import RIGS, Recording, positive, require_known_rig
+from imubench.recording import Recording, require_known_rig
 from imubench.reference import Reference
 from imubench.reference_axes import reference_axes
-from imubench.scenarios import SCENARIOS
+from imubench.scenarios import find_scenario
 from imubench.score import Score, score
-from imubench.sim.profiles import profile
+from imubench.simulate import AS_IT_IS, Changes, effects_of, simulate
 from imubench.truth import Truth
 
 TRACE_FILE = "failure.txt"
-EFFECTS = 1  # beside a seed: what draws the numbers of effects
-NEED_MORE = ("end_stop",)  # effects whose numbers say nothing without where the limb hangs, which a dataset knows
 
 
 @dataclass(frozen=True)
@@ -64,53 +60,6 @@ class NoEstimateError(Exception):
     def __init__(self, failed: Failed) -> None:
         super().__init__(failed.why)
         self.failed = failed
-
-
-@dataclass(frozen=True)
-class Changes:
-    """What a run changes of a scenario."""
-
-    imu: str | None = None  # another IMU's profile
-    seconds: float | None = None  # s
-    effects: tuple[EffectRange, ...] = ()  # left-out physics, drawn with the seed
-
-    def __bool__(self) -> bool:
-        """Whether there is anything."""
-        return self != Changes()
-
-
-AS_IT_IS = Changes()
-
-
-def simulate(scenario: str, seed: int = 0, changes: Changes = AS_IT_IS) -> tuple[Recording, Truth]:
-    """Return the recording of a scenario, and its truth; the same seed gives the same numbers.
-
-    Raises:
-        InputError: an unknown scenario or IMU; a duration that its motion cannot have; effects as in `effects_of`.
-    """
-    if scenario not in SCENARIOS:
-        raise unknown("scenario", scenario, SCENARIOS)
-    imu = None if changes.imu is None else profile(changes.imu)
-    return SCENARIOS[scenario].record(seed, imu, changes.seconds, effects_of(scenario, seed, changes))
-
-
-def effects_of(scenario: str, seed: int, changes: Changes) -> list[dict[str, Any]]:
-    """Return the effects that a run of a scenario has, each with its place and its numbers.
-
-    Raises:
-        InputError: one would not show in the scenario, or comes twice at one place.
-    """
-    plan = SCENARIOS[scenario]
-    seconds = plan.seconds if changes.seconds is None else changes.seconds
-    positive(seconds, "duration")
-    check_once(changes.effects)
-    shown = Shown(plan.rig, plan.swings, encoder=False)
-    for effect in changes.effects:
-        if not effect.suits(shown) or effect.name in NEED_MORE:
-            raise InputError(f"{scenario}: expected an effect that can be played in it, got {effect.name}")
-    places = (*(f"imu{i + 1}" for i in range(len(RIGS[plan.rig]))), "joint", "body", "world")
-    own = zip(changes.effects, np.random.default_rng([seed, EFFECTS]).spawn(len(changes.effects)), strict=True)
-    return [found for effect, rng in own for found in effect.draw(rng, places, seconds)]
 
 
 def estimate(name: str | Estimator, recording: Recording, band: float | None = None) -> Estimate:
@@ -172,11 +121,9 @@ def run_scenario(
     answered after `time_limit` s. Its trace is then in failure.txt.
     """
     replayed = is_model(Path(scenario))
-    if scenario not in SCENARIOS and not replayed:
-        raise unknown("scenario", scenario, SCENARIOS)
     if replayed and changes:
         raise InputError(f"{scenario}: expected a scenario for another IMU, duration or effect, got a diagnosis' model")
-    name = estimator or (None if replayed else SCENARIOS[scenario].estimator)
+    name = estimator or (None if replayed else find_scenario(scenario).estimator)
     by = None if name is None else find_estimator(name)
     with atomic_directory(out, [Path(scenario)] if replayed else ()) as folder:
         with step(f"simulate {scenario}"):
@@ -367,3 +314,18 @@ def _outcome(answer: Estimate | None, judged: Score | None, failed: Failed | Non
 def _write_trace(folder: Path, failed: Failed | None) -> None:
     if failed is not None and failed.trace:
         (folder / TRACE_FILE).write_text(failed.trace, encoding="utf-8", errors="backslashreplace")
+
+
+__all__ = [
+    "TRACE_FILE",
+    "Changes",
+    "NoEstimateError",
+    "OnDisk",
+    "Run",
+    "estimate",
+    "estimate_on_disk",
+    "estimate_or_failure",
+    "reference_of",
+    "run_scenario",
+    "simulate",
+]

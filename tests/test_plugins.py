@@ -1,7 +1,9 @@
 """Estimators from outside: a file, a module, an entry point; a bad one is one line."""
 
 import pickle
+import re
 import sys
+import tomllib
 from importlib import invalidate_caches
 from pathlib import Path
 from textwrap import dedent
@@ -9,11 +11,13 @@ from textwrap import dedent
 import numpy as np
 import pytest
 
+from imubench.entry_points import ESTIMATORS as ESTIMATORS_OF_PACKAGES
 from imubench.errors import InputError
 from imubench.estimate import AnswerError, Estimate
 from imubench.estimators import ESTIMATORS, Estimator
 from imubench.plugins import FORMS, find_estimator, is_outside, known_estimators
 from imubench.recording import Imu, Recording
+from imubench.run import simulate
 
 MINE = """
     '''Axes by the largest rates.'''
@@ -58,7 +62,7 @@ def written(path: Path, text: str = MINE) -> Path:
 
 def installed(folder: Path, name: str, points: str, group: str = "imubench.estimators", version: str = "1.2") -> None:
     """Make a folder look like one into which a package was installed, and have Python look into it."""
-    info = folder / f"{name}-{version}.dist-info"
+    info = folder / f"{name.replace('-', '_')}-{version}.dist-info"
     written(info / "METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
     written(info / "entry_points.txt", f"[{group}]\n{points}\n")
     if str(folder) not in sys.path:
@@ -238,3 +242,23 @@ def test_a_name_that_two_packages_offer_is_neithers(tmp_path):
     installed(tmp_path, "two", "largest = both_offer:two")
     with pytest.raises(InputError, match=r"expected one package to offer it, got package one .*, package two"):
         find_estimator("largest")
+
+
+DOCS = (Path(__file__).resolve().parent.parent / "docs" / "your-estimator.md").read_text()
+
+
+@pytest.mark.long
+def test_the_page_of_the_docs_works_as_it_stands_there(tmp_path, monkeypatch):
+    mine, array, call = re.findall(r"```python\n(.*?)```", DOCS, flags=re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path / "mine.py", mine)
+    written(tmp_path / "array.py", array)
+    simulated = simulate("hinge-hand", 1)[0]
+    answer = find_estimator("array.py:straight_ahead").estimate(simulated)
+    np.testing.assert_array_equal(answer.value, [[0, 1, 0]] * 2)
+    space: dict[str, object] = {}
+    exec(call, space)  # starts a process
+    assert isinstance(space["answer"], Estimate)
+    np.testing.assert_allclose(space["answer"].value, find_estimator("mine.py:estimate").estimate(simulated).value)
+    (table,) = re.findall(r"```toml\n(.*?)```", DOCS, flags=re.DOTALL)
+    assert tomllib.loads(table)["project"]["entry-points"][ESTIMATORS_OF_PACKAGES]

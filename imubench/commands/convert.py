@@ -19,17 +19,15 @@ def convert(
 ) -> None:
     """Convert a known dataset or file into format 1."""
     from imubench.atomic import atomic_directory
-    from imubench.convert import CONVERTERS
+    from imubench.convert import find_converter, known_converters
     from imubench.errors import unknown
     from imubench.format1 import write_recording
     from imubench.inputs.files import plain_name
 
-    check_order(format, str(source), CONVERTERS, "imubench convert")
-    if format not in CONVERTERS:
-        raise unknown("format", format, CONVERTERS)
+    check_order(format, str(source), known_converters(), "imubench convert")
     if table not in ("csv", "parquet"):
         raise unknown("table", table, ("csv", "parquet"))
-    converter, options = CONVERTERS[format], options_of(option or [])
+    converter, options = find_converter(format), options_of(option or [])
     inputs = [source, *converter.files(source, options)]
     with on_console(errors)(f"convert {source}"), atomic_directory(out, inputs) as folder:
         converted = converter(source, **options)

@@ -35,7 +35,7 @@ def prove_command(
     are opened, checked against the hashes, and scored.
 
     After Ctrl-C or a kill the same command goes on where it was. Exit code 1
-    when a guard of limits.toml is passed or a diagnosis tried to see more.
+    when a guard of limits.toml is broken or a diagnosis tried to see more.
     """
     from imubench import cli_prove
     from imubench.trials.settings import Settings

@@ -16,7 +16,8 @@ def reproduce_command(
 ) -> None:
     """Reproduce every figure, table and claim of a paper: claims.json, report.html.
 
-    Runs on all cores. After Ctrl-C the same command goes on where it was. Exit code 1 when a claim fails.
+    Runs on all cores. After Ctrl-C the same command goes on where it was. Exit
+    code 1 when a claim fails or a guard is broken.
     """
     from imubench.cli_reproduce import run as run_reproduction
 

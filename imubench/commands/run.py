@@ -65,7 +65,7 @@ def run(
     from imubench.commands.shown import say_band, say_failed, say_figures, say_note
     from imubench.dataset.effect_text import effect_from_text
     from imubench.run import Changes, run_scenario
-    from imubench.scenarios import SCENARIOS
+    from imubench.scenarios import known_scenarios
 
     if on is not None:
         from imubench.cli_on import run as run_on
@@ -76,7 +76,7 @@ def run(
             raise InputError(f"--on: expected it without {', '.join(more)}")
         run_on(Path(scenario), on, out or Path("runs") / f"{Path(scenario).name}-on-{real(on).name}", console, errors)
         return
-    out = out or Path("runs") / (folder_name(scenario) if scenario in SCENARIOS else Path(scenario).name)
+    out = out or Path("runs") / (folder_name(scenario) if scenario in known_scenarios() else Path(scenario).name)
     changes = Changes(imu, duration, tuple(effect_from_text(text) for text in effect or ()))
     done = run_scenario(scenario, out, estimator, seed, on_console(errors), band, time_limit, changes)
     if done.failed is not None:

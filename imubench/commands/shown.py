@@ -14,7 +14,8 @@ from imubench.run import TRACE_FILE
 
 def say_figures(title: str, figures: dict[str, float], units: dict[str, str]) -> None:
     """Print figures with their units; angles in degrees, lengths in millimetres."""
-    table = Table(title=title, title_justify="left", box=None, header_style="bold")
+    console.say(title, "italic")
+    table = Table(box=None, header_style="bold")
     table.add_column("figure")
     table.add_column("value", justify="right")
     table.add_column("unit")
