@@ -8,9 +8,10 @@ from imubench.commands.command import Command, Out, console
 
 
 def explain_command(
-    name: Annotated[str, typer.Argument(help="An effect, a figure or a word of a result.")], out: Out = None
+    name: Annotated[str, typer.Argument(help="An effect, figure or word of a result, or a name of `imubench list`.")],
+    out: Out = None,
 ) -> None:
-    """Explain an effect, a figure or a word in plain words; with --out also as explain.json."""
+    """Explain an effect, a figure, a word or what is listed; with --out also as explain.json."""
     from imubench.cli_explain import run as run_explain
 
     run_explain(name, out, console)
