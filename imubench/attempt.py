@@ -12,6 +12,7 @@ from imubench.errors import InputError
 from imubench.estimate import AnswerError, Estimate, Failed
 from imubench.estimators import Estimator
 from imubench.leftovers import undone
+from imubench.plugins import Outside
 from imubench.recording import Recording
 from imubench.workers import Pool, begin, one_thread_each
 
@@ -49,7 +50,7 @@ class Apart:
         """Return what an estimator makes of a recording within `seconds` s by the clock, as `attempted` does."""
         try:
             pool = self._begun()
-            pool.submit(_load, estimator).result()  # what it imports is not its work
+            pool.submit(_unusable, estimator).result()  # what it imports is not its work
             return pool.submit(_attempt, estimator, recording).result(timeout=seconds)
         except TimeoutError:
             self.end()
@@ -71,7 +72,7 @@ class Apart:
         if self._pool is None:
             with one_thread_each():
                 self._pool = Pool(1, mp_context=get_context("spawn"), initializer=begin)
-                self._pool.submit(_load, None).result()
+                self._pool.submit(_unusable, None).result()
         return self._pool
 
 
@@ -83,19 +84,18 @@ def running_apart() -> Iterator[Apart]:
         yield apart
 
 
-def _load(estimator: Estimator | None) -> str | None:
+def _unusable(estimator: Estimator | None) -> str | None:
     """Import what an estimator needs; return why that cannot be done, or None."""
-    load = getattr(None if estimator is None else estimator.estimate, "load", None)
-    if load is not None:
+    if estimator is not None and isinstance(estimator.estimate, Outside):
         try:
-            load()
+            estimator.estimate.function()
         except InputError as error:
             return str(error)
     return None
 
 
 def _attempt(estimator: Estimator, recording: Recording) -> Estimate | Failed:
-    broken = _load(estimator)
+    broken = _unusable(estimator)
     if broken is not None:
         return Failed(estimator.name, "crashed", broken)
     try:
