@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 .PHONY: demo picture test test-all lint bench real fuzz clean
 
 demo: $(VENV)/.demo
-	$(BIN)/python -m imubench.demo
+	$(BIN)/python -m imubench.demo $(ESTIMATORS)
 
 # README's first picture, drawn anew.
 picture: demo

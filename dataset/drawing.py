@@ -5,7 +5,7 @@ every part has a generator of its own. Rig r is that of the recordings r n to r 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,16 +22,7 @@ from imubench.dataset.swing_range import FreeSwing, hanging
 from imubench.recording import RIGS, Body
 from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
-from imubench.sim.injected import (
-    believed,
-    carried,
-    injected_profile,
-    jointed,
-    moved_mount,
-    resisting,
-    sliding_mount,
-    sprung_mount,
-)
+from imubench.sim.injected import believed, carried, injected_profile, injected_rig
 from imubench.sim.motion import Motion
 from imubench.sim.rigs import Mount, Rig
 
@@ -104,12 +95,7 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
         declared = {
             at: _measured(spec, m, streams["declared"]) for at, m in zip(sensors, drawn.rig.mounts, strict=True)
         }
-        mounts = tuple(
-            sliding_mount(sprung_mount(moved_mount(mount, at, declared[at], effects), at, effects), at, effects)
-            for at, mount in zip(sensors, drawn.rig.mounts, strict=True)
-        )
-        g = next((e["parameters"]["g"] for e in effects if e["effect"] == "gravity"), drawn.rig.gravity)
-        rig = jointed(resisting(replace(drawn.rig, mounts=mounts, gravity=g), effects), effects)
+        rig = injected_rig(drawn.rig, declared, effects)
         if not isinstance(motion, FreeSwing):
             motion, rig = carried(motion, rig, effects, streams["pivot"])
         body = believed(rig.segments[-1], effects) if isinstance(motion, FreeSwing) else None

@@ -15,7 +15,7 @@ from imubench.dataset.rig_ranges import RigRange
 from imubench.dataset.swing_range import FreeSwing, SwingMotion
 from imubench.errors import InputError, unknown
 from imubench.scenarios.olsson2020.motions import MARGIN, MOTIONS, SHORTEST
-from imubench.sim.motion import AngleMotion, Motion, Trajectory
+from imubench.sim.motion import AngleMotion, Later, Motion
 from imubench.sim.signals import Signal, Sines, hand
 
 Files = Callable[[str, str], bytes]
@@ -120,18 +120,7 @@ class OlssonMotions:
     def draw(self, rng: np.random.Generator, seconds: float) -> tuple[str, Motion]:
         """Return one of the motions, its lead-in left out."""
         n = int(rng.choice(self.numbers))
-        return f"{self.kind}-{n}", _Later(MOTIONS[n].motion(rng, seconds), MARGIN)
-
-
-@dataclass(frozen=True)
-class _Later:
-    """A motion from `start` s on."""
-
-    motion: Motion
-    start: float  # s
-
-    def __call__(self, time: np.ndarray) -> Trajectory:
-        return self.motion(time + self.start)
+        return f"{self.kind}-{n}", Later(MOTIONS[n].motion(rng, seconds), MARGIN)
 
 
 @dataclass(frozen=True)
@@ -196,7 +185,7 @@ class FileMotion:
     def draw(self, rng: np.random.Generator, seconds: float) -> tuple[str, Motion]:
         """Return the motion from a random time on."""
         start = rng.uniform(0.0, max(self.file.duration - seconds, 0.0))
-        return f"file {self.path}", _Later(self.file.motion, start)
+        return f"file {self.path}", Later(self.file.motion, start)
 
 
 BEYOND = 0.5  # s that motions go on after a recording's end, for clocks that are late or fast

@@ -82,6 +82,6 @@ def print_proof(proof: Proof, console: Terminal) -> None:
     console.print(table)
     for f in proof.figures:
         if f.passed:
-            console.say("guard passed", "red", f": {f.title}: {numbers(f)[0]}, expected {f.guard}")
+            console.say("guard broken", "red", f": {f.title}: {numbers(f)[0]}, expected {f.guard}")
     for name, what in proof.refused.items():
         console.say("cheat", "red", f": the diagnosis of case {name} tried to {what[0]}")

@@ -1,4 +1,4 @@
-"""`imubench reproduce`: a bar of what is done, the verdicts; exit code 1 where a promise fails or a guard is passed."""
+"""`imubench reproduce`: a bar of what is done, the verdicts; exit code 1 where a promise fails or a guard is broken."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ def run(paper: str, out: Path, quick: bool, seed: int, console: Terminal, errors
     console.say(f"written: {out}; open {out / 'report.html'}")
     for j in judged:
         if j.news:
-            errors.say(f"new: {j.claim.claim}: {j.news}")
+            errors.say("guard broken" if j.worse else "new", "red", f": {j.claim.claim}: {j.news}")
     return int(any(j.verdict == "fails" or j.worse for j in judged))
 
 

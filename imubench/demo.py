@@ -4,7 +4,9 @@ Real recordings are looked for in the folder named by the environment variable I
 """
 
 import os
-from collections.abc import Iterator
+import re
+import sys
+from collections.abc import Iterator, Sequence
 from importlib.resources import as_file, files
 from pathlib import Path
 
@@ -17,7 +19,7 @@ from imubench.convert import CONVERTERS
 from imubench.format1 import write_recording
 from imubench.picture import draw_run
 from imubench.progress import Step, on_console
-from imubench.run import estimate_on_disk, run_scenario
+from imubench.run import NoEstimateError, estimate_on_disk, run_scenario
 from imubench.score import Score
 from imubench.terminal import Terminal
 
@@ -25,25 +27,30 @@ Row = tuple[str, str, str, Score | None, str]
 ESTIMATORS_SHOWN = ("olsson2020", "seel2012")
 
 
-def simulated(out: Path, step: Step) -> Iterator[Row]:
-    """Run a hinge rig through both estimators."""
-    for name in ESTIMATORS_SHOWN:
-        done = run_scenario("hinge-hand", out / f"hinge-hand-{name}", name, step=step)
-        assert done.estimate is not None
-        assert done.score is not None
+def simulated(names: Sequence[str], out: Path, step: Step) -> Iterator[Row]:
+    """Run a hinge rig through every estimator."""
+    for name in names:
+        done = run_scenario("hinge-hand", out / f"hinge-hand-{_plain(name)}", name, step=step)
+        if done.failed is not None or done.estimate is None or done.score is None:
+            yield "hinge, simulated", name, done.failed.status if done.failed else "none", None, "truth"
+            continue
         if name == ESTIMATORS_SHOWN[0]:
             draw_run(out / "hinge-hand.png", done.recording, done.estimate, done.score)
         yield "hinge, simulated", name, done.estimate.status, done.score, "truth"
 
 
-def from_disk(folder: Path, title: str, out: Path, step: Step) -> Iterator[Row]:
-    """Estimate on a recording in format 1 with both estimators."""
-    for name in ESTIMATORS_SHOWN:
-        done = estimate_on_disk(name, folder, out / f"{folder.name}-{name}", step)
+def from_disk(names: Sequence[str], folder: Path, title: str, out: Path, step: Step) -> Iterator[Row]:
+    """Estimate on a recording in format 1 with every estimator."""
+    for name in names:
+        try:
+            done = estimate_on_disk(name, folder, out / f"{folder.name}-{_plain(name)}", step)
+        except NoEstimateError as error:
+            yield title, name, error.failed.status, None, "reference"
+            continue
         yield title, name, done.estimate.status, done.beside_reference, "reference"
 
 
-def real(data: Path, out: Path, step: Step) -> Iterator[Row]:
+def real(names: Sequence[str], data: Path, out: Path, step: Step) -> Iterator[Row]:
     """Convert the real hinge recordings and estimate on them."""
     for segments in ("3-4", "4-5"):
         for imu in ("rigid", "nonrigid"):
@@ -51,25 +58,25 @@ def real(data: Path, out: Path, step: Step) -> Iterator[Row]:
                 (converted,) = CONVERTERS["diodem"](data / "diodem" / "trial1", segments=segments, imu=imu)
                 folder = out / "recordings" / f"diodem-{segments}-{imu}"
                 write_recording(converted.recording, folder, converted.reference)
-            yield from from_disk(folder, f"DIODEM {segments}, {imu}", out, step)
+            yield from from_disk(names, folder, f"DIODEM {segments}, {imu}", out, step)
 
 
-def main(out: Path = Path("demo")) -> None:
-    """Run everything, print what came out, and say where the results are."""
+def main(out: Path = Path("demo"), more: Sequence[str] = ()) -> None:
+    """Run everything, print what came out, and say where the results are; `more` names estimators beside ours."""
     console, errors = Terminal(), Terminal(stderr=True)
     step = on_console(errors)
-    estimates(out, console, step)
+    estimates((*ESTIMATORS_SHOWN, *more), out, console, step)
     concealed.show(out / "concealed", console, errors, step)
 
 
-def estimates(out: Path, console: Terminal, step: Step) -> None:
+def estimates(names: Sequence[str], out: Path, console: Terminal, step: Step) -> None:
     """Estimate hinge axes from simulated and real recordings, and print one table."""
-    rows = list(simulated(out, step))
+    rows = list(simulated(names, out, step))
     with as_file(files("imubench.scenarios") / "demo_recording") as folder:
-        rows += from_disk(folder, "demo, from disk", out, step)
+        rows += from_disk(names, folder, "demo, from disk", out, step)
     data = os.environ.get("IMUBENCH_DATA")
     if data and (Path(data) / "diodem").is_dir():
-        rows += real(Path(data), out, step)
+        rows += real(names, Path(data), out, step)
     title = "Angle in deg between the estimated hinge axis and the one it is judged by"
     table = Table(title=title, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
     for column in ("recording", "estimator", "status", "imu1", "imu2", "against"):
@@ -89,10 +96,15 @@ def estimates(out: Path, console: Terminal, step: Step) -> None:
     )
 
 
+def _plain(name: str) -> str:
+    """Return an estimator's name as one of a folder."""
+    return re.sub(r"[^\w.+-]+", "-", Path(name).name)
+
+
 def _degrees(score: Score, imu: str) -> str:
     angle = score.deviation(imu)
     return "-" if angle is None else f"{np.rad2deg(angle):.2f}" + ("*" if score.pairing == "unknown" else "")
 
 
 if __name__ == "__main__":
-    main()
+    main(more=sys.argv[1:])

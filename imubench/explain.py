@@ -30,6 +30,8 @@ ALWAYS_EQUIVALENT = {
     "clock_skew": "the opposite one at the other sensor, where nothing else has a clock",
 }
 """Effect -> what no motion tells it from."""
+KINDS = {"profiles": "IMU", "claims": "paper"}
+"""What one of a kind of `imubench list` is called, where that is not the kind without its s."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class Explanation:
     """What a name means."""
 
     name: str
-    kind: str  # effect, figure, word
+    kind: str  # effect, figure, word; or what `imubench list` has: rig, scenario, estimator, ...
     text: str  # a sentence or more
     details: tuple[str, ...] = ()  # a line each
 
@@ -55,6 +57,9 @@ def explained(name: str) -> Explanation:
     base = re.sub(r" (imu|segment ?)\d+$", "", asked.removeprefix("best pairing "))
     if base in known and known[base].kind == "figure":
         return known[base]
+    listed = _listed(name)
+    if listed is not None:
+        return listed
     names = [one.name for one in every()]
     close = get_close_matches(_plain(name), [_plain(n) for n in names], n=5, cutoff=0.5)
     if close:
@@ -63,6 +68,17 @@ def explained(name: str) -> Explanation:
         f"unknown name '{shortened(name, 60)}'; known: the effects of `imubench list`, the figures of a result, and "
         "the words of docs/glossary.md"
     )
+
+
+def _listed(name: str) -> Explanation | None:
+    """Return what `imubench list` says of a rig, a scenario, an estimator, an IMU, a format or a paper."""
+    from imubench.listing import known  # which loads what can be played and estimated
+
+    for kind, entries in known().items():
+        if name in entries:
+            text = entries[name].rstrip(".")
+            return Explanation(name, KINDS.get(kind, kind.removesuffix("s")), f"{text[:1].upper()}{text[1:]}.")
+    return None
 
 
 def every() -> Iterator[Explanation]:

@@ -61,6 +61,14 @@ TERMS: dict[str, str] = {
         "How much of what differs comes back when this finding alone is taken out of the final model. Shares need not "
         "add up to 100 %: two findings that do the same bring back little each."
     ),
+    "sign pairing": (
+        "Which direction of the hinge axis in the axes of imu1 goes with which in those of imu2. It rests on the data, "
+        "on the declared mounts, or on nothing: then it is unknown, and figures are those of the better pairing."
+    ),
+    "status": (
+        "What became of an estimate: converged, not converged, or not identifiable where the recording does not show "
+        "it. An estimator from outside may also have crashed, timed out, answered something malformed, or refused."
+    ),
     "tolerance": "What still counts as nothing: degrees and millimetres, set with --tolerance.",
     "unknown": "Something that differs and that no effect of the library explains; where and when it acts is told.",
     "unseen": (

@@ -1,11 +1,11 @@
 """What this installation knows, by kind."""
 
-from imubench.convert import CONVERTERS
+from imubench.convert import known_converters
 from imubench.effects import EFFECTS
-from imubench.estimators import ESTIMATORS
 from imubench.models import RIG_FILES
+from imubench.plugins import known_estimators
 from imubench.reproduce import PAPERS
-from imubench.scenarios import SCENARIOS
+from imubench.scenarios import known_scenarios
 from imubench.sim.profiles import PROFILES
 
 RIG_SUMMARIES = {
@@ -19,10 +19,10 @@ def known() -> dict[str, dict[str, str]]:
     """Return every kind of thing, each name with one line about it."""
     return {
         "rigs": {name: RIG_SUMMARIES[name] for name in RIG_FILES},
-        "scenarios": {name: s.summary for name, s in SCENARIOS.items()},
-        "estimators": {name: e.summary for name, e in ESTIMATORS.items()},
+        "scenarios": known_scenarios(),
+        "estimators": {name: e.summary for name, e in known_estimators().items()},
         "profiles": {name: p.summary for name, p in PROFILES.items()},
-        "formats": {name: c.summary for name, c in CONVERTERS.items()},
+        "formats": known_converters(),
         "effects": {name: f"{e.place}: {e.law}" for name, e in EFFECTS.items()},
         "claims": {name: p.summary for name, p in PAPERS.items()},
     }

@@ -95,7 +95,7 @@ class Judged:
 
     @property
     def news(self) -> str:
-        """What a run should stop for: a failure that is not known, or a guard passed; empty where there is none."""
+        """What a run should stop for: a failure that is not known, or a broken guard; empty where there is none."""
         if self.worse:
             return f"{self.measured.value:.3g} {self.claim.unit} is beyond the guard of {self.claim.guard:g}"
         if self.verdict == "fails" and not self.claim.known:

@@ -1,14 +1,16 @@
 """Scenarios of the hinge rig."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.recording import Body, Encoder
-from imubench.scenarios.scenario import Experiment, Scenario, declared_mounts
+from imubench.scenarios.scenario import Experiment, Scenario, declared_mounts, prescribed
 from imubench.sim.imu_model import Declared
+from imubench.sim.injected import Injected, believed, injected_rig
 from imubench.sim.motion import AngleMotion
-from imubench.sim.play import play
 from imubench.sim.rigs import Mount, Rig, hinge, random_hinge, springs
 from imubench.sim.signals import STILL, Signal, hand
 from imubench.sim.swing import Start, swing
@@ -30,28 +32,27 @@ def hand_motion(rng: np.random.Generator, duration: float = DURATION, angle: Sig
     )
 
 
-def moved_by_hand(rng: np.random.Generator) -> Experiment:
+def moved_by_hand(rng: np.random.Generator, seconds: float, effects: Sequence[Injected]) -> Experiment:
     """Play a random hinge rig, both segments turning freely."""
     rig = random_hinge(rng)
-    return _played(rig, hand_motion(rng), rng)
+    return prescribed(rig, hand_motion(rng, seconds), seconds, rng, effects)
 
 
-def planar(rng: np.random.Generator) -> Experiment:
+def planar(rng: np.random.Generator, seconds: float, effects: Sequence[Injected]) -> Experiment:
     """Play a random hinge rig whose axis stays horizontal and still while both segments turn about it."""
     rig = random_hinge(rng)
-    motion = AngleMotion(
-        spin=hand(rng, DURATION, 0.8, BANDWIDTH), angle=hand(rng, DURATION, 0.7, BANDWIDTH, offset=0.6)
-    )
-    return _played(rig, motion, rng)
+    motion = AngleMotion(spin=hand(rng, seconds, 0.8, BANDWIDTH), angle=hand(rng, seconds, 0.7, BANDWIDTH, offset=0.6))
+    return prescribed(rig, motion, seconds, rng, effects)
 
 
-def locked(rng: np.random.Generator) -> Experiment:
+def locked(rng: np.random.Generator, seconds: float, effects: Sequence[Injected]) -> Experiment:
     """Play a random hinge rig whose joint a screw holds: its axis cannot be seen."""
     angle = float(rng.uniform(-0.5, 1.0))
-    return _played(random_hinge(rng, locked_at=angle), hand_motion(rng, angle=STILL), rng)
+    rig = random_hinge(rng, locked_at=angle)
+    return prescribed(rig, hand_motion(rng, seconds, angle=STILL), seconds, rng, effects)
 
 
-def soft(rng: np.random.Generator) -> Experiment:
+def soft(rng: np.random.Generator, seconds: float, effects: Sequence[Injected]) -> Experiment:
     """Play a hinge rig whose IMUs rock on foam, about 10 and 14 Hz, damped by a tenth."""
     mounts = tuple(
         Mount(
@@ -63,10 +64,10 @@ def soft(rng: np.random.Generator) -> Experiment:
         )
         for side in (-1.0, 1.0)
     )
-    return _played(hinge(mounts=mounts), hand_motion(rng), rng)
+    return prescribed(hinge(mounts=mounts), hand_motion(rng, seconds), seconds, rng, effects)
 
 
-def swinging(rng: np.random.Generator) -> Experiment:
+def swinging(rng: np.random.Generator, seconds: float, effects: Sequence[Injected]) -> Experiment:
     """Let segment 2 swing down from about 1 rad on a fixed base, with an encoder and some friction."""
     rig = hinge(
         base="fixed",
@@ -74,18 +75,22 @@ def swinging(rng: np.random.Generator) -> Experiment:
         damping=2e-4,
         dry_friction=5e-4,
     )
-    truth = swing(rig, Start(angle=float(rng.uniform(0.8, 1.2))), duration=30.0)
-    noise = 5e-4  # rad
+    start = Start(angle=float(rng.uniform(0.8, 1.2)))
+    noise, count = 5e-4, len(range(0, round(seconds * 1000), 10))  # rad; an encoder of 100 Hz in a truth of 1000 Hz
+    misread = rng.normal(scale=noise, size=count)
+    mounts = declared_mounts(rig, rng)
+    truth = swing(injected_rig(rig, mounts, effects), start, duration=seconds)
     assert truth.joint_angle is not None
-    encoder = Encoder("hinge", truth.time[::10], truth.joint_angle[::10] + rng.normal(scale=noise, size=3000), noise)
+    encoder = Encoder("hinge", truth.time[::10], truth.joint_angle[::10] + misread, noise)
     declared = Declared(
-        mounts=declared_mounts(rig, rng),
+        mounts=mounts,
+        gravity=rig.gravity,
         motion="free",
         base="fixed",
         base_quaternion=rig.base_quaternion,
         encoders=(encoder,),
-        free_swings=((0.0, 30.0),),
-        body=swinging_body(rig),
+        free_swings=((0.0, seconds),),
+        body=believed(swinging_body(rig), effects),
     )
     return Experiment(rig, truth, declared)
 
@@ -104,14 +109,18 @@ def _offset(d: Array) -> Array:
     return d @ d - d**2  # parallel axes, diagonal only
 
 
-def _played(rig: Rig, motion: AngleMotion, rng: np.random.Generator) -> Experiment:
-    return Experiment(rig, play(rig, motion, DURATION), Declared(mounts=declared_mounts(rig, rng)))
-
-
 SCENARIOS = (
     Scenario("hinge-hand", "a hinge moved freely by a hand, random geometry", "olsson2020", "xsens_mtw", moved_by_hand),
     Scenario("hinge-planar", "both segments turn about a still, horizontal axis", "olsson2020", "xsens_mtw", planar),
     Scenario("hinge-locked", "a screw locks the joint: nothing to identify", "olsson2020", "xsens_mtw", locked),
     Scenario("hinge-soft", "the IMUs rock on foam at 10 and 14 Hz", "olsson2020", "xsens_mtw", soft),
-    Scenario("hinge-swing", "segment 2 swings free on a fixed base, with encoder", "olsson2020", "xsens_mtw", swinging),
+    Scenario(
+        "hinge-swing",
+        "segment 2 swings free on a fixed base, with encoder",
+        "olsson2020",
+        "xsens_mtw",
+        swinging,
+        seconds=30.0,
+        swings=True,
+    ),
 )

@@ -4,18 +4,20 @@ Garcia de Villa et al. take the joint centre to be at rest. Here it moves along 
 (up) in harmonics of the stride; docs/moving-pivot.md says where the figures come from.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from imubench import rotations
-from imubench.errors import unknown
+from imubench.errors import InputError, unknown
 from imubench.recording import positive
 from imubench.scenarios.hinge import hand_motion
 from imubench.scenarios.pendulum import R_TEXT, ellipse, limb
-from imubench.scenarios.scenario import Experiment, Scenario, declared_mounts
+from imubench.scenarios.scenario import Experiment, Scenario, declared_mounts, prescribed
 from imubench.sim.imu_model import Declared
+from imubench.sim.injected import Injected, injected_rig
 from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.rigs import Mount, Rig, free, hinge, random_hinge
@@ -52,13 +54,16 @@ def moving(motion: AngleMotion, centre: dict[str, Sines]) -> AngleMotion:
     return replace(motion, **centre)
 
 
-def pendulum_truth(motion: AngleMotion, duration: float = DURATION, rate: float = 1000.0) -> tuple[Rig, Truth]:
-    """Play the paper's limb about a pivot that moves with `motion`.
+def pendulum_truth(
+    motion: AngleMotion, duration: float = DURATION, rate: float = 1000.0, rig: Rig | None = None
+) -> tuple[Rig, Truth]:
+    """Play a limb, the paper's if none is given, about a pivot that moves with `motion`.
 
     The pendulum's pivot is fixed in its model. A free body whose origin is the pivot moves in the same way.
     """
-    rig = limb()
-    truth = play(free(mounts=rig.mounts, segments=rig.segments), motion, duration, rate)
+    rig = limb() if rig is None else rig
+    body = free(mounts=rig.mounts, segments=rig.segments, gravity=rig.gravity)
+    truth = play(body, motion, duration, rate)
     return rig, replace(truth, rig="pendulum")
 
 
@@ -117,30 +122,54 @@ def knee_rig(rng: np.random.Generator) -> Rig:
     return hinge(mounts=(one, two))
 
 
-def circling(rng: np.random.Generator) -> Experiment:
+def circling(rng: np.random.Generator, seconds: float, effects: Sequence[Injected]) -> Experiment:
     """Play the paper's pendulum with its pivot moving as a hip."""
-    rig, truth = pendulum_truth(moving(ellipse(), gait(rng)))
-    return Experiment(rig, truth, Declared(mounts=declared_mounts(rig, rng)))
+    if any(e["effect"] == "moving_pivot" for e in effects):
+        raise InputError("pendulum-gait: expected another effect than moving_pivot; its pivot moves as it is")
+    motion, nominal = moving(ellipse(), gait(rng)), limb()
+    mounts = declared_mounts(nominal, rng)
+    rig, truth = pendulum_truth(motion, seconds, rig=injected_rig(nominal, mounts, effects))
+    return Experiment(rig, truth, Declared(mounts=mounts, gravity=nominal.gravity))
 
 
-def by_hand(rng: np.random.Generator) -> Experiment:
+def by_hand(rng: np.random.Generator, seconds: float, effects: Sequence[Injected]) -> Experiment:
     """Play a random hinge turned by a hand while its joint centre moves as a knee."""
-    return _hinge(random_hinge(rng), hand_motion(rng, DURATION), rng)
+    rig = random_hinge(rng)
+    motion = hand_motion(rng, seconds)
+    return prescribed(rig, moving(motion, gait(rng, "knee")), seconds, rng, effects)
 
 
-def walking(rng: np.random.Generator) -> Experiment:
+def walking(rng: np.random.Generator, seconds: float, effects: Sequence[Injected]) -> Experiment:
     """Play a knee in walking."""
-    return _hinge(knee_rig(rng), knee(), rng)
-
-
-def _hinge(rig: Rig, motion: AngleMotion, rng: np.random.Generator) -> Experiment:
-    truth = play(rig, moving(motion, gait(rng, "knee")), DURATION)
-    return Experiment(rig, truth, Declared(mounts=declared_mounts(rig, rng)))
+    rig = knee_rig(rng)
+    return prescribed(rig, moving(knee(), gait(rng, "knee")), seconds, rng, effects)
 
 
 IMU = "xsens_mtw_awinda"
 SCENARIOS = (
-    Scenario("pendulum-gait", "a limb circles about a pivot that moves as a hip in walking", "arve-d", IMU, circling),
-    Scenario("hinge-gait", "a hinge turned by a hand, its centre moving as a knee's", "two-imu-centre", IMU, by_hand),
-    Scenario("hinge-walking", "a knee in walking, near a plane, two IMUs", "two-imu-centre", IMU, walking),
+    Scenario(
+        "pendulum-gait",
+        "a limb circles about a pivot that moves as a hip in walking",
+        "arve-d",
+        IMU,
+        circling,
+        "pendulum",
+        DURATION,
+    ),
+    Scenario(
+        "hinge-gait",
+        "a hinge turned by a hand, its centre moving as a knee's",
+        "two-imu-centre",
+        IMU,
+        by_hand,
+        seconds=DURATION,
+    ),
+    Scenario(
+        "hinge-walking",
+        "a knee in walking, near a plane, two IMUs",
+        "two-imu-centre",
+        IMU,
+        walking,
+        seconds=DURATION,
+    ),
 )

@@ -1,6 +1,6 @@
 """Scenarios of the spherical pendulum (Garcia de Villa et al., section IV-A)."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from imubench.errors import unknown
-from imubench.scenarios.scenario import Experiment, Scenario, declared_mounts
-from imubench.sim.imu_model import Declared
+from imubench.scenarios.scenario import Experiment, Play, Scenario, prescribed
+from imubench.sim.injected import Injected
 from imubench.sim.motion import AngleMotion
-from imubench.sim.play import play
 from imubench.sim.rigs import Rig, pendulum, springs
 from imubench.sim.signals import Sines
 
@@ -60,12 +59,11 @@ def limb(
     return replace(rig, mounts=(mount,))
 
 
-def circling(soft_tissue: SoftTissue) -> Callable[[np.random.Generator], Experiment]:
+def circling(soft_tissue: SoftTissue) -> Play:
     """Return the paper's experiment with one kind of soft tissue."""
 
-    def played(rng: np.random.Generator) -> Experiment:
-        rig = limb(soft_tissue)
-        return Experiment(rig, play(rig, ellipse(), DURATION), Declared(mounts=declared_mounts(rig, rng)))
+    def played(rng: np.random.Generator, seconds: float, effects: Sequence[Injected]) -> Experiment:
+        return prescribed(limb(soft_tissue), ellipse(), seconds, rng, effects)
 
     return played
 
@@ -78,5 +76,6 @@ PLAYED: tuple[tuple[SoftTissue, str, str], ...] = (
 )
 
 SCENARIOS = tuple(
-    Scenario(name, summary, "arve-d", "xsens_mtw_awinda", circling(kind)) for kind, name, summary in PLAYED
+    Scenario(name, summary, "arve-d", "xsens_mtw_awinda", circling(kind), "pendulum", DURATION)
+    for kind, name, summary in PLAYED
 )

@@ -90,6 +90,23 @@ def sliding_mount(mount: Mount, at: str, effects: Sequence[Injected]) -> Mount:
     return mount
 
 
+def injected_rig(rig: Rig, declared: Mapping[str, DeclaredMount], effects: Sequence[Injected]) -> Rig:
+    """Return the rig with its effects in it: its mounts, its joint, the world's gravity.
+
+    Args:
+        rig: as its owner believes it.
+        declared: by sensor, where its owner believes the mounts; `mount_pose` is beside that.
+        effects: those of other places than a rig are passed over, and so is `moving_pivot`, see `carried`.
+    """
+    sensors = [f"imu{i + 1}" for i in range(len(rig.mounts))]
+    mounts = tuple(
+        sliding_mount(sprung_mount(moved_mount(mount, at, declared[at], effects), at, effects), at, effects)
+        for at, mount in zip(sensors, rig.mounts, strict=True)
+    )
+    g = next((e["parameters"]["g"] for e in effects if e["effect"] == "gravity"), rig.gravity)
+    return jointed(resisting(replace(rig, mounts=mounts, gravity=g), effects), effects)
+
+
 def resisting(rig: Rig, effects: Sequence[Injected]) -> Rig:
     """Return the rig with the torques of its effects at the joint."""
     for e in effects:
@@ -137,7 +154,7 @@ def carried(motion: Motion, rig: Rig, effects: Sequence[Injected], rng: np.rando
     return motion, rig
 
 
-def believed(segment: Segment, effects: Sequence[Injected]) -> Body:
+def believed(segment: Segment | Body, effects: Sequence[Injected]) -> Body:
     """Return the body that is declared for a swinging segment: with `inertia`, m l / I is `scale` times what it says.
 
     Raises `InputError` where no body has that inertia about its joint and the segment's weight.

@@ -62,6 +62,18 @@ class AngleMotion:
 
 
 @dataclass(frozen=True)
+class Later:
+    """A motion from `start` s on."""
+
+    motion: "Motion"
+    start: float  # s
+
+    def __call__(self, time: Array) -> Trajectory:
+        """Return the coordinates at `time` s from its own start."""
+        return self.motion(time + self.start)
+
+
+@dataclass(frozen=True)
 class Carried:
     """A motion whose position is that of another: what it does is done on a moving origin."""
 

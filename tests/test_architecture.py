@@ -10,9 +10,9 @@ import pytest
 from imubench.models import RIG_FILES
 from imubench.recording import RIGS
 from imubench.run import simulate
-from imubench.scenarios import SCENARIOS
 from imubench.sim.compile import compile_model
 from imubench.sim.rigs import STANDARD_RIGS
+from tests.scenarios import EVERY
 
 ROOT = Path(__file__).resolve().parent.parent
 SETUP = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
@@ -73,7 +73,7 @@ def test_every_rig_compiles_with_its_sensors(family):
         assert {f"{segment}_framepos", f"imu{i + 1}_accelerometer", f"imu{i + 1}_gyro"} <= names
 
 
-@pytest.mark.parametrize("name", list(SCENARIOS))
+@pytest.mark.parametrize("name", EVERY)
 def test_every_scenario_plays_and_repeats_by_seed(name):
     recording, truth = simulate(name, seed=3)
     again, _ = simulate(name, seed=3)

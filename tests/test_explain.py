@@ -48,6 +48,21 @@ def test_every_figure_of_a_score_is_explained(scenario, estimator):
     assert explained("best_pairing_deviation_imu2") == explained("deviation")
 
 
+@pytest.mark.parametrize(
+    ("name", "kind", "text"),
+    [
+        ("olsson2020", "estimator", "Hinge axis from gyroscopes and accelerometers, both sign pairings tried."),
+        ("olsson2020/motion-11", "scenario", "Motion 11 of Olsson et al. 2020: fast sequential, tilting axis."),
+        ("hinge", "rig", "Two segments on a hinge that a screw can lock, free or fixed base, an IMU on each."),
+        ("arve", "estimator", "Joint centre, one r a sample: extended Kalman filter on r and the rotation."),
+    ],
+)
+def test_what_is_listed_is_explained_too(name, kind, text):
+    found = explained(name)
+    assert (found.kind, found.text) == (kind, text)
+    assert explained("xsens_mtw").kind == "IMU"
+
+
 def test_a_name_that_is_none_is_one_line_with_what_is_like_it():
     with pytest.raises(InputError, match=r"unknown name 'soft_mont'; known: .*soft_mount"):
         explained("soft_mont")

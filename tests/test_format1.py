@@ -15,7 +15,7 @@ from imubench.format1 import read, read_recording, read_reference, write_recordi
 from imubench.recording import RIGS, Body, Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
 from imubench.run import simulate
-from imubench.scenarios import SCENARIOS
+from tests.scenarios import EVERY
 
 TABLES = ("csv", "parquet")
 
@@ -160,7 +160,7 @@ def test_round_trip_is_exact(tmp_path_factory, table, drawn):
 
 
 @pytest.mark.parametrize("table", TABLES)
-@pytest.mark.parametrize("name", list(SCENARIOS))
+@pytest.mark.parametrize("name", EVERY)
 def test_every_scenario_round_trips(tmp_path, name, table):
     recording, _ = simulate(name, seed=5)
     write_recording(recording, tmp_path / "rec", table=table)

@@ -75,6 +75,7 @@ OWN = {
     "imubench.trials.prove:_proved": "what `publish` and `publish_sealed` have just written or read",
     "imubench.trials.guard:watch": "opens a note for writing",
     "imubench.trials.blind:diagnosed": "what the diagnosis that was started printed, shown as text",
+    "imubench.plugins:find_estimator": "a file of Python that its author has run: there is nothing to be refused in it",
     "imubench.atomic:_flush": "opens what was just written, to flush it",
     "imubench.terminal:_failed": "opens the null device",
     "imubench.main:_open_streams": "opens the null device",

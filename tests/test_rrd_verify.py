@@ -16,8 +16,8 @@ from imubench.inputs.toml import load_toml
 from imubench.log.run import log_run
 from imubench.log.signals import log_sections
 from imubench.proof.case import make_case
-from imubench.scenarios import SCENARIOS
 from tests.command import here
+from tests.scenarios import QUICK
 
 ROOT = Path(__file__).resolve().parent.parent
 LOGS = {"imubench/log/run.py", "diagnosis/rerun_log.py"}
@@ -83,7 +83,7 @@ def test_sections_with_gaps_and_overlaps(tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("scenario", SCENARIOS)
+@pytest.mark.parametrize("scenario", QUICK)
 def test_run(scenario, tmp_path):
     named = ("--estimator", ANSWERS[scenario]) if scenario in ANSWERS else ()
     ran("run", scenario, *named, "--out", tmp_path / "out")

@@ -52,7 +52,7 @@ def figures(scores: Sequence[CaseScore]) -> list[Figure]:
 
 
 def judged(limit: dict[str, Any], value: float | None, n: int, hits: int | None) -> Figure:
-    """Return a figure with the verdict on its aim, and whether its guard is passed."""
+    """Return a figure with the verdict on its aim, and whether its guard is broken."""
     interval = wilson(hits, n) if hits is not None and n else None
     verdict, passed = "none", False
     if value is not None and "aim" in limit:

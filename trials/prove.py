@@ -50,7 +50,7 @@ class Proof:
 
     @property
     def fit_for_the_build(self) -> bool:
-        """Whether no guard is passed and nobody cheated."""
+        """Whether no guard is broken and nobody cheated."""
         return not self.refused and not any(f.passed for f in self.figures)
 
 
