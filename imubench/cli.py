@@ -320,6 +320,34 @@ def generate_command(
     run_generation(spec, count, seed, out, workers, engine, address, console, errors)
 
 
+@app.command("sweep")
+def sweep_command(
+    spec: Annotated[Path, typer.Argument(help="A dataset's spec with one or two [[axis]] tables.")],
+    estimator: Annotated[list[str], typer.Option("--estimator", help="An estimator; any number of them.")],
+    seed: Annotated[int, typer.Option(help="The same seed gives the same recordings.", min=0, max=2**63 - 1)] = 0,
+    recordings: Annotated[
+        int | None, typer.Option(help="In each cell, instead of the spec's.", min=1, show_default=False)
+    ] = None,
+    seconds: Annotated[float, typer.Option(help="That one estimate may take, by the clock.", min=0.1)] = 60.0,
+    workers: Annotated[int | None, typer.Option(help="Processes; none: one a core, 0: only this one.", min=0)] = None,
+    engine: Annotated[str, typer.Option(help="Who does the work: local or ray.")] = "local",
+    address: Annotated[str | None, typer.Option(help="Of the Ray cluster.", show_default=False)] = None,
+    out: Out = None,
+) -> None:
+    """Map the errors of estimators over one or two numbers of a rig, motion, IMU or effect.
+
+    Written are sweep.parquet and sweep.csv, a row for each cell and estimator,
+    recordings.parquet, sweep.json, and report.html with a map for each
+    estimator and a contour at the spec's limit. Without --out: runs/NAME.
+
+    After Ctrl-C or a kill the same command goes on where it was, to the same
+    bytes. What cannot be played, and an estimator that fails, are shown so.
+    """
+    from imubench.cli_sweep import run as run_sweep
+
+    run_sweep(spec, estimator, seed, recordings, seconds, workers, engine, address, out, console, errors)
+
+
 @app.command("verify")
 def verify_command(folder: Annotated[str, typer.Argument(help="A dataset of `imubench generate`.")]) -> None:
     """Check every file of a dataset against the hashes in its manifest.json."""
