@@ -11,7 +11,7 @@ from imubench.arrays import Array
 from imubench.sweeps.axis import Axis
 from imubench.sweeps.cells import Map
 from imubench.sweeps.spec import Sweep
-from imubench.sweeps.unplayed import cross, hatch
+from imubench.unplayed import cross, hatch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
@@ -73,7 +73,9 @@ def _map(sweep: Sweep, m: Map, span: float) -> "Drawing":
         shade = np.log(m.value / sweep.limit)  # NaN: nothing played; inf: no answer
     silent = np.isposinf(shade)
     coloured = np.ma.masked_invalid(np.where(silent, np.nan, np.maximum(shade, -2 * span)))
-    drawn = axes.pcolormesh(left, low, coloured.T, cmap=COLOURS, vmin=-span, vmax=span, edgecolors="none")
+    drawn = axes.pcolormesh(
+        left, low, coloured.T, cmap=COLOURS, vmin=-span, vmax=span, edgecolors="face", linewidth=0.3
+    )
     for i, j in np.argwhere(silent):
         _fill(axes, (left[i], left[i + 1], low[j], low[j + 1]))
     gone = m.played == 0

@@ -41,8 +41,9 @@ def finding(sweep: Sweep, found: Map) -> str:
 def headline(sweep: Sweep, found: list[Map]) -> str:
     """Return how many cells each estimator keeps the limit in, the best first."""
     counts = sorted(((int(m.below(sweep.limit).sum()), m.estimator) for m in found), key=lambda pair: -pair[0])
-    told = ", ".join(f"{name} in {count}" for count, name in counts)
-    return f"Of {found[0].value.size} cells, an error below {sweep.limit:g} {sweep.unit}: {told}"
+    (most, first), *others = counts
+    told = [f"{first} in {most} of {found[0].value.size} cells", *(f"{name} in {count}" for count, name in others)]
+    return f"Error below {sweep.limit:g} {sweep.unit}: {', '.join(told)}"
 
 
 def crossing(axis: Axis, inside: tuple[float, float], outside: tuple[float, float], limit: float) -> float:

@@ -4,6 +4,8 @@ from collections import Counter
 from collections.abc import Sequence
 from importlib.resources import files
 
+import numpy as np
+
 from imubench.reproduce.report import escape
 from imubench.sweeps.cells import Cell, Map
 from imubench.sweeps.drawing import figures, svg
@@ -32,7 +34,7 @@ def page(
         f"<p class='soft'>{escape(sweep.summary)}</p>" if sweep.summary else "",
         f"<p>{escape(_setting(sweep, figure))}</p>",
         _figures(sweep, drawn),
-        _key(sweep),
+        _key(sweep, drawn),
         _notes(sweep, drawn, outcomes),
         "<h2>Every number</h2>",
         *(_numbers(sweep, [c for c in found if c.estimator == m.estimator]) for m in drawn),
@@ -71,27 +73,36 @@ def _figures(sweep: Sweep, drawn: Sequence[Map]) -> str:
     return f"<div class='maps'>{''.join(each)}</div>"
 
 
-def _key(sweep: Sweep) -> str:
+def _key(sweep: Sweep, drawn: Sequence[Map]) -> str:
+    """Return what the signs of the pictures mean, those alone that are in one."""
     limit, percent = f"{sweep.limit:g} {sweep.unit}", f"{100 * CONFIDENCE:g} %"
+    silent = any(np.isposinf(m.value).any() for m in drawn)
+    part = bool((drawn[0].played < 1).any())
     if len(sweep.axes) == 1:
-        lines = [
-            f"Dashed: {limit}. Shaded: {percent} interval of the curve in that cell alone, from order statistics.",
-            "Triangle on top: no answer in half of the recordings or more. Cross below: some recordings cannot be "
-            "played there; the curve is of those that can.",
-        ]
-        return "".join(f"<p class='soft'>{escape(line)}</p>" for line in lines)
-    rows = {
-        "below": f"below {limit}",
-        "above": f"above {limit}",
-        "limit": f"where the error passes {limit}",
-        "ends": f"where the ends of the {percent} interval pass it, cell by cell, from order statistics",
-        "some": "some recordings without an answer, the larger the more",
-        "silent": "no answer in half of the recordings or more",
-        "gone": "none of the recordings can be played; a cross alone: some cannot, the colour is of those that can",
-    }
+        lines = [f"Dashed: {limit}. Shaded: {percent} interval, value by value, from order statistics."]
+        if silent:
+            lines.append("Triangle on top: no answer in half of the recordings or more.")
+        if part:
+            lines.append("Cross below: some recordings cannot be played there; the curve is of those that can.")
+        return f"<p class='soft'>{escape(' '.join(lines))}</p>"
+    ends = not any(axis.is_text for axis in sweep.axes)
+    some = any(((m.failed > 0) & np.isfinite(m.value)).any() for m in drawn)
+    gone = bool((drawn[0].played == 0).any())
+    rows = [
+        ("below", f"below {limit}", True),
+        ("above", f"above {limit}", True),
+        ("limit", f"where the error passes {limit}", ends),
+        ("ends", f"where the ends of its {percent} interval do, cell by cell, from order statistics", ends),
+        ("some", "some recordings without an answer: the larger, the more", some),
+        ("silent", "no answer in half of the recordings or more", silent),
+        ("part", "some of the recordings cannot be played: the colour is of the others", part),
+        ("gone", "none of the recordings can be played", gone),
+    ]
+    crossed = dict.fromkeys(("gone", "part"), "×")
     items = "".join(
-        f"<li><span class='swatch {kind}'>{'×' if kind == 'gone' else ''}</span><span>{escape(text)}</span></li>"
-        for kind, text in rows.items()
+        f"<li><span class='swatch {kind}'>{crossed.get(kind, '')}</span><span>{escape(text)}</span></li>"
+        for kind, text, there in rows
+        if there
     )
     return f"<ul class='key soft'>{items}</ul>"
 
@@ -101,10 +112,10 @@ def _notes(sweep: Sweep, drawn: Sequence[Map], outcomes: Sequence[Outcome]) -> s
     gone = [o for o in outcomes if o.outcome == UNPLAYED and o.estimator == first]
     items = []
     if gone:
-        cells = len({o.cell for o in gone})
+        cells, of = len({o.cell for o in gone}), sum(o.estimator == first for o in outcomes)
         items.append(
-            f"{len(gone)} of {sum(o.estimator == first for o in outcomes)} recordings, in {cells} cells, cannot be "
-            f"played. In the sentences above they count as errors without bound. The first: {gone[0].why}"
+            f"{len(gone)} of {of} recordings, in {cells} of {drawn[0].value.size} cells, cannot be played. "
+            f"In the sentences above they count as errors without bound. The first: {gone[0].why}"
         )
     for m in drawn:
         own = [o for o in outcomes if o.estimator == m.estimator and o.outcome not in (*ANSWERED, UNPLAYED)]
