@@ -3,20 +3,17 @@
 import hashlib
 import inspect
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from pathlib import Path
 
 from imubench.errors import InputError
-from imubench.estimators import Estimator, find
+from imubench.estimators import Estimator
 from imubench.inputs.files import read_bytes, real
+from imubench.plugins import Outside, find_estimator
 
 PEERS = ("qmt", "vqf")  # packages that estimators of our own call where they are installed
-
-
-def found(name: str) -> Estimator:
-    """Return the estimator that a text stands for; `InputError` where there is none."""
-    return find(name)
 
 
 def absolute(name: str) -> str:
@@ -25,12 +22,15 @@ def absolute(name: str) -> str:
     return f"{real(module)}:{function}" if colon and module.endswith(".py") else name
 
 
-def fingerprints(names: Sequence[str]) -> dict[str, str]:
+def fingerprints(places: Mapping[str, str]) -> dict[str, str]:
     """Return what tells each estimator from an older one of its name: the hash of its file, its package's version.
 
     Estimators of our own are told by the hash of this project's code. What a stranger's file imports is not looked at.
+
+    Args:
+        places: what was asked for -> the same from any folder, of `absolute`.
     """
-    return {name: _fingerprint(absolute(name)) for name in names}
+    return {name: _fingerprint(find_estimator(place)) for name, place in places.items()}
 
 
 def peers() -> dict[str, str]:
@@ -39,32 +39,38 @@ def peers() -> dict[str, str]:
 
 
 @lru_cache(maxsize=64)
-def loaded(name: str, fingerprint: str) -> Estimator:
+def loaded(name: str, place: str, fingerprint: str) -> Estimator:
     """Return an estimator, loaded once a process.
+
+    Args:
+        name: as it was asked for, and as its answers and failures call it.
+        place: the same from any folder, of `absolute`.
+        fingerprint: of `fingerprints`.
 
     Raises:
         InputError: there is none, or it is another one than the caller had.
     """
-    if _fingerprint(name) != fingerprint:
+    found = find_estimator(place)
+    if _fingerprint(found) != fingerprint:
         raise InputError(f"{name}: expected the estimator that the sweep began with, got another one of that name")
-    return found(name)
+    if isinstance(found.estimate, Outside):
+        return replace(found, name=name, estimate=replace(found.estimate, name=name))
+    return found
 
 
-def _fingerprint(name: str) -> str:
-    module, colon, _ = name.rpartition(":")
-    if colon and module.endswith(".py"):
-        return hashlib.sha256(read_bytes(Path(module))).hexdigest()
-    estimate = found(name).estimate
-    load = getattr(estimate, "load", None)
-    if load is None:
+def _fingerprint(found: Estimator) -> str:
+    outside = found.estimate
+    if not isinstance(outside, Outside):
         return "ours"
-    function = load()
-    function = getattr(function, "estimate", function)
+    if outside.content is not None:
+        return hashlib.sha256(outside.content).hexdigest()
+    own = outside.load()
+    function = own.estimate if isinstance(own, Estimator) else own
     package = str(getattr(function, "__module__", "")).partition(".")[0]
     told = [f"{d} {_version(d)}" for d in packages_distributions().get(package, [])]
     try:
         file = inspect.getsourcefile(function)
-    except TypeError:  # compiled
+    except TypeError:  # compiled, or an object that can be called
         file = None
     return ", ".join([*told, hashlib.sha256(read_bytes(Path(file))).hexdigest() if file else "no source"])
 

@@ -17,13 +17,16 @@ from imubench.atomic import atomic_directory
 from imubench.dataset.engines import ENGINES
 from imubench.errors import InputError, unknown
 from imubench.estimators import Estimator
+from imubench.leftovers import undone
+from imubench.plugins import find_estimator
 from imubench.recording import RIGS
 from imubench.reproduce.parts import Store
 from imubench.reproduce.report import require_matplotlib
+from imubench.sweeps import attempts
 from imubench.sweeps.cells import Cell, Map, cells, maps
 from imubench.sweeps.figures import figure_of
 from imubench.sweeps.finding import finding, headline
-from imubench.sweeps.outside import absolute, as_table, fingerprints, found
+from imubench.sweeps.outside import absolute, as_table, fingerprints
 from imubench.sweeps.page import page
 from imubench.sweeps.spec import SWEEP_FILE, Sweep
 from imubench.sweeps.tables import write_tables
@@ -75,7 +78,7 @@ def sweep(
     ENGINES[engine].check(workers, address)
     names = list(dict.fromkeys(estimators))
     work = _work(asked, names, out, seed, seconds)
-    with atomic_directory(out, inputs) as folder:
+    with undone(attempts.end), atomic_directory(out, inputs) as folder:
         store = Store(out, json.dumps(work.identity()), COMPUTING)
         outcomes = _outcomes(work, store, workers, engine, address, report)
         done = cells(asked, names, outcomes)
@@ -96,13 +99,14 @@ def _work(asked: Sweep, names: Sequence[str], out: Path, seed: int, seconds: flo
         raise InputError("--estimator: expected one or more, got none")
     if not seconds > 0:
         raise InputError(f"seconds: expected more than 0, got {seconds:g}")
-    methods = [found(name) for name in names]
+    methods = [find_estimator(name) for name in names]
     _check_imus(asked, methods)
+    places = {name: absolute(name) for name in names}
     return SweepWork(
         asked.content,
         asked.recordings,
-        {name: absolute(name) for name in names},
-        fingerprints(names),
+        places,
+        fingerprints(places),
         figure_of(asked.figure, methods, asked.score_unit),
         seconds,
         seed,

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from imubench.attempt import Failed
 from imubench.dataset.identity import COMPUTING as PLAYING
 from imubench.dataset.identity import DECIDING, computed_by, hashes
 from imubench.dataset.playing import Made, make
 from imubench.errors import InputError
 from imubench.score import score
-from imubench.sweeps.attempts import attempt
+from imubench.sweeps.attempts import attempt, why
 from imubench.sweeps.figures import value_of
 from imubench.sweeps.outside import fingerprints, loaded, peers
 from imubench.sweeps.spec import Sweep, parse_sweep
@@ -88,7 +89,7 @@ class SweepWork:
             "seed": self.seed,
             "figure": self.figure,
             "seconds": self.seconds,
-            "estimators": fingerprints(list(self.estimators.values())),
+            "estimators": fingerprints(self.estimators),
             "peers": peers(),
             **computed_by(COMPUTING, DECIDING),
         }
@@ -101,10 +102,10 @@ class SweepWork:
         return [Outcome(cell, recording, name, *self._judged(name, made)) for name in self.estimators]
 
     def _judged(self, name: str, made: Made) -> tuple[str, float | None, bool, str]:
-        answer = attempt(loaded(self.estimators[name], self.prints[name]), made.recording, self.seconds)
-        if isinstance(answer, str):
-            outcome, _, why = answer.partition(": ")
-            return outcome, None, False, why
+        method = loaded(name, self.estimators[name], self.prints[name])
+        answer = attempt(method, made.recording, self.seconds)
+        if isinstance(answer, Failed):
+            return answer.status, None, False, why(answer)
         try:
             error, best = value_of(score(answer, made.truth), self.figure)
         except InputError as refused:
