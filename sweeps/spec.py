@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,8 @@ STORAGE = (
     "splits",
 )  # of a dataset's files, which are not written
 RECORDINGS = 20  # a cell: the 6th and the 15th are the ends of the median's interval
-MOST_CELLS = 10_000
+MOST_RECORDINGS = 10_000  # a cell
+MOST_CELLS = 2_500  # 50 x 50: checked in some ten seconds, and still told apart on a page
 UNITS = {"limit_deg": ("deg", "rad"), "limit_mm": ("mm", "m")}  # key -> shown unit, unit of the score
 
 
@@ -73,26 +75,45 @@ def load_sweep(path: Path, recordings: int | None = None) -> Sweep:
 
 
 def parse_sweep(
-    content: Mapping[str, bytes], where: str = SWEEP_FILE, recordings: int | None = None, path: Path | None = None
+    content: Mapping[str, bytes],
+    where: str = SWEEP_FILE,
+    recordings: int | None = None,
+    path: Path | None = None,
+    every_cell: bool = True,
 ) -> Sweep:
-    """Return the sweep in `content["sweep.toml"]`; files that it names are in `content` too, or beside `path`.
+    """Return the sweep in `content["sweep.toml"]`.
+
+    Args:
+        content: the file, and those that it names.
+        where: its name, for messages.
+        recordings: a cell, instead of the file's.
+        path: of the file, where those that it names are beside it and not in `content`.
+        every_cell: whether each cell is checked to be a spec, and not the first alone.
 
     Raises:
         InputError: an unknown key, axes that are none, a parameter that the spec has not, a cell that is no spec.
     """
     table = parse_toml(content[SWEEP_FILE], where)
-    known = [key for key in DATASET_KEYS if key not in STORAGE]
-    check_keys(table, (*known, *OWN), where)
+    check_keys(table, (*(key for key in DATASET_KEYS if key not in STORAGE), *OWN), where)
     axes = _axes(table, where)
     unit, limit = _limit(table, where)
     count = table.get("recordings", RECORDINGS) if recordings is None else recordings
-    if not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= 10_000:
-        raise InputError(f"{where}: recordings: expected a whole number from 1 to 10,000, got {shown(count)}")
+    if not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= MOST_RECORDINGS:
+        raise InputError(
+            f"{where}: recordings: expected a whole number from 1 to {MOST_RECORDINGS}, got {shown(count)}"
+        )
     figure = table.get("figure")
     if figure is not None and not isinstance(figure, str):
         raise InputError(f"{where}: figure: expected a text, got {shown(figure)}")
     quantile = number(table.get("quantile", 0.5), f"{where}: quantile", 0.0, 1.0)
+    spec, used = _checked(content, axes, where, path, every_cell)
+    return Sweep(spec.name, spec.summary, axes, count, figure, quantile, limit, unit, used)
 
+
+def _checked(
+    content: Mapping[str, bytes], axes: tuple[Axis, ...], where: str, path: Path | None, every_cell: bool
+) -> tuple[Spec, dict[str, bytes]]:
+    """Return the spec of the last cell that was looked at, and the content of all files that cells name."""
     used = dict(content)
 
     def read(name: str, at: str) -> bytes:
@@ -102,16 +123,17 @@ def parse_sweep(
             used[name] = beside(path, name, at)
         return used[name]
 
-    made: dict[str, Any] = {}
-    for i in range(len(axes[0].values)):
-        for j in range(len(axes[1].values) if len(axes) > 1 else 1):
-            at = ", ".join(f"{a.name} = {a.shown(a.values[k])}" for a, k in zip(axes, (i, j), strict=False))
-            text = _cell_toml(content[SWEEP_FILE], axes, i, j, where)
-            spec = parse_spec({SPEC_FILE: text}, f"{where}, {at}", read)
-            made = {"name": spec.name, "summary": spec.summary}
-    return Sweep(
-        **made, axes=axes, recordings=count, figure=figure, quantile=quantile, limit=limit, unit=unit, content=used
-    )
+    def cell(i: int, j: int) -> Spec:
+        at = ", ".join(f"{a.name} = {a.shown(a.values[k])}" for a, k in zip(axes, (i, j), strict=False))
+        text = _cell_toml(content[SWEEP_FILE], axes, i, j, where)
+        return parse_spec({SPEC_FILE: text}, f"{where}, {at}", read)
+
+    spec = cell(0, 0)
+    if every_cell:
+        rows = len(axes[1].values) if len(axes) > 1 else 1
+        for i, j in product(range(len(axes[0].values)), range(rows)):
+            spec = cell(i, j)
+    return spec, used
 
 
 def _axes(table: Mapping[str, Any], where: str) -> tuple[Axis, ...]:

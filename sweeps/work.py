@@ -119,4 +119,5 @@ class SweepWork:
 
 @lru_cache(maxsize=2)
 def _sweep(content: tuple[tuple[str, bytes], ...], recordings: int) -> Sweep:
-    return parse_sweep(dict(content), recordings=recordings)
+    # The caller has checked the other cells.
+    return parse_sweep(dict(content), recordings=recordings, every_cell=False)
