@@ -2,6 +2,7 @@
 
 import re
 from functools import cache
+from multiprocessing.util import Finalize
 
 from imubench.attempt import Apart, Failed, attempted
 from imubench.estimate import Estimate
@@ -13,8 +14,10 @@ ADDRESS = re.compile(r"0x[0-9a-fA-F]{6,}")  # of an object in memory, another on
 
 @cache
 def _apart() -> Apart:
-    """Return this process' own; it begins with the first attempt."""
-    return Apart()
+    """Return this process' own; it begins with the first attempt, and ends before a worker waits for its children."""
+    apart = Apart()
+    Finalize(None, apart.end, exitpriority=0)
+    return apart
 
 
 def attempt(estimator: Estimator, recording: Recording, seconds: float) -> Estimate | Failed:
