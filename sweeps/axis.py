@@ -27,7 +27,7 @@ TABLES: Mapping[str, Sequence[Mapping[str, Any]]] = {  # of which a spec has any
 
 
 @dataclass(frozen=True)
-class Path:
+class Parameter:
     """Where a number stands in a spec: `effect.soft_mount.frequency`, `rig.mount_distance`, `rig[1].soft.frequency`."""
 
     text: str
@@ -70,7 +70,7 @@ class Path:
 class Axis:
     """The values of one axis and what they are put into."""
 
-    parameters: tuple[Path, ...]
+    parameters: tuple[Parameter, ...]
     values: tuple[float | str, ...]  # as given, in `unit`
     in_spec: tuple[float | str, ...]  # as the spec has them, SI
     unit: str  # "" for texts and numbers without one
@@ -134,17 +134,17 @@ def _rounded(value: float) -> float:
     return float(f"{value:.14g}")
 
 
-def _paths(given: object, where: str) -> tuple[Path, ...]:
+def _paths(given: object, where: str) -> tuple[Parameter, ...]:
     texts = [given] if isinstance(given, str) else given
     if not isinstance(texts, list) or not texts or not all(isinstance(t, str) for t in texts):
         raise InputError(
             f"{where}: expected a path such as 'effect.soft_mount.frequency', or some of them, got {shown(given)}"
         )
-    return tuple(parse_path(text, where) for text in texts)
+    return tuple(parse_parameter(text, where) for text in texts)
 
 
-def parse_path(text: str, where: str) -> Path:
-    """Return the path that a text stands for; `InputError` where it is none."""
+def parse_parameter(text: str, where: str) -> Parameter:
+    """Return the parameter that a text stands for; `InputError` where it is none."""
     found = [PART.fullmatch(part) for part in text.split(".")]
     if not all(found):
         raise InputError(f"{where}: expected names between points, as 'rig[1].soft.frequency', got {shown(text)}")
@@ -153,10 +153,10 @@ def parse_path(text: str, where: str) -> Path:
         raise InputError(f"{where}: expected a path down to a number, got {shown(text)}")
     if parts[0][0] == "axis":
         raise unknown(f"table in {where}", "axis", TABLES)
-    return Path(text, tuple(k for k, _ in parts), tuple(p for _, p in parts))
+    return Parameter(text, tuple(k for k, _ in parts), tuple(p for _, p in parts))
 
 
-def _label(paths: tuple[Path, ...]) -> str:
+def _label(paths: tuple[Parameter, ...]) -> str:
     """Return `frequency of soft_mount`: the last key, and whose it is."""
     last = paths[0].keys[-1].replace("_", " ")
     owners = dict.fromkeys(p.keys[-2] for p in paths if len(p.keys) > 1)

@@ -78,8 +78,9 @@ def sweep(
     ENGINES[engine].check(workers, address)
     names = list(dict.fromkeys(estimators))
     work = _work(asked, names, out, seed, seconds)
+    identity = work.identity()
     with undone(attempts.end), atomic_directory(out, inputs) as folder:
-        store = Store(out, json.dumps(work.identity()), COMPUTING)
+        store = Store(out, json.dumps(identity), COMPUTING)
         outcomes = _outcomes(work, store, workers, engine, address, report)
         done = cells(asked, names, outcomes)
         drawn = maps(asked, names, done)
@@ -87,7 +88,7 @@ def sweep(
         for name, content in asked.content.items():
             (folder / "spec" / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / "spec" / name).write_bytes(content)
-        write_json(folder / "sweep.json", _told(work, asked, drawn))
+        write_json(folder / "sweep.json", _told(work, identity, asked, drawn))
         text = page(asked, work.figure, done, drawn, outcomes, _footer(names, seed))
         (folder / "report.html").write_text(text, encoding="utf-8")
     store.forget()
@@ -174,13 +175,12 @@ def _piece(number: int, arrays: Mapping[str, Array]) -> Piece | None:
 IDENTITY = ("spec", "recordings", "seed", "seconds", "versions", "peers", "code", "machine")
 
 
-def _told(work: SweepWork, asked: Sweep, drawn: list[Map]) -> dict[str, Any]:
+def _told(work: SweepWork, identity: Mapping[str, Any], asked: Sweep, drawn: list[Map]) -> dict[str, Any]:
     axes = [
         {"parameters": [p.text for p in a.parameters], "label": a.label, "unit": a.unit, "scale": a.scale}
         | {"values": list(a.values), "in_spec": list(a.in_spec)}
         for a in asked.axes
     ]
-    identity = work.identity()
     return {
         "format": 1,
         "kind": "imubench sweep",

@@ -20,7 +20,7 @@ ALIKE: Mapping[str, Units] = {
     "m": LENGTH,
     "rad": ANGLE,
     "kg": MASS,
-    "rad/rad": {"rad/rad": 1.0, "deg/deg": 1.0},
+    "rad/rad": {"rad/rad": 1.0, "deg/deg": 1.0, "%": 1e-2},
     "m/rad": {"m/rad": 1.0, "mm/rad": 1e-3, "mm/deg": 1e-3 * 180 / np.pi},
 }
 """SI unit -> the units that measure the same, and what one of each is in SI."""

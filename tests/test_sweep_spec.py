@@ -7,7 +7,7 @@ import pytest
 
 from imubench.dataset import make, parse_spec
 from imubench.errors import InputError
-from imubench.sweeps.axis import parse_axis, parse_path
+from imubench.sweeps.axis import parse_axis, parse_parameter
 from imubench.sweeps.spec import parse_sweep
 from imubench.sweeps.units import ALIKE, factor, unit_of
 
@@ -158,7 +158,7 @@ def test_files_beside_the_sweep_come_with_it(tmp_path):
     ],
 )
 def test_the_unit_of_a_parameter(path, unit):
-    assert unit_of(parse_path(path, "here").keys) == unit
+    assert unit_of(parse_parameter(path, "here").keys) == unit
 
 
 def test_every_unit_is_one_of_its_own_kind():
