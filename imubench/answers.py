@@ -8,7 +8,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.estimate import Estimate
+from imubench.estimate import Estimate, Failed
 from imubench.recording import Recording
 from imubench.reference_axes import HINGE_AXIS
 from imubench.score import Score, axis_score, line_deviation, vector_error
@@ -34,6 +34,11 @@ def estimate_as_dict(estimate: Estimate) -> dict[str, Any]:
     if estimate.time is not None:
         answer["time"] = estimate.time.tolist()
     return answer
+
+
+def failure_as_dict(failed: Failed) -> dict[str, Any]:
+    """Return why there is no estimate as plain text."""
+    return {"estimator": failed.estimator, "status": failed.status, "why": failed.why}
 
 
 def score_as_dict(score: Score) -> dict[str, Any]:

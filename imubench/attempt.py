@@ -4,36 +4,19 @@ import traceback
 from collections.abc import Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
 from math import isfinite
 from multiprocessing import get_context
-from typing import Literal
 
 from imubench.errors import InputError
-from imubench.estimate import AnswerError, Estimate
+from imubench.estimate import AnswerError, Estimate, Failed
 from imubench.estimators import Estimator
 from imubench.leftovers import undone
-from imubench.plugins import said
+from imubench.plugins import OURS, said
 from imubench.recording import Recording
 from imubench.workers import Pool, begin, one_thread_each
 
-Failure = Literal["crashed", "timed out", "malformed", "refused"]
 AXIS_RIG = "hinge"
 """The rig that has an axis; a rig of its owner's own may have one too."""
-
-
-@dataclass(frozen=True)
-class Failed:
-    """Why there is no estimate.
-
-    `crashed`: it raised an error, or its process died. `timed out`: it took longer than it was given. `malformed`: it
-    answered something that is no estimate of this recording. `refused`: it said in words that it cannot take it.
-    """
-
-    estimator: str
-    status: Failure
-    why: str  # one line
-    trace: str = ""  # of Python, where it crashed
 
 
 def attempted(
@@ -153,9 +136,11 @@ def checked_answer(answer: object, estimator: Estimator, recording: Recording) -
 
 
 def _trace(error: BaseException) -> str:
-    """Return Python's trace of a stranger's error from where it was called."""
+    """Return Python's trace of a stranger's error from where their code was called."""
     trace = error.__traceback__
-    return "".join(traceback.format_exception(type(error), error, trace.tb_next if trace is not None else None))
+    while trace is not None and trace.tb_frame.f_code.co_filename.startswith(OURS):
+        trace = trace.tb_next
+    return "".join(traceback.format_exception(type(error), error, trace))
 
 
 __all__ = ["Apart", "Failed", "attempted", "checked_answer", "running_apart"]

@@ -17,6 +17,8 @@ Pairing = Literal["from data", "from declared mounts", "unknown"]
 """What says how the signs of two axes go together; `unknown`: nothing does, and (j1, -j2) is as good an answer."""
 PAIRINGS: tuple[Pairing, ...] = ("from data", "from declared mounts", "unknown")
 
+Failure = Literal["crashed", "timed out", "malformed", "refused"]
+
 
 class AnswerError(InputError):
     """An estimator's answer is no estimate: a wrong shape, NaN, an axis that is no unit vector, ..."""
@@ -72,3 +74,17 @@ class Estimate:
             width = 3 * value.shape[-2]
             covariance = frozen(self.covariance, (*n, width, width), f"{self.estimator}.covariance")
             object.__setattr__(self, "covariance", covariance)
+
+
+@dataclass(frozen=True)
+class Failed:
+    """Why there is no estimate.
+
+    `crashed`: it raised an error, or its process died. `timed out`: it took longer than it was given. `malformed`: it
+    answered something that is no estimate of this recording. `refused`: it said in words that it cannot take it.
+    """
+
+    estimator: str
+    status: Failure
+    why: str  # one line
+    trace: str = ""  # of Python, where it crashed

@@ -2,8 +2,8 @@
 
 from imubench.convert import CONVERTERS
 from imubench.effects import EFFECTS
-from imubench.estimators import ESTIMATORS
 from imubench.models import RIG_FILES
+from imubench.plugins import known_estimators
 from imubench.reproduce import PAPERS
 from imubench.scenarios import SCENARIOS
 from imubench.sim.profiles import PROFILES
@@ -20,7 +20,7 @@ def known() -> dict[str, dict[str, str]]:
     return {
         "rigs": {name: RIG_SUMMARIES[name] for name in RIG_FILES},
         "scenarios": {name: s.summary for name, s in SCENARIOS.items()},
-        "estimators": {name: e.summary for name, e in ESTIMATORS.items()},
+        "estimators": {name: e.summary for name, e in known_estimators().items()},
         "profiles": {name: p.summary for name, p in PROFILES.items()},
         "formats": {name: c.summary for name, c in CONVERTERS.items()},
         "effects": {name: f"{e.place}: {e.law}" for name, e in EFFECTS.items()},

@@ -11,23 +11,26 @@ from imubench.answers import (
     beside_declared_vector,
     declared_axes,
     estimate_as_dict,
+    failure_as_dict,
     moved,
     score_as_dict,
     write_json,
 )
 from imubench.atomic import atomic_directory
+from imubench.attempt import attempted
 from imubench.band import banded, independent
 from imubench.diagnosis.corrected import Done, corrected
 from imubench.diagnosis.model_folder import check_same, is_model, replay
 from imubench.diagnosis.result import Diagnosis
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.errors import InputError, unknown
-from imubench.estimate import Estimate
-from imubench.estimators import ESTIMATORS
+from imubench.estimate import Estimate, Failed
+from imubench.estimators import Estimator
 from imubench.estimators.banded import BLOCKS, explained
 from imubench.format1 import read, write_recording
 from imubench.inputs.files import below
 from imubench.log import log_run
+from imubench.plugins import find_estimator, is_outside
 from imubench.progress import Step, silent
 from imubench.recording import Recording, require_known_rig
 from imubench.reference import Reference
@@ -38,6 +41,8 @@ from imubench.sim.imu_model import observe
 from imubench.sim.profiles import profile
 from imubench.truth import Truth
 
+TRACE_FILE = "failure.txt"
+
 
 @dataclass(frozen=True)
 class Run:
@@ -47,6 +52,15 @@ class Run:
     truth: Truth
     estimate: Estimate | None
     score: Score | None
+    failed: Failed | None = None  # why there is no estimate by an estimator that was asked for
+
+
+class NoEstimateError(Exception):
+    """An estimator from outside, or one that took too long, made no estimate; what there is to say of it is written."""
+
+    def __init__(self, failed: Failed) -> None:
+        super().__init__(failed.why)
+        self.failed = failed
 
 
 def simulate(scenario: str, seed: int = 0) -> tuple[Recording, Truth]:
@@ -60,18 +74,41 @@ def simulate(scenario: str, seed: int = 0) -> tuple[Recording, Truth]:
     return observe(experiment.truth, profile(plan.profile), observing, name, experiment.declared), experiment.truth
 
 
-def estimate(name: str, recording: Recording, band: float | None = None) -> Estimate:
+def estimate(name: str | Estimator, recording: Recording, band: float | None = None) -> Estimate:
     """Return what an estimator makes of a recording, or of what its IMUs read below `band` Hz (docs/band.md).
 
-    Filtered samples are correlated. An estimator that takes them for independent states too small a covariance, which
-    is divided by the part of them that white noise leaves independent. Raises `InputError` for an unknown estimator, a
-    recording that it cannot take, or one whose rate is too low for the band.
+    Args:
+        name: of an estimator, as `find_estimator` takes it; or an estimator.
+        recording: what it is given.
+        band: Hz. Filtered samples are correlated. An estimator that takes them for independent states too small a
+            covariance, which is divided by the part of them that white noise leaves independent.
+
+    Raises:
+        InputError: for an unknown estimator, a recording that it cannot take, or one whose rate is too low for the
+            band. An error in an estimator from outside comes through as it is.
     """
-    if name not in ESTIMATORS:
-        raise unknown("estimator", name, ESTIMATORS)
+    estimator = find_estimator(name) if isinstance(name, str) else name
+    taken = recording if band is None else banded(recording, band)
+    return _of_band(estimator.estimate(taken), recording, band)
+
+
+def estimate_or_failure(
+    estimator: Estimator, recording: Recording, band: float | None = None, seconds: float | None = None
+) -> Estimate | Failed:
+    """Return what an estimator makes of a recording; of one from outside, or with a limit in s, how it failed instead.
+
+    The errors of our own estimators are raised: bad input is told in one line, and a defect is reported.
+    """
+    if seconds is None and not is_outside(estimator):
+        return estimate(estimator, recording, band)
+    found = attempted(estimator, recording if band is None else banded(recording, band), seconds)
+    return found if isinstance(found, Failed) else _of_band(found, recording, band)
+
+
+def _of_band(answer: Estimate, recording: Recording, band: float | None) -> Estimate:
+    """Return an estimate from samples below `band` Hz with the covariance that these allow."""
     if band is None:
-        return ESTIMATORS[name].estimate(recording)
-    answer = ESTIMATORS[name].estimate(banded(recording, band))
+        return answer
     part = 1.0 if BLOCKS in answer.details else independent(recording, band)
     details = {**answer.details, "filtered_below": band, "independent_samples": part}
     covariance = None if answer.covariance is None else answer.covariance / part
@@ -85,38 +122,50 @@ def run_scenario(
     seed: int = 0,
     step: Step = silent,
     band: float | None = None,
+    time_limit: float | None = None,
 ) -> Run:
     """Simulate, estimate, score and log a scenario, or the model/ folder of a diagnosis, into the folder `out`.
 
     The estimator sees what the IMUs read below `band` Hz, or all of it; what is written and logged is not filtered.
     Writes score.json, recording/ (format 1, with the truth's reference.csv) and run.rrd. Without
-    an estimator for the scenario's rig, score.json says so.
+    an estimator for the scenario's rig, score.json says so; and so it does where one from outside fails, or has not
+    answered after `time_limit` s. Its trace is then in failure.txt.
     """
     replayed = is_model(Path(scenario))
     if scenario not in SCENARIOS and not replayed:
         raise unknown("scenario", scenario, SCENARIOS)
-    estimator = estimator or (None if replayed else SCENARIOS[scenario].estimator)
-    if estimator is not None and estimator not in ESTIMATORS:
-        raise unknown("estimator", estimator, ESTIMATORS)
+    name = estimator or (None if replayed else SCENARIOS[scenario].estimator)
+    by = None if name is None else find_estimator(name)
     with atomic_directory(out, [Path(scenario)] if replayed else ()) as folder:
-        return _run_into(folder, scenario, replayed, estimator, seed, step, band)
+        with step(f"simulate {scenario}"):
+            drawn = replay(Path(scenario), np.random.default_rng(seed)) if replayed else simulate(scenario, seed)
+        return _run_into(folder, scenario, drawn, by, seed, step, band, time_limit)
 
 
 def _run_into(
-    folder: Path, scenario: str, replayed: bool, estimator: str | None, seed: int, step: Step, band: float | None
+    folder: Path,
+    scenario: str,
+    drawn: tuple[Recording, Truth],
+    estimator: Estimator | None,
+    seed: int,
+    step: Step,
+    band: float | None,
+    time_limit: float | None,
 ) -> Run:
-    with step(f"simulate {scenario}"):
-        recording, truth = replay(Path(scenario), np.random.default_rng(seed)) if replayed else simulate(scenario, seed)
-    answer = judged = None
+    recording, truth = drawn
+    answer = judged = failed = None
     if estimator is not None:
-        with step(f"estimate with {estimator}"):
-            answer = estimate(estimator, recording, band)
-            judged = score(answer, truth)
+        with step(f"estimate with {estimator.name}"):
+            found = estimate_or_failure(estimator, recording, band, time_limit)
+            failed = found if isinstance(found, Failed) else None
+            answer = None if isinstance(found, Failed) else found
+            judged = None if answer is None else score(answer, truth)
     with step("write and log"):
         write_recording(recording, folder / "recording", reference_of(truth, recording))
-        write_json(folder / "score.json", _score_file(scenario, seed, answer, judged))
+        write_json(folder / "score.json", _score_file(scenario, seed, answer, judged, failed))
+        _write_trace(folder, failed)
         log_run(folder / "run.rrd", recording, truth, answer, judged)
-    return Run(recording, truth, answer, judged)
+    return Run(recording, truth, answer, judged, failed)
 
 
 @dataclass(frozen=True)
@@ -139,33 +188,53 @@ def estimate_on_disk(
     step: Step = silent,
     diagnosis: Path | None = None,
     band: float | None = None,
+    time_limit: float | None = None,
 ) -> OnDisk:
     """Estimate on a recording in format 1 and write estimate.json and run.rrd into the folder `out`.
 
     With the `diagnosis` of that recording (its folder) what was found is taken out first, see docs/correct-with.md;
     what the estimator then took is written too, as corrected/. With a `band` in Hz both IMUs are filtered after that.
+
+    Raises:
+        InputError: for bad input; nothing is written.
+        NoEstimateError: an estimator from outside fails, or one has not answered after `time_limit` s; estimate.json
+            says so, and its trace is in failure.txt.
     """
-    if name not in ESTIMATORS:
-        raise unknown("estimator", name, ESTIMATORS)
+    estimator = find_estimator(name)
     inputs = [Path(given) for given in (folder, diagnosis) if given is not None]
     with atomic_directory(out, inputs) as target:
-        return _estimate_into(target, name, folder, step, diagnosis, band)
+        done = _estimate_into(target, estimator, folder, step, diagnosis, band, time_limit)
+    if isinstance(done, Failed):
+        raise NoEstimateError(done)
+    return done
 
 
 def _estimate_into(
-    target: Path, name: str, folder: Path, step: Step, diagnosis: Path | None, band: float | None
-) -> OnDisk:
+    target: Path,
+    estimator: Estimator,
+    folder: Path,
+    step: Step,
+    diagnosis: Path | None,
+    band: float | None,
+    time_limit: float | None,
+) -> OnDisk | Failed:
     told = None if diagnosis is None else read_diagnosis(diagnosis)
     with step(f"read {folder}"):
         recording, reference = read(folder)
     done: tuple[Done, ...] = ()
     uncorrected = None
     if diagnosis is not None and told is not None:
-        with suppress(InputError), step(f"estimate with {name} on the recording as it came"):
-            uncorrected = estimate(name, recording, band)
+        with suppress(InputError), step(f"estimate with {estimator.name} on the recording as it came"):
+            came = estimate_or_failure(estimator, recording, band, time_limit)
+            uncorrected = None if isinstance(came, Failed) else came
         recording, done = _without(recording, told, Path(diagnosis), step)
-    with step(f"estimate with {name}"):
-        answer = estimate(name, recording, band)
+    with step(f"estimate with {estimator.name}"):
+        answer = estimate_or_failure(estimator, recording, band, time_limit)
+    if isinstance(answer, Failed):
+        of = {"format": 1, "recording": recording.name, "rig": recording.rig}
+        write_json(target / "estimate.json", of | failure_as_dict(answer))
+        _write_trace(target, answer)
+        return answer
     seen, declared = reference_axes(recording, reference), declared_axes(recording)
     result = OnDisk(
         recording,
@@ -234,8 +303,17 @@ def reference_of(truth: Truth, recording: Recording) -> Reference:
     )
 
 
-def _score_file(scenario: str, seed: int, answer: Estimate | None, judged: Score | None) -> dict[str, object]:
+def _score_file(
+    scenario: str, seed: int, answer: Estimate | None, judged: Score | None, failed: Failed | None
+) -> dict[str, object]:
     content: dict[str, object] = {"format": 1, "scenario": scenario, "seed": seed}
+    if failed is not None:
+        return content | failure_as_dict(failed) | {"estimate": None}
     if answer is None or judged is None:
         return content | {"estimate": None, "why": "no estimator was asked for, and the scenario names none"}
     return content | {**score_as_dict(judged), "status": answer.status, "estimate": estimate_as_dict(answer)}
+
+
+def _write_trace(folder: Path, failed: Failed | None) -> None:
+    if failed is not None and failed.trace:
+        (folder / TRACE_FILE).write_text(failed.trace, encoding="utf-8", errors="backslashreplace")

@@ -20,8 +20,18 @@ def hatch(axes: Any, boxes: Iterable[Box], zorder: float = 0) -> None:
         axes.add_patch(Rectangle((left, low), right - left, high - low, zorder=zorder, **GROUND))
 
 
-def cross(axes: Any, x: ArrayLike, y: ArrayLike, size: float = 7) -> Any:
-    """Draw a cross at each point that cannot be played, and return it for a legend."""
+def cross(axes: Any, x: ArrayLike, y: ArrayLike, size: float = 7, on_colours: bool = False) -> Any:
+    """Draw a cross at each point that cannot be played, and return it for a legend.
+
+    Args:
+        axes: of Matplotlib.
+        x: (n,) where the points are.
+        y: (n,)
+        size: in points.
+        on_colours: with a white edge, which is seen on any of them.
+    """
+    if on_colours:
+        axes.plot(x, y, "x", ms=size + 2, zorder=4, clip_on=False, color="white", mew=CROSS["mew"] + 2)
     (crosses,) = axes.plot(x, y, "x", ms=size, zorder=4, clip_on=False, **CROSS)
     return crosses
 

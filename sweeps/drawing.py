@@ -81,11 +81,12 @@ def _map(sweep: Sweep, m: Map, span: float) -> "Drawing":
     gone = m.played == 0
     hatch(axes, [(left[i], left[i + 1], low[j], low[j + 1]) for i, j in np.argwhere(gone)], zorder=1)
     part = np.argwhere(m.played < 1)
-    cross(axes, x[part[:, 0]], y[part[:, 1]], 5)
+    cross(axes, x[part[:, 0]], y[part[:, 1]], 5, on_colours=True)
     some = np.argwhere((m.failed > 0) & ~silent & ~gone)
     axes.scatter(x[some[:, 0]], y[some[:, 1]], s=60 * m.failed[tuple(some.T)], color=SILENT, zorder=3)
     if not any(axis.is_text for axis in sweep.axes):
-        for of, look in ((m.low, "dashed"), (m.high, "dashed"), (m.value, "solid")):
+        low_end = np.where(m.low > 0, m.low, np.nan)  # 0: too few recordings for an end
+        for of, look in ((low_end, "dashed"), (m.high, "dashed"), (m.value, "solid")):
             _contour(axes, x, y, of, sweep.limit, look)
     for axis, set_ticks in zip(sweep.axes, (axes.set_xticks, axes.set_yticks), strict=True):
         set_ticks(*_ticks(axis))
@@ -137,7 +138,8 @@ def _edges(at: Array) -> Array:
 def _ticks(axis: Axis) -> tuple[list[float], list[str]]:
     """Return where an axis is labelled, and how."""
     places, across = axis.places, _across(axis)
-    if axis.is_text or places.size <= MOST_TICKS:
+    round_ones = axis.is_text or all(float(f"{v:.2g}") == v for v in places)
+    if places.size <= MOST_TICKS and (round_ones or axis.scale == "linear"):
         return across.tolist(), [v if isinstance(v, str) else f"{v:.3g}" for v in axis.values]
     if axis.scale == "log":
         decades = range(int(np.floor(np.log10(places[0]))), int(np.ceil(np.log10(places[-1]))) + 1)

@@ -19,7 +19,12 @@ from imubench.sweeps.figures import value_of
 from imubench.sweeps.outside import fingerprints, loaded, peers
 from imubench.sweeps.spec import Sweep, parse_sweep
 
-COMPUTING = (*PLAYING, "imubench.estimators", "imubench.sweeps")
+COMPUTING = (
+    *PLAYING,
+    "imubench",
+    "imubench.estimators",
+    "imubench.sweeps",
+)  # "imubench": what scores, and what all stand on
 UNPLAYED = "not played"
 ANSWERED = ("converged", "not converged", "not identifiable")
 

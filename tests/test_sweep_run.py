@@ -186,7 +186,7 @@ def test_joint_centres_in_millimetres_and_the_largest_of_the_imus(in_this_proces
 def test_the_command_with_a_hang_in_it():
     done = here(
         "sweep", "sweep.toml", "--estimator", "mine.py:hangs", "--estimator", "seel2012",
-        "--recordings", 1, "--seconds", 0.5, "--workers", 0, "--out", "out",
+        "--recordings", 1, "--time-limit", 0.5, "--workers", 0, "--out", "out",
     )  # fmt: skip
     assert done.code == 0, done.err
     assert "mine.py:hangs: the median of the error is below 2 deg in no cell" in done.out

@@ -24,7 +24,7 @@ from benchmarks.real.cases import Case
 from imubench.answers import write_json
 from imubench.arrays import Array
 from imubench.atomic import atomic_file
-from imubench.cli import diagnose_command
+from imubench.commands.diagnose import diagnose_command
 from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.result_file import FILE_NAME
 from imubench.errors import InputError

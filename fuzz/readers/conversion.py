@@ -7,7 +7,7 @@ from fuzz.mutate import csv, hdf5, mat, options
 from fuzz.reader import Reader
 from fuzz.seeds import foreign
 from imubench import format1
-from imubench.cli import _options
+from imubench.commands.convert import options_of
 from imubench.convert import CONVERTERS
 
 
@@ -24,7 +24,7 @@ def converted(form: str, source: str) -> Callable[[Path, Path], object]:
     """Return what converts a source and writes the recordings."""
 
     def convert(f: Path, o: Path) -> object:
-        found = CONVERTERS[form](f / source, **_options(chosen(f)))
+        found = CONVERTERS[form](f / source, **options_of(chosen(f)))
         for one in found:
             target = o if len(found) == 1 else o / one.recording.name
             format1.write_recording(one.recording, target, one.reference)

@@ -1,0 +1,1 @@
+"""The commands, one module each: its options, its help, and what it says; `imubench.cli` lists them."""

@@ -1,0 +1,30 @@
+"""`imubench reproduce`: a paper's figures, tables and claims again."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from imubench.commands.command import Command, Out, console, errors
+
+
+def reproduce_command(
+    paper: Annotated[str, typer.Argument(help="A paper, as `imubench list` names it under claims.")],
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer runs and starts; under a minute.")] = False,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same numbers.", min=0)] = 0,
+    out: Out = None,
+) -> None:
+    """Reproduce every figure, table and claim of a paper: claims.json, report.html.
+
+    Runs on all cores. After Ctrl-C the same command goes on where it was. Exit code 1 when a claim fails.
+    """
+    from imubench.cli_reproduce import run as run_reproduction
+
+    raise typer.Exit(run_reproduction(paper, out or Path("runs") / paper, quick, seed, console, errors))
+
+
+COMMAND = Command(
+    "reproduce",
+    reproduce_command,
+    ("imubench reproduce olsson2020 --quick", "imubench reproduce arve --out arve"),
+)

@@ -1,0 +1,86 @@
+"""`imubench run`: simulate a scenario or replay a diagnosis' model, estimate, score and log."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from imubench.commands.command import (
+    Band,
+    Command,
+    Out,
+    TimeLimit,
+    console,
+    errors,
+    folder_name,
+    say_written,
+)
+from imubench.errors import InputError
+from imubench.inputs.files import real
+from imubench.progress import on_console
+
+
+def run(
+    scenario: Annotated[str, typer.Argument(help="A scenario of `imubench list`, or model/ of a diagnosis.")],
+    estimator: Annotated[
+        str | None,
+        typer.Option(
+            help="An estimator of `imubench list`, FILE.py:FUNCTION or PACKAGE.MODULE:FUNCTION.", show_default=False
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same numbers.", min=0)] = 0,
+    band: Band = None,
+    time_limit: TimeLimit = None,
+    on: Annotated[
+        Path | None,
+        typer.Option(help="A recording: roll a diagnosis' model/ out through its free swings.", show_default=False),
+    ] = None,
+    out: Out = None,
+) -> None:
+    """Simulate a scenario, estimate, score, and log it: score.json, recording/, run.rrd.
+
+    Exit code 1 where an estimator from outside fails; score.json says how.
+
+    The model/ of a diagnosis is played again: rolled out by forces alone inside
+    its free swings, elsewhere with the motion that was recovered. With --on it is
+    rolled out through the free swings of another recording of the same rig, from
+    the state at their starts, beside the model that this recording declares:
+    simulation.json says how far each is off, by channel.
+    """
+    from imubench.answers import pairing_note
+    from imubench.commands.shown import say_band, say_failed, say_figures, say_note
+    from imubench.run import run_scenario
+    from imubench.scenarios import SCENARIOS
+
+    if on is not None:
+        from imubench.cli_on import run as run_on
+
+        if estimator is not None or band is not None:
+            raise InputError("--on: expected it without --estimator and --band, got one of them")
+        run_on(Path(scenario), on, out or Path("runs") / f"{Path(scenario).name}-on-{real(on).name}", console, errors)
+        return
+    out = out or Path("runs") / (folder_name(scenario) if scenario in SCENARIOS else Path(scenario).name)
+    done = run_scenario(scenario, out, estimator, seed, on_console(errors), band, time_limit)
+    if done.failed is not None:
+        say_failed(done.failed, out)
+    elif done.estimate is None or done.score is None:
+        console.say(f"{scenario}: simulated; name an --estimator to estimate and score")
+    else:
+        title = f"{scenario}, seed {seed}: {done.estimate.estimator} ({done.estimate.status})"
+        say_figures(title, done.score.figures, done.score.units)
+        say_note(pairing_note(done.estimate, done.recording))
+        say_band(done.estimate)
+    say_written(out, "run.rrd")
+    if done.failed is not None:
+        raise typer.Exit(1)
+
+
+COMMAND = Command(
+    "run",
+    run,
+    (
+        "imubench run hinge-hand --estimator seel2012",
+        "imubench run hinge-hand --estimator mine.py:estimate --time-limit 60",
+        "imubench run diagnosis/model --on another-recording",
+    ),
+)
