@@ -6,8 +6,8 @@ from imubench.cli_prove import bars
 from imubench.signals import promising
 from imubench.sweeps.cells import maps
 from imubench.sweeps.finding import finding, headline
+from imubench.sweeps.run import sweep
 from imubench.sweeps.spec import SWEEP_FILE, load_sweep
-from imubench.sweeps.sweep import sweep
 from imubench.terminal import Terminal
 
 

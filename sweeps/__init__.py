@@ -8,7 +8,7 @@ in which the axes' numbers stand; recording k of a cell is recording k of the da
 of that spec. So recordings with the same number share rig, motion and noise over the whole grid.
 """
 
+from imubench.sweeps.run import sweep
 from imubench.sweeps.spec import Sweep, load_sweep
-from imubench.sweeps.sweep import sweep
 
 __all__ = ["Sweep", "load_sweep", "sweep"]

@@ -71,7 +71,7 @@ OWN = {
     "imubench.trials.report:page": "the package's own style sheet",
     "imubench.trials.figures:figures": "the package's own limits",
     "imubench.sweeps.page:page": "the package's own style sheets",
-    "imubench.sweeps.sweep:_outcomes": "through `Store.load`, which a reader reaches",
+    "imubench.sweeps.run:_outcomes": "through `Store.load`, which a reader reaches",
     "imubench.sweeps.outside:_fingerprint": "the code of an estimator, for its hash",
     "imubench.reproduce.parts:sources": "the package's own code, for its hash",
     "imubench.reproduce.parts:run_parts": "through `Store.load`, which a reader reaches",

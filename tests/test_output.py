@@ -57,8 +57,8 @@ def given(tmp_path_factory):
     (home / "table" / "imu1.csv").write_text(IMU)
     (home / "spec").mkdir()
     (home / "spec" / "spec.toml").write_text(SPEC)
-    (home / "sweep").mkdir()
-    (home / "sweep" / "sweep.toml").write_text(SWEEP)
+    (home / "grid").mkdir()
+    (home / "grid" / "sweep.toml").write_text(SWEEP)
     generate(Job({"spec.toml": SPEC.encode()}, 3, 1, str(home / "dataset")), workers=0)
     (home / "model").mkdir()
     (home / "model" / "imus.toml").write_text("format = 1\n")
@@ -86,7 +86,7 @@ READING = {  # the words before --out, and the folder of the input
     "prove --added": (("prove", "--added", "real", "--cases", "1"), "real"),
     "prove --real": (("prove", "--real", "real"), "real"),
     "generate": (("generate", "spec/spec.toml", "--count", "1"), "spec"),
-    "sweep": (("sweep", "sweep/sweep.toml", "--estimator", "seel2012"), "sweep"),
+    "sweep": (("sweep", "grid/sweep.toml", "--estimator", "seel2012"), "grid"),
 }
 
 
@@ -179,7 +179,7 @@ WORKING = {  # the words before --out, and the function that begins the work
     "convert": (("convert", "csv", "table/imu1.csv", "--option", "rig=free"), "imubench.convert.csv.read_columns"),
     "reproduce": (("reproduce", "arve", "--quick"), "imubench.reproduce.reproduce.run_parts"),
     "generate": (("generate", "spec/spec.toml", "--count", "1"), "imubench.dataset.generate._made"),
-    "sweep": (("sweep", "sweep/sweep.toml", "--estimator", "seel2012"), "imubench.sweeps.sweep._outcomes"),
+    "sweep": (("sweep", "grid/sweep.toml", "--estimator", "seel2012"), "imubench.sweeps.run._outcomes"),
     "export": (("export", "qmt", "dataset"), "imubench.cli_generate.indices"),
     "prove": (("prove", "--cases", "1"), "imubench.trials.prove.make_cases"),
     "prove --real": (("prove", "--real", "real"), "imubench.trials.prove.publish_sealed"),
