@@ -1,24 +1,27 @@
-"""Engines hand shards to whoever makes them. A new one is one module with two functions and one line in `ENGINES`."""
+"""Engines hand pieces of work to whoever makes them: shards of a dataset, cells of a sweep.
+
+A new one is one module with two functions and one line in `ENGINES`.
+"""
 
 from collections.abc import Generator, Sequence
 from typing import Protocol
 
 from imubench.dataset import local, on_ray
-from imubench.dataset.shard import Job, Receipt
+from imubench.dataset.work import Piece, Work
 
 
 class Engine(Protocol):
     """What the module of an engine has."""
 
     def check(self, workers: int | None, address: str | None) -> None:
-        """Raise `InputError`, before anything is written, where shards cannot be made so."""
+        """Raise `InputError`, before anything is written, where nothing can be made so."""
 
     def run(
-        self, job: Job, shards: Sequence[int], workers: int | None, address: str | None
-    ) -> Generator[Receipt, None, None]:
-        """Yield a receipt for each of the numbers of the shards to make, in any order; workers None: one a core.
+        self, work: Work[Piece], numbers: Sequence[int], workers: int | None, address: str | None
+    ) -> Generator[Piece, None, None]:
+        """Yield the pieces of these numbers, in any order; workers None: one a core.
 
-        A worker that dies is an engine's own affair: the shard is made again. `InputError` of a worker goes on to the
+        A worker that dies is an engine's own affair: its piece is made again. `InputError` of a worker goes on to the
         caller. When the caller stops, by Ctrl-C or an error, no worker goes on.
         """
         ...

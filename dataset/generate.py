@@ -9,7 +9,8 @@ from typing import IO, Any
 from imubench.atomic import cannot_write
 from imubench.dataset.card import CARD, card
 from imubench.dataset.engines import ENGINES
-from imubench.dataset.manifest import MANIFEST, checked, encoded, identity, manifest, spec_names
+from imubench.dataset.identity import identity
+from imubench.dataset.manifest import MANIFEST, checked, encoded, manifest, spec_names
 from imubench.dataset.remote import place
 from imubench.dataset.shard import RECEIPTS, Job, Receipt, finished, is_there, names, receipt_name
 from imubench.dataset.storage import Folder, Place

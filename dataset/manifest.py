@@ -3,44 +3,22 @@
 import hashlib
 import json
 import math
-import platform
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import imubench
 from imubench.dataset.checks import are_counts, are_files, is_count, is_whole, lasts
+from imubench.dataset.identity import identity
 from imubench.dataset.remote import place
 from imubench.dataset.shard import RECEIPTS, Job, Receipt
 from imubench.dataset.spec import SPEC_FILE
 from imubench.dataset.storage import Place
 from imubench.errors import InputError, shown
 from imubench.inputs.files import below
-from imubench.reproduce.parts import sources
 
 MANIFEST = "manifest.json"
 FORMAT = 1
-DECIDING = ("numpy", "scipy", "mujoco", "pyarrow")  # packages whose versions decide about bytes
-COMPUTING = ("imubench.dataset", "imubench.effects", "imubench.models", "imubench.scenarios", "imubench.sim")
-
-
-def identity(job: Job) -> dict[str, Any]:
-    """Return what decides about the bytes of a dataset: what was asked, and what computes it."""
-    digest = hashlib.sha256()
-    for package in COMPUTING:
-        for name, content in sorted(sources(files(package))):
-            digest.update(f"{package}/{name}".encode() + content)
-    return {
-        "spec": {name: hashlib.sha256(content).hexdigest() for name, content in sorted(job.content.items())},
-        "seed": job.seed,
-        "count": job.count,
-        "versions": {"imubench": imubench.__version__} | {name: version(name) for name in DECIDING},
-        "code": digest.hexdigest(),
-        "machine": f"{platform.system()} {platform.machine()}",
-    }
 
 
 def spec_names(job: Job) -> dict[str, bytes]:

@@ -1,4 +1,4 @@
-"""Ray makes the shards: a task each, on the nodes of a cluster that see the place written to and have this software."""
+"""Ray makes the pieces: a task each, on the nodes of a cluster that see the place written to and have this software."""
 
 import logging
 import socket
@@ -9,11 +9,10 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from imubench.dataset.manifest import identity
-from imubench.dataset.shard import Job, Receipt, make_shard
+from imubench.dataset.work import Piece, Work
 from imubench.errors import InputError, first_line
 
-RETRIES = 3  # of a shard whose worker or node died
+RETRIES = 3  # of a piece whose worker or node died
 KNOCK = 10.0  # s, for a cluster to answer
 FAREWELL = 10.0  # s, for workers to end
 
@@ -25,18 +24,21 @@ def check(workers: int | None, address: str | None) -> None:
     _ray()
 
 
-def run(job: Job, shards: Sequence[int], workers: int | None, address: str | None) -> Generator[Receipt, None, None]:
-    """Yield the receipt of each shard; `workers` bounds the tasks at a time, None: all cores of the cluster.
+def run(
+    work: Work[Piece], numbers: Sequence[int], workers: int | None, address: str | None
+) -> Generator[Piece, None, None]:
+    """Yield each piece; `workers` bounds the tasks at a time, None: all cores of the cluster.
 
     `address` None: the cluster of RAY_ADDRESS or of this machine, else one that is started here for this run.
     """
     ray = _ray()
-    if "://" not in job.out:
-        job = replace(job, out=str(Path(job.out).resolve()))  # workers stand in folders of their own
+    if "://" not in work.out:
+        # Workers stand in folders of their own.
+        work = replace(work, out=str(Path(work.out).resolve()))  # type: ignore[type-var]
     with _connected(ray, address):
         task = ray.remote(num_cpus=1, max_retries=RETRIES)(_make)
-        shared, expected = ray.put(job), identity(job)
-        waiting = iter(shards)
+        shared, expected = ray.put(work), work.identity()
+        waiting = iter(numbers)
         pending: set[Any] = set()
         try:
             while True:
@@ -47,7 +49,7 @@ def run(job: Job, shards: Sequence[int], workers: int | None, address: str | Non
                 done, _ = ray.wait(list(pending), num_returns=1)
                 pending -= set(done)
                 for reference in done:
-                    yield _receipt(ray, reference, job)
+                    yield _made(ray, reference, work)
         finally:
             for reference in pending:
                 with suppress(Exception):
@@ -57,19 +59,19 @@ def run(job: Job, shards: Sequence[int], workers: int | None, address: str | Non
                     ray.wait(list(pending), num_returns=len(pending), timeout=FAREWELL)
 
 
-def _make(job: Job, expected: Mapping[str, Any], number: int) -> Receipt:
-    """Make a shard on a node, if that has what the caller has: else the bytes may differ."""
-    found = identity(job)
+def _make(work: Work[Piece], expected: Mapping[str, Any], number: int) -> Piece:
+    """Make a piece on a node, if that has what the caller has: else the bytes may differ."""
+    found = work.identity()
     for key, wanted in expected.items():
         if found[key] != wanted:
             raise InputError(f"ray: expected nodes with the {key} of this one, {wanted}, got {found[key]}")
-    return make_shard(job, number)
+    return work.make(number)
 
 
-def _receipt(ray: Any, reference: Any, job: Job) -> Receipt:
+def _made(ray: Any, reference: Any, work: Work[Piece]) -> Piece:
     try:
-        receipt: Receipt = ray.get(reference)
-        return receipt
+        piece: Piece = ray.get(reference)
+        return piece
     except ray.exceptions.RayTaskError as error:
         if isinstance(error.cause, InputError):
             raise error.cause from None
@@ -77,7 +79,7 @@ def _receipt(ray: Any, reference: Any, job: Job) -> Receipt:
     except ray.exceptions.RayError as error:
         line = first_line(error)
         raise InputError(
-            f"{job.out}: expected workers that live, got {RETRIES + 1} deaths with one shard; is there enough memory, "
+            f"{work.out}: expected workers that live, got {RETRIES + 1} deaths with one piece; is there enough memory, "
             f"and imubench on every node? The last said: {line}"
         ) from None
 

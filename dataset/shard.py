@@ -19,6 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from imubench.dataset import columns, rows
 from imubench.dataset.checks import are_counts, are_files, is_whole, lasts
+from imubench.dataset.identity import identity
 from imubench.dataset.playing import make
 from imubench.dataset.remote import place
 from imubench.dataset.spec import Spec, parse_spec
@@ -56,6 +57,18 @@ class Job:
         """Return the recordings of a shard."""
         size = self.spec.recordings_per_file
         return range(number * size, min((number + 1) * size, self.count))
+
+    def make(self, number: int) -> "Receipt":
+        """Make and write a shard; `InputError` where it cannot be written."""
+        return make_shard(self, number)
+
+    def finished(self, number: int) -> "Receipt | None":
+        """Return the receipt of a shard whose files are there in full."""
+        return finished(self, number)
+
+    def identity(self) -> dict[str, Any]:
+        """Return what decides about the bytes."""
+        return identity(self)
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,8 @@ KEYS = (
 PRECISIONS = ("single", "double")
 TRUTHS = ("full", "core", "none")
 SPEC_FILE = "spec.toml"
+MOTIONS: Sequence[Mapping[str, Any]] = [{"kind": "random"}]  # of a spec that has none
+IMUS: Sequence[Mapping[str, Any]] = [{"profile": "xsens_mtw"}]
 MOST_SAMPLES = 2_000_000  # of one recording: what fits into a gigabyte on the way
 
 
@@ -68,7 +70,7 @@ class Spec:
 
 def load_spec(path: Path) -> Spec:
     """Return the spec in a TOML file; `InputError` says in one line what is wrong with it."""
-    return parse_spec({SPEC_FILE: read_bytes(path)}, str(path), lambda name, where: _beside(path, name, where))
+    return parse_spec({SPEC_FILE: read_bytes(path)}, str(path), lambda name, where: beside(path, name, where))
 
 
 def parse_spec(content: Mapping[str, bytes], where: str = SPEC_FILE, files: Files | None = None) -> Spec:
@@ -116,8 +118,8 @@ def _parsed(table: Mapping[str, Any], where: str, read: Files) -> Spec:
         declared=_declared(table.get("declared", {}), f"{where}: declared"),
         splits=_splits(table.get("splits", {"train": 0.8, "validation": 0.1, "test": 0.1}), f"{where}: splits"),
         rigs=each("rig", parse_rig),
-        motions=each("motion", lambda t, at: parse_motion(t, at, read, seconds), [{"kind": "random"}]),
-        imus=each("imu", lambda t, at: parse_imu(t, at, read), [{"profile": "xsens_mtw"}]),
+        motions=each("motion", lambda t, at: parse_motion(t, at, read, seconds), MOTIONS),
+        imus=each("imu", lambda t, at: parse_imu(t, at, read), IMUS),
         effects=each("effect", parse_effect, []),
         encoder=parse_encoder(_table(table.get("encoder"), f"{where}: encoder"), f"{where}: encoder"),
         poses=each("pose", parse_pose, []),
@@ -188,7 +190,8 @@ def _splits(table: Any, where: str) -> Mapping[str, float]:
     return {name: float(value) for name, value in table.items()}
 
 
-def _beside(spec: Path, name: object, where: str) -> bytes:
+def beside(spec: Path, name: object, where: str) -> bytes:
+    """Return the content of a file that a spec names; `InputError` unless it lies beside the spec or below it."""
     if name == SPEC_FILE:
         raise InputError(f"{where}: expected another file than the spec, got '{name}'")
     path = below(spec.parent, name, where, "a file beside the spec or below it")

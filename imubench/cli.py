@@ -8,7 +8,18 @@ from typing import Annotated
 import typer
 
 import imubench
-from imubench.commands import convert, datasets, diagnose, estimate, explain, list_known, prove, reproduce, run
+from imubench.commands import (
+    convert,
+    datasets,
+    diagnose,
+    estimate,
+    explain,
+    list_known,
+    prove,
+    reproduce,
+    run,
+    sweep,
+)
 from imubench.commands.command import Command, console
 
 COMMANDS: tuple[Command, ...] = (
@@ -20,6 +31,7 @@ COMMANDS: tuple[Command, ...] = (
     diagnose.COMMAND,
     explain.COMMAND,
     prove.COMMAND,
+    sweep.COMMAND,
     datasets.GENERATE,
     datasets.VERIFY,
     datasets.EXPORT,

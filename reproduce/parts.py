@@ -7,7 +7,7 @@ import hashlib
 import json
 import shutil
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from contextlib import suppress
 from importlib.resources import files
@@ -32,15 +32,15 @@ Report = Callable[[Part], None]
 class Store:
     """Finished parts in a hidden folder beside the output; `forget` removes it."""
 
-    def __init__(self, out: Path, settings: str):
+    def __init__(self, out: Path, settings: str, computing: Sequence[str] = COMPUTING):
         target = real(out)
         self.home = target.parent / f".{target.name}.parts"
-        self.folder = self.home / _key(settings)
+        self.folder = self.home / _key(settings, computing)
 
-    def load(self, part: Part) -> Arrays | None:
+    def load(self, name: str) -> Arrays | None:
         """Return the arrays of a finished part, or None; a broken file counts as none."""
         try:
-            with opened(self._path(part), BINARY_BYTES) as file, zipfile.ZipFile(file) as parts:
+            with opened(self._path(name), BINARY_BYTES) as file, zipfile.ZipFile(file) as parts:
                 if sum(entry.file_size for entry in parts.infolist()) > BINARY_BYTES:
                     return None
                 with np.load(file, allow_pickle=False) as stored:
@@ -48,10 +48,10 @@ class Store:
         except Exception:  # not there, or damaged in any way: it is computed again
             return None
 
-    def save(self, part: Part, arrays: Mapping[str, object]) -> Arrays:
+    def save(self, name: str, arrays: Mapping[str, object]) -> Arrays:
         """Keep the arrays of a finished part, and return them."""
-        done = {name: np.asarray(value) for name, value in arrays.items()}
-        with atomic_file(self._path(part)) as partial, partial.open("wb") as file:
+        done = {key: np.asarray(value) for key, value in arrays.items()}
+        with atomic_file(self._path(name)) as partial, partial.open("wb") as file:
             np.savez(file, **done)  # type: ignore[arg-type]
         return done
 
@@ -61,14 +61,14 @@ class Store:
         with suppress(OSError):  # others are left
             self.home.rmdir()
 
-    def _path(self, part: Part) -> Path:
-        return self.folder / f"{part.name}.npz"
+    def _path(self, name: str) -> Path:
+        return self.folder / f"{name}.npz"
 
 
-def _key(settings: str) -> str:
-    """Return a name that changes with the settings and with any line of code that computes."""
+def _key(settings: str, computing: Sequence[str]) -> str:
+    """Return a name that changes with the settings and with any line of code of the packages that compute."""
     digest = hashlib.sha256(f"{imubench.__version__} {np.__version__} {settings}".encode())
-    for package in COMPUTING:
+    for package in computing:
         for name, content in sorted(sources(files(package))):
             digest.update(f"{package}/{name}".encode() + content)
     return digest.hexdigest()[:16]
@@ -91,7 +91,7 @@ def run_parts(parts: Iterable[Part], store: Store, workers: int, report: Report)
     done: dict[str, Arrays] = {}
     open_parts = []
     for part in parts:
-        stored = store.load(part)
+        stored = store.load(part.name)
         if stored is None:
             open_parts.append(part)
         else:
@@ -99,7 +99,7 @@ def run_parts(parts: Iterable[Part], store: Store, workers: int, report: Report)
             report(part)
     if workers == 0:
         for part in open_parts:
-            done[part.name] = store.save(part, part.run(**part.arguments))
+            done[part.name] = store.save(part.name, part.run(**part.arguments))
             report(part)
     elif open_parts:
         _compute(open_parts, store, workers, report, done)
@@ -113,7 +113,7 @@ def _compute(parts: list[Part], store: Store, workers: int, report: Report, done
         while pending:
             for future in wait(pending, return_when=FIRST_COMPLETED)[0]:
                 part = pending.pop(future)
-                done[part.name] = store.save(part, future.result())
+                done[part.name] = store.save(part.name, future.result())
                 report(part)
 
 

@@ -12,7 +12,8 @@ import pytest
 
 from imubench.dataset import on_ray
 from imubench.dataset.generate import generate
-from imubench.dataset.manifest import MANIFEST, identity
+from imubench.dataset.identity import identity
+from imubench.dataset.manifest import MANIFEST
 from imubench.dataset.shard import RECEIPTS, Job
 from imubench.errors import InputError
 from imubench.main import main

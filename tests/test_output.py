@@ -29,6 +29,8 @@ from tests.command import here
 from tests.test_main import one_line
 
 SPEC = "name = 'small'\nseconds = 2\n[[rig]]\nfamily = 'hinge'\n"
+SWEEP = SPEC + "[[axis]]\nparameter = 'motion.bandwidth'\nvalues = [1, 2]\n"
+SWEEP = f"recordings = 1\nlimit_deg = 2\n{SWEEP}"
 IMU = "time,gyr_x,gyr_y,gyr_z,acc_x,acc_y,acc_z\n0.00,0,0,0,0,0,9.81\n0.01,0,0,0,0,0,9.81\n"
 
 
@@ -55,6 +57,8 @@ def given(tmp_path_factory):
     (home / "table" / "imu1.csv").write_text(IMU)
     (home / "spec").mkdir()
     (home / "spec" / "spec.toml").write_text(SPEC)
+    (home / "grid").mkdir()
+    (home / "grid" / "sweep.toml").write_text(SWEEP)
     generate(Job({"spec.toml": SPEC.encode()}, 3, 1, str(home / "dataset")), workers=0)
     (home / "model").mkdir()
     (home / "model" / "imus.toml").write_text("format = 1\n")
@@ -82,11 +86,12 @@ READING = {  # the words before --out, and the folder of the input
     "prove --added": (("prove", "--added", "real", "--cases", "1"), "real"),
     "prove --real": (("prove", "--real", "real"), "real"),
     "generate": (("generate", "spec/spec.toml", "--count", "1"), "spec"),
+    "sweep": (("sweep", "grid/sweep.toml", "--estimator", "seel2012"), "grid"),
 }
 
 
 WAYS = ("the folder", "one above", "one inside", "a link to it", "through a link")
-OF_A_FILE = ("estimate --with, a file", "convert", "generate")
+OF_A_FILE = ("estimate --with, a file", "convert", "generate", "sweep")
 """Whose input is a file: a new folder beside it overlaps nothing."""
 
 
@@ -174,6 +179,7 @@ WORKING = {  # the words before --out, and the function that begins the work
     "convert": (("convert", "csv", "table/imu1.csv", "--option", "rig=free"), "imubench.convert.csv.read_columns"),
     "reproduce": (("reproduce", "arve", "--quick"), "imubench.reproduce.reproduce.run_parts"),
     "generate": (("generate", "spec/spec.toml", "--count", "1"), "imubench.dataset.generate._made"),
+    "sweep": (("sweep", "grid/sweep.toml", "--estimator", "seel2012"), "imubench.sweeps.run._outcomes"),
     "export": (("export", "qmt", "dataset"), "imubench.cli_generate.indices"),
     "prove": (("prove", "--cases", "1"), "imubench.trials.prove.make_cases"),
     "prove --real": (("prove", "--real", "real"), "imubench.trials.prove.publish_sealed"),

@@ -7,7 +7,7 @@ import numpy as np
 
 from fuzz.seeds import laid_out
 from imubench.dataset.generate import JOB, generate
-from imubench.dataset.manifest import identity
+from imubench.dataset.identity import identity
 from imubench.dataset.motion_file import COLUMNS
 from imubench.dataset.shard import Job, make_shard
 from imubench.dataset.spec import load_spec

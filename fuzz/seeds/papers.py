@@ -5,10 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from fuzz.seeds import laid_out
-from imubench.reproduce.paper import Part
 from imubench.reproduce.parts import Store
 
-PART = Part("part", "compute", 1.0, dict, {})
+PART = "part"
 CLAIMS = b"""
 [accuracy]
 claim = "the axis is found within two degrees"

@@ -9,6 +9,7 @@ from imubench.reproduce.olsson2020.robustness import LIMIT, SHOWN, Map
 from imubench.reproduce.olsson2020.style import QUIET, SEGMENT1, SEGMENT2, plain
 from imubench.reproduce.paper import Figure
 from imubench.sim.sprung import MOST_TURN
+from imubench.unplayed import cross, ground_of_legend, hatch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
@@ -148,26 +149,23 @@ def draw_bias(m: Map) -> "Drawing":
 
 def draw_soft(m: Map) -> "Drawing":
     """Draw the soft-mount map of both sequences; hatched with crosses is what cannot be played."""
-    from matplotlib.patches import Patch, Rectangle
-
     figure, panels = _panels(m, "natural frequency of the mounts, Hz", "damping ratio")
     if m.played.all():
         return figure
     x, y = (grid.ravel() for grid in np.meshgrid(m.x, m.y, indexing="ij"))
     played = m.played.ravel()
-    look: dict[str, Any] = {"facecolor": "#eceeef", "hatch": "////", "edgecolor": "#c3c9cd", "lw": 0}
     over: dict[str, Any] = {"zorder": 4, "clip_on": False}
+    # The cells at an unplayed corner, which no colour fills.
+    boxes = [(*_beside(m.x, i), *_beside(m.y, k)) for i, k in np.argwhere(~m.played)]
     for axes, error in zip(panels, np.rad2deg(m.error), strict=True):
-        for i, k in np.argwhere(~m.played):  # the cells at an unplayed corner, which no colour fills
-            (left, right), (low, high) = _beside(m.x, i), _beside(m.y, k)
-            axes.add_patch(Rectangle((left, low), right - left, high - low, zorder=0, **look))
+        hatch(axes, boxes)
         axes.set(xlim=m.x[[0, -1]], ylim=m.y[[0, -1]])
         shades = {"norm": _norm(), "cmap": COLOURS, "edgecolors": "black", "s": 36}
         axes.scatter(x[played], y[played], c=error.ravel()[played], **shades, **over)
-        (crosses,) = axes.plot(x[~played], y[~played], "x", color="#8b2b20", ms=7, mew=1.8, **over)
+        crosses = cross(axes, x[~played], y[~played])
     share = f"{(~played).sum()} of {played.size} points"
     names = [f"cannot be played ({share}): the sensor leaves its springs' range; hatched: open up to there"]
-    handles: list[Any] = [(Patch(**look), crosses)]  # one over the other
+    handles: list[Any] = [(ground_of_legend(), crosses)]  # one over the other
     figure.legend(handles, names, loc="outside lower left", frameon=False)
     return figure
 

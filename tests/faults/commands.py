@@ -27,6 +27,17 @@ family = "hinge"
 [[motion]]
 kind = "random"
 """
+SWEEP = (
+    SPEC.replace("recordings_per_file = 2", "recordings = 1\nlimit_deg = 2")
+    + """
+[[axis]]
+parameter = "motion.bandwidth"
+values = [1, 2]
+[[axis]]
+parameter = "rig.mount_distance"
+values = [0.05, 0.1]
+"""
+)
 SILENT = """
 import json, pathlib, sys
 out = pathlib.Path(sys.argv[2])
@@ -89,6 +100,11 @@ COMMANDS = {
             kept=("out",),
             replaces=False,
         ),
+        Command(
+            "sweep",
+            "sweep {given}/sweep.toml --estimator seel2012 --workers 0 --out out",
+            kept=(".out.parts",),
+        ),
         Command("export qmt", "export qmt {given}/dataset --out out"),
         Command("export opensim", "export opensim {given}/dataset --count 1 --out out"),
         Command("export ring", "export ring {given}/dataset --out out"),
@@ -118,6 +134,7 @@ def given(folder: Path) -> Path:
         samples = np.random.default_rng(0).normal([0, 0, 0, 0, 0, 9.81], 0.1, size=(2000, 6))
         writer.writerows([n / 100, *row] for n, row in enumerate(samples.tolist()))
     (folder / "spec.toml").write_text(SPEC)
+    (folder / "sweep.toml").write_text(SWEEP)
     generate(Job({"spec.toml": SPEC.encode()}, 3, 3, str(folder / "dataset")), workers=0)
     (folder / "silent.py").write_text(SILENT)
     (folder / "lab").mkdir()

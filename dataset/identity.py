@@ -1,0 +1,50 @@
+"""What decides about the bytes of a result: the code that computes them, the versions under it, the machine."""
+
+import hashlib
+import platform
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+import imubench
+from imubench.reproduce.parts import sources
+
+if TYPE_CHECKING:
+    from imubench.dataset.shard import Job
+
+DECIDING = ("numpy", "scipy", "mujoco", "pyarrow")  # packages whose versions decide about bytes
+COMPUTING = ("imubench.dataset", "imubench.effects", "imubench.models", "imubench.scenarios", "imubench.sim")
+
+
+def identity(job: "Job") -> dict[str, Any]:
+    """Return what decides about the bytes of a dataset: what was asked, and what computes it."""
+    return {
+        "spec": hashes(job.content),
+        "seed": job.seed,
+        "count": job.count,
+        **computed_by(COMPUTING, DECIDING),
+    }
+
+
+def hashes(content: Mapping[str, bytes]) -> dict[str, str]:
+    """Return the SHA-256 of each file of a spec by its name."""
+    return {name: hashlib.sha256(file).hexdigest() for name, file in sorted(content.items())}
+
+
+def computed_by(packages: Sequence[str], deciding: Sequence[str]) -> dict[str, Any]:
+    """Return `versions`, `code` and `machine`.
+
+    Args:
+        packages: those of this project whose code computes; every line of it counts.
+        deciding: those of others.
+    """
+    digest = hashlib.sha256()
+    for package in packages:
+        for name, content in sorted(sources(files(package))):
+            digest.update(f"{package}/{name}".encode() + content)
+    return {
+        "versions": {"imubench": imubench.__version__} | {name: version(name) for name in deciding},
+        "code": digest.hexdigest(),
+        "machine": f"{platform.system()} {platform.machine()}",
+    }
