@@ -41,6 +41,7 @@ def test_every_folder_with_code_is_a_listed_package():
         "proof",
         "trials",
         "dataset",
+        "checks",
     )
     folders = {p.parent.relative_to(ROOT).as_posix() for top in tops for p in (ROOT / top).rglob("*.py")}
     assert folders == set(SETUP["package-dir"].values())
