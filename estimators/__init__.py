@@ -30,8 +30,8 @@ class Estimator:
 
     name: str
     summary: str  # one line
-    quantity: Quantity
-    imus: int  # how many it needs
+    quantity: Quantity | None  # None: its first answer says it
+    imus: int  # how many it needs; 0: it does not say
     estimate: Callable[[Recording], Estimate]
     source: str
     uncertainty: bool = True  # False: it never says how sure it is, nor that nothing can be seen

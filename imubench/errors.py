@@ -1,7 +1,13 @@
 """The one exception that means "what you gave me is wrong", and how text of strangers is shown."""
 
+from difflib import get_close_matches
+
 LONGEST_MESSAGE = 300
 """Characters of an error's line: what still can be read at a glance on a terminal of 100 columns."""
+LONGEST_NAME = 60
+"""Characters of a name that a message shows."""
+CLOSE = 0.7
+"""Share of letters in common (difflib) from which on a name is a slip of another: `piece` and `pieces` have 0.9."""
 
 
 class InputError(ValueError):
@@ -49,7 +55,16 @@ def first_line(error: BaseException) -> str:
 
 
 def unknown(kind: str, name: object, known: object) -> InputError:
-    """Return the error for a name that is not in a list, with the list."""
-    names = ", ".join(str(k) for k in known)  # type: ignore[attr-defined]
-    text = name if isinstance(name, str) else shown(name)
-    return InputError(f"unknown {kind} '{shortened(str(text), 60)}'; known: {names}")
+    """Return the error for a name that is not in a list, with the list, and the one that it is like."""
+    names = [str(k) for k in known]  # type: ignore[attr-defined]
+    text = shortened(name if isinstance(name, str) else shown(name), LONGEST_NAME)
+    like = closest(text, names)
+    hint = "" if like is None else f"; did you mean '{like}'?"
+    return InputError(f"unknown {kind} '{text}'; known: {', '.join(names)}{hint}")
+
+
+def closest(name: str, known: list[str]) -> str | None:
+    """Return the one of some names that a name is a slip of; None where it is like none of them."""
+    by_case = {k.casefold(): k for k in known}
+    found = get_close_matches(name.casefold(), by_case, n=1, cutoff=CLOSE)
+    return by_case[found[0]] if found else None

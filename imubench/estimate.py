@@ -10,10 +10,16 @@ from imubench.arrays import Array, frozen
 from imubench.errors import InputError, unknown
 
 Quantity = Literal["joint_axis", "joint_vector"]
+QUANTITIES: tuple[Quantity, ...] = ("joint_axis", "joint_vector")
 Status = Literal["converged", "not converged", "not identifiable"]
+STATUSES: tuple[Status, ...] = ("converged", "not converged", "not identifiable")
 Pairing = Literal["from data", "from declared mounts", "unknown"]
 """What says how the signs of two axes go together; `unknown`: nothing does, and (j1, -j2) is as good an answer."""
 PAIRINGS: tuple[Pairing, ...] = ("from data", "from declared mounts", "unknown")
+
+
+class AnswerError(InputError):
+    """An estimator's answer is no estimate: a wrong shape, NaN, an axis that is no unit vector, ..."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +30,8 @@ class Estimate:
     estimator that leaves it out claims its signs, and is judged by them.
     `joint_vector`: value (m, 3) in m, one r per IMU; with `time`, value (n, m, 3), one per sample.
     `covariance` is (3m, 3m), or (n, 3m, 3m), of the stacked value.
+
+    Raises `AnswerError` for a shape, a name or a number that none of these can have.
     """
 
     quantity: Quantity
@@ -37,6 +45,17 @@ class Estimate:
     pairing: Pairing | None = None  # None: not said, or not an axis
 
     def __post_init__(self) -> None:
+        try:
+            self._check()
+        except InputError as error:
+            raise AnswerError(error) from None
+
+    def _check(self) -> None:
+        for kind, name, known in (("quantity", self.quantity, QUANTITIES), ("status", self.status, STATUSES)):
+            if name not in known:
+                raise unknown(f"{kind} of {self.estimator}", name, known)
+        if self.time is not None:
+            object.__setattr__(self, "time", frozen(self.time, (None,), f"{self.estimator}.time"))
         n = () if self.time is None else (len(self.time),)
         value = frozen(self.value, (*n, None, 3), f"{self.estimator}.value")
         object.__setattr__(self, "value", value)

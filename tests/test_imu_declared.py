@@ -53,7 +53,7 @@ def test_a_declared_gravity_need_not_be_true():
     ("profiles", "declared"), [({"imu3": imu()}, Declared()), (imu(), Declared({"imu3": DeclaredMount()}))]
 )
 def test_an_unknown_sensor_is_named_with_the_known_ones(profiles, declared):
-    with pytest.raises(InputError, match=r"^unknown sensor 'imu3'; known: imu1, imu2$"):
+    with pytest.raises(InputError, match=r"^unknown sensor 'imu3'; known: imu1, imu2; did you mean 'imu2'\?$"):
         observe(moving(), profiles, np.random.default_rng(0), declared=declared)
 
 

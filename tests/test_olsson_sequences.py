@@ -231,7 +231,7 @@ def test_a_users_own_sequence_takes_a_few_lines(tmp_path, session):
     ("text", "message"),
     [
         ("a = 1", "own: a: expected a table, got 1"),
-        ("[a]\npiece = [1]", "unknown key in own: a 'piece'; known: summary, pieces"),
+        ("[a]\npiece = [1]", "unknown key in own: a 'piece'; known: summary, pieces; did you mean 'pieces'?"),
         ("[a]", "own: a.pieces: expected a list of motions, got None"),
         ("[a]\npieces = []", "own: a.pieces: expected a list of motions, got []"),
         ("[a]\nsummary = 3\npieces = [1]", "own: a.summary: expected a text, got 3"),
@@ -244,7 +244,7 @@ def test_a_users_own_sequence_takes_a_few_lines(tmp_path, session):
         ("[a]\npieces = [{ half = 1 }]", "own: a.pieces[0]: expected a motion's number, got None"),
         (
             "[a]\npieces = [{ motion = 3, second = [0, 1] }]",
-            "unknown key in own: a.pieces[0] 'second'; known: motion, seconds, half, repeat",
+            "unknown key in own: a.pieces[0] 'second'; known: motion, seconds, half, repeat; did you mean 'seconds'?",
         ),
         ("[a]\npieces = [{ motion = 3, half = 3 }]", "own: a.pieces[0].half: expected 1 or 2, got 3"),
         (
@@ -282,7 +282,10 @@ def test_what_is_no_toml_and_what_is_not_there_says_so(tmp_path):
         parse(b"\xff", "own")
     with pytest.raises(InputError, match=r"gone.toml: expected a file, got nothing of that name$"):
         find(tmp_path / "gone.toml")
-    with pytest.raises(InputError, match=r"^unknown sequence 'sequence5'; known: sequence1, .*a path to a .toml file$"):
+    with pytest.raises(
+        InputError,
+        match=r"^unknown sequence 'sequence5'; known: sequence1, .*to a .toml file; did you mean 'sequence1'\?$",
+    ):
         find("sequence5")
 
 

@@ -127,7 +127,9 @@ def test_the_noise_model_meets_the_datasheets_total_rms_of_the_gyro():
 
 
 def test_an_unknown_profile_is_told_the_known_ones():
-    with pytest.raises(InputError, match=rf"^unknown IMU profile 'xsens'; known: {', '.join(NAMES)}$"):
+    with pytest.raises(
+        InputError, match=rf"^unknown IMU profile 'xsens'; known: {', '.join(NAMES)}; did you mean 'xsens_mtw'\?$"
+    ):
         profile("xsens")
 
 
@@ -150,7 +152,7 @@ BROKEN = {
     ),
     "an unknown key of a number": (
         '[p]\nrate = { value = 1, unit = "Hz", sauce = "s" }',
-        r"unknown key in mine\.toml: p\.rate 'sauce'; known: value, unit, source, note",
+        r"unknown key in mine\.toml: p\.rate 'sauce'; known: value, unit, source, note; did you mean 'source'\?",
     ),
     "an unknown unit": (
         f'[p]\n{RATE}[p.gyro]\nnoise_density = {{ value = 1, unit = "deg/s", source = "s" }}',
