@@ -27,7 +27,7 @@ from imubench.score import score
 
 SCENARIO = {"seconds": 10, "rig": [{"family": "hinge"}], "imu": [{"profile": "xsens_mtw"}]}
 FIGURE = "best_pairing_rmsae"
-REPETITIONS, POOL = 200, 6000
+REPETITIONS, POOL = 200, 4000
 CALIBRATION, OTHERS = 600, 1_000_000  # recordings by which the worse method is chosen, and their first number
 PARTS = (0.58, 0.61, 0.64, 0.67, 0.70)
 MARGIN, SURE = 0.2, 0.99

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from imubench.checks.claim import Claim
-from imubench.checks.estimators import SIMULATING, code_key
+from imubench.checks.versions import SIMULATING, code_key
 from imubench.dataset.ranges import is_number
 from imubench.errors import InputError, shown
 from imubench.inputs.json import load_json

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from imubench.checks.estimators import found_estimator
 from imubench.checks.evidence import Evidence, MeanTest, MedianTest, ShareTest
 from imubench.checks.figures import Bound, check_figure, parse_bound
 from imubench.checks.scenario import Scenario, own_scenarios, parse_scenario
@@ -13,6 +12,7 @@ from imubench.dataset.ranges import check_keys, chosen, number
 from imubench.errors import InputError, shown
 from imubench.inputs.files import read_bytes, real
 from imubench.inputs.toml import parse_toml
+from imubench.plugins import find_estimator
 
 Over = Literal["rms", "mean", "median", "share"]
 OVER = ("rms", "mean", "median")
@@ -124,7 +124,7 @@ def _claim(
     if not isinstance(named, str):
         raise InputError(f"{where}.estimator: expected a name, file.py:function or module:function, got {shown(named)}")
     estimator = named if forced else beside(named, path.parent)
-    found = found_estimator(estimator)
+    found = find_estimator(estimator)
     figure = check_figure(values["figure"], found.quantity, named, where)
     bound = parse_bound(values["at_most"], figure, f"{where}.at_most")
     share = "at_least" in table

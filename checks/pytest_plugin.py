@@ -73,6 +73,12 @@ class ClaimsFile(pytest.File):
         for claim in claims:
             yield ClaimItem.from_parent(self, name=claim.name, claim=claim, baseline=baselines.get(claim.name))
 
+    def teardown(self) -> None:
+        """End the process in which estimators ran."""
+        from imubench.checks.runs import apart
+
+        apart().end()
+
 
 class ClaimItem(pytest.Item):
     """One claim, checked by as many runs as it needs."""

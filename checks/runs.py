@@ -11,18 +11,23 @@ from collections.abc import Generator, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import cache
 from hashlib import sha256
+from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 
 from imubench.atomic import atomic_file
-from imubench.checks.estimators import ESTIMATING, SIMULATING, code_key, estimator_key, found_estimator
+from imubench.attempt import Apart, Failed, attempted
 from imubench.checks.figures import figures_of
 from imubench.checks.scenario import Scenario
-from imubench.errors import InputError, first_line, printable
+from imubench.checks.versions import ESTIMATING, SIMULATING, code_key, estimator_key
+from imubench.errors import InputError
 from imubench.inputs.files import real, what_is
 from imubench.inputs.json import load_table
 from imubench.inputs.limits import JSON_BYTES
+from imubench.leftovers import undone
+from imubench.plugins import find_estimator, is_outside
 from imubench.score import score
 from imubench.workers import Pool, process_pool
 
@@ -62,11 +67,23 @@ def played(subject: Subject, number: int) -> Outcome:
         InputError: the scenario draws what cannot be played, or has no truth that the estimate can be held against.
     """
     recording, truth = subject.scenario.recording(number)
-    try:
-        estimate = found_estimator(subject.estimator).estimate(recording)
-    except Exception as error:
-        return Outcome({}, printable(f"{type(error).__name__}: {first_line(error)}"))
-    return Outcome(figures_of(score(estimate, truth)))
+    estimator = find_estimator(subject.estimator)
+    limit = subject.time_limit if is_outside(estimator) else None
+    answer = attempted(estimator, recording, limit, apart())
+    if isinstance(answer, Failed):
+        return Outcome({}, f"{answer.status}: {answer.why}")
+    return Outcome(figures_of(score(answer, truth)))
+
+
+@cache
+def apart() -> Apart:
+    """Return the process in which this one has estimators from outside run; it begins with the first of them.
+
+    It is ended before this one ends, which else would wait for it for ever.
+    """
+    made = Apart()
+    Finalize(None, made.end, exitpriority=1)
+    return made
 
 
 class Runs:
@@ -82,7 +99,7 @@ class Runs:
         """Yield the runs of a subject from number `first` on, without end; end it with `close`."""
         if subject not in self._done:
             self._paths[subject] = None if self._store is None else self._store / f"{subject.key}.json"
-            self._done[subject] = _stored(self._paths[subject])
+            self._done[subject] = stored_runs(self._paths[subject])
         done = self._done[subject]
         ahead: dict[int, Future[Outcome]] = {}
         number = first
@@ -116,7 +133,7 @@ class Runs:
         self._saved = time.monotonic()
 
 
-def _stored(path: Path | None) -> dict[int, Outcome]:
+def stored_runs(path: Path | None) -> dict[int, Outcome]:
     """Return the runs in a file; none where it is missing or damaged, for then they are run again."""
     if path is None or what_is(path) != "a file":
         return {}
@@ -144,6 +161,7 @@ def running(workers: int, out: Path | None) -> Iterator[Runs]:
     """
     store = None if out is None else real(out).parent / f".{real(out).name}.runs"
     with ExitStack() as stack:
+        stack.enter_context(undone(apart().end))
         pool = stack.enter_context(process_pool(workers)) if workers > 1 else None
         yield Runs(pool, workers, store)
     if store is not None:

@@ -1,5 +1,6 @@
 """What a check found, in plain sentences: the same in the console, the summary, the JUnit file and pytest."""
 
+import math
 from collections.abc import Sequence
 
 from imubench.checks.check import Checked
@@ -42,6 +43,8 @@ def measured(decision: Decision) -> str:
         return "no run to compare"
     if decision.baseline is not None:
         return f"{decision.measured:.3g} times the baseline's, the median of {runs}"
+    if math.isinf(decision.measured):
+        return f"no {claim.over} over {runs}, for an estimate is missing"
     if claim.over == "share":
         return f"within {claim.bound} in {_percent(decision.measured)} of {runs}"
     return f"{claim.over} {claim.bound.shown(decision.measured)} over {runs}"

@@ -1,4 +1,4 @@
-"""The estimators that claims are about, and what tells one version of one from another."""
+"""What tells one version of an estimator, or of the simulation, from another."""
 
 from functools import lru_cache
 from hashlib import sha256
@@ -9,18 +9,12 @@ from pathlib import Path
 import numpy as np
 
 import imubench
-from imubench.estimators import Estimator, find
 from imubench.inputs.files import read_bytes
 from imubench.reproduce.parts import sources
 
 SIMULATING = ("imubench.dataset", "imubench.effects", "imubench.models", "imubench.scenarios", "imubench.sim")
 """The packages that decide what a run's recording is."""
 ESTIMATING = ("imubench.estimators",)
-
-
-def found_estimator(name: str) -> Estimator:
-    """Return an estimator; `InputError` where there is none of that name."""
-    return find(name)
 
 
 @lru_cache(2)
