@@ -5,11 +5,10 @@ decision is the same whatever the number of processes; those ahead of it are dro
 """
 
 import json
-import shutil
 import time
 from collections.abc import Generator, Iterator, Mapping
 from concurrent.futures import Future
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
@@ -17,7 +16,7 @@ from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 
-from imubench.atomic import atomic_file
+from imubench.atomic import atomic_file, remove_partial_files
 from imubench.attempt import Apart, Failed, attempted
 from imubench.checks.figures import figures_of
 from imubench.checks.scenario import Scenario
@@ -100,6 +99,7 @@ class Runs:
         if subject not in self._done:
             self._paths[subject] = None if self._store is None else self._store / f"{subject.key}.json"
             self._done[subject] = stored_runs(self._paths[subject])
+            _tidy(self._paths[subject])
         done = self._done[subject]
         ahead: dict[int, Future[Outcome]] = {}
         number = first
@@ -116,6 +116,14 @@ class Runs:
                 future.cancel()
             self._save(subject, 0.0)
 
+    def forget(self) -> None:
+        """Remove what was kept of these subjects; others may still be gone on with."""
+        for path in self._paths.values():
+            if path is not None:
+                path.unlink(missing_ok=True)
+                with suppress(OSError):  # others are left
+                    path.parent.rmdir()
+
     def _submit(self, subject: Subject, number: int, done: dict[int, Outcome], ahead: dict[int, Any]) -> None:
         if self._pool is None:
             return
@@ -131,6 +139,12 @@ class Runs:
         with atomic_file(path) as partial:
             partial.write_text(json.dumps(content), encoding="utf-8")
         self._saved = time.monotonic()
+
+
+def _tidy(path: Path | None) -> None:
+    """Remove what a check that was killed was just writing."""
+    if path is not None and path.parent.is_dir():
+        remove_partial_files(path)
 
 
 def stored_runs(path: Path | None) -> dict[int, Outcome]:
@@ -163,6 +177,6 @@ def running(workers: int, out: Path | None) -> Iterator[Runs]:
     with ExitStack() as stack:
         stack.enter_context(undone(apart().end))
         pool = stack.enter_context(process_pool(workers)) if workers > 1 else None
-        yield Runs(pool, workers, store)
-    if store is not None:
-        shutil.rmtree(store, ignore_errors=True)
+        runs = Runs(pool, workers, store)
+        yield runs
+    runs.forget()
