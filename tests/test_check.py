@@ -55,9 +55,7 @@ def test_a_figure_that_the_answers_never_have_is_bad_input(tmp_path):
     (tmp_path / "mine.py").write_text("def estimate(recording):\n    return None\n")
     text = AXIS.replace("best_pairing_rmsae", "error_imu1").replace("deg", "mm")
     claims = loaded(tmp_path, text + 'estimator = "mine.py:estimate"\n')
-    with pytest.raises(
-        InputError, match=r"figure of mine\.py:estimate 'error_imu1'; known: best_pairing_rmsae"
-    ):
+    with pytest.raises(InputError, match=r"figure of mine\.py:estimate 'error_imu1'; known: best_pairing_rmsae"):
         check(claims, MadeUp(GOOD))
 
 
