@@ -21,6 +21,7 @@ from imubench.attempt import Apart, Failed, attempted
 from imubench.checks.figures import figures_of
 from imubench.checks.scenario import Scenario
 from imubench.checks.versions import ESTIMATING, SIMULATING, code_key, estimator_key
+from imubench.dataset.ranges import is_number
 from imubench.errors import InputError
 from imubench.inputs.files import real, what_is
 from imubench.inputs.json import load_table
@@ -162,7 +163,9 @@ def _outcome(entry: object) -> Outcome:
     figures = entry.get("figures") if isinstance(entry, dict) else None
     if not isinstance(entry, dict) or not isinstance(figures, dict) or not isinstance(entry.get("why"), str):
         raise ValueError("no outcome")
-    return Outcome({str(name): float(value) for name, value in figures.items()}, entry["why"])
+    if not all(is_number(value) and value >= 0 for value in figures.values()):
+        raise ValueError("no figures")
+    return Outcome(figures, entry["why"])
 
 
 @contextmanager

@@ -8,6 +8,9 @@ from imubench.checks.claim import Claim
 from imubench.checks.decide import Decision
 from imubench.errors import shortened
 
+LONGEST = 200
+"""Characters of the finding: a heading of two lines."""
+
 
 def finding(done: Sequence[Checked]) -> str:
     """Return the outcome of a check in a line, with the names of what does not hold."""
@@ -15,11 +18,13 @@ def finding(done: Sequence[Checked]) -> str:
     failed, undecided = ([d for d in decisions if d.verdict == v] for v in ("fails", "undecided"))
     if not failed and not undecided:
         return "the claim holds" if len(decisions) == 1 else f"all {len(decisions)} claims hold"
-    told = [f"{len(failed)} fail{'s' * (len(failed) == 1)}"] if failed else []
-    told += [f"{len(undecided)} undecided"] if undecided else []
+    counts = ((len(failed), "fails", "fail"), (len(undecided), "is undecided", "are undecided"))
+    told = [(count, one if count == 1 else many) for count, one, many in counts if count]
+    (first, verb), *rest = told
+    subject = "the claim" if len(decisions) == 1 else f"{first} of {len(decisions)} claims"
+    also = "".join(f", {count} {what}" for count, what in rest)
     names = ", ".join(title(d) for d in (*failed, *undecided))
-    of = "the claim" if len(decisions) == 1 else f"of {len(decisions)} claims"
-    return shortened(f"{of} {told[0][2:]}" if of == "the claim" else f"{of} {', '.join(told)}: {names}", 200)
+    return shortened(f"{subject} {verb}{also}: {names}", LONGEST)
 
 
 def title(decision: Decision) -> str:

@@ -160,7 +160,7 @@ def test_the_command_writes_what_it_says(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = here("check", path.name, "--workers", "1", "--out", "out", "--save-baseline", "base.json", "--runs", "8")
     assert done.code == 1, done.err
-    assert done.out.startswith("of 2 claims 1 fails: exact\nfails     exact: ")
+    assert done.out.startswith("1 of 2 claims fails: exact\nfails     exact: ")
     assert "a true claim fails with a probability of at most 1 %" in done.out
     entries = json.loads((tmp_path / "out" / "claims.json").read_text())
     assert [e["verdict"] for e in entries] == ["holds", "fails"]
@@ -168,7 +168,7 @@ def test_the_command_writes_what_it_says(tmp_path, monkeypatch):
     assert len(entries[0]["errors"]) >= 8
     text = (tmp_path / "out" / "summary.md").read_text()
     assert shown.read_text() == "before\n" + text
-    assert text.startswith("## imubench check: of 2 claims 1 fails: exact\n")
+    assert text.startswith("## imubench check: 1 of 2 claims fails: exact\n")
     again = here("check", path.name, "--workers", "1", "--only", "axis", "--against", "base.json", "--out", "out")
     assert again.code == 0, again.err
     assert "axis beside the baseline: best\\_pairing" not in again.out
