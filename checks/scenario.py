@@ -15,7 +15,6 @@ from imubench.errors import InputError, shown, unknown
 from imubench.inputs.files import below, read_bytes
 from imubench.inputs.limits import BINARY_BYTES
 from imubench.recording import Recording
-from imubench.run import simulate
 from imubench.scenarios import SCENARIOS
 from imubench.truth import Truth
 
@@ -36,6 +35,8 @@ class Named:
 
     def recording(self, number: int) -> tuple[Recording, Truth]:
         """Return the recording of run `number` and its truth."""
+        from imubench.run import simulate  # with all that a run is logged with: only where it is needed
+
         return simulate(self.name, number)
 
 

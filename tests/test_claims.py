@@ -100,3 +100,12 @@ def test_the_example_of_the_docs_is_read():
     axis, worst = load_claims(folder / "claims.toml")
     assert axis.figure == "best_pairing_rmsae"
     assert worst.over == "share"
+
+
+def test_the_docs_show_the_example_as_it_is():
+    docs = Path(__file__).resolve().parent.parent / "docs"
+    page = (docs / "your-claim.md").read_text()
+    assert (docs / "examples" / "claims" / "claims.toml").read_text() in page
+    step = page.partition("```yaml\n")[2].partition("```")[0]
+    assert step
+    assert step in (docs / "examples" / "claims" / "claims.yml").read_text()
