@@ -9,6 +9,7 @@ import typer
 
 import imubench
 from imubench.commands import (
+    check,
     convert,
     datasets,
     diagnose,
@@ -32,6 +33,7 @@ COMMANDS: tuple[Command, ...] = (
     explain.COMMAND,
     prove.COMMAND,
     sweep.COMMAND,
+    check.COMMAND,
     datasets.GENERATE,
     datasets.VERIFY,
     datasets.EXPORT,

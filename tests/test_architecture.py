@@ -42,6 +42,7 @@ def test_every_folder_with_code_is_a_listed_package():
         "trials",
         "dataset",
         "sweeps",
+        "checks",
     )
     folders = {p.parent.relative_to(ROOT).as_posix() for top in tops for p in (ROOT / top).rglob("*.py")}
     assert folders == set(SETUP["package-dir"].values())

@@ -31,6 +31,7 @@ from tests.test_main import one_line
 SPEC = "name = 'small'\nseconds = 2\n[[rig]]\nfamily = 'hinge'\n"
 SWEEP = SPEC + "[[axis]]\nparameter = 'motion.bandwidth'\nvalues = [1, 2]\n"
 SWEEP = f"recordings = 1\nlimit_deg = 2\n{SWEEP}"
+CLAIMS = "estimator = 'seel2012'\nscenario = 'hinge-hand'\n[claim.a]\nfigure = 'maxae'\nat_most = '2 deg'\n"
 IMU = "time,gyr_x,gyr_y,gyr_z,acc_x,acc_y,acc_z\n0.00,0,0,0,0,0,9.81\n0.01,0,0,0,0,0,9.81\n"
 
 
@@ -62,6 +63,8 @@ def given(tmp_path_factory):
     generate(Job({"spec.toml": SPEC.encode()}, 3, 1, str(home / "dataset")), workers=0)
     (home / "model").mkdir()
     (home / "model" / "imus.toml").write_text("format = 1\n")
+    (home / "claims").mkdir()
+    (home / "claims" / "claims.toml").write_text(CLAIMS)
     (home / "real").mkdir()
     make_case(home / "real" / "monday", "hinge", [], 5, seconds=2.0)
     return home
@@ -87,11 +90,12 @@ READING = {  # the words before --out, and the folder of the input
     "prove --real": (("prove", "--real", "real"), "real"),
     "generate": (("generate", "spec/spec.toml", "--count", "1"), "spec"),
     "sweep": (("sweep", "grid/sweep.toml", "--estimator", "seel2012"), "grid"),
+    "check": (("check", "claims/claims.toml"), "claims"),
 }
 
 
 WAYS = ("the folder", "one above", "one inside", "a link to it", "through a link")
-OF_A_FILE = ("estimate --with, a file", "convert", "generate", "sweep")
+OF_A_FILE = ("estimate --with, a file", "convert", "generate", "sweep", "check")
 """Whose input is a file: a new folder beside it overlaps nothing."""
 
 
@@ -180,6 +184,7 @@ WORKING = {  # the words before --out, and the function that begins the work
     "reproduce": (("reproduce", "arve", "--quick"), "imubench.reproduce.reproduce.run_parts"),
     "generate": (("generate", "spec/spec.toml", "--count", "1"), "imubench.dataset.generate._made"),
     "sweep": (("sweep", "grid/sweep.toml", "--estimator", "seel2012"), "imubench.sweeps.run._outcomes"),
+    "check": (("check", "claims/claims.toml", "--workers", "1"), "imubench.cli_check.check"),
     "export": (("export", "qmt", "dataset"), "imubench.cli_generate.indices"),
     "prove": (("prove", "--cases", "1"), "imubench.trials.prove.make_cases"),
     "prove --real": (("prove", "--real", "real"), "imubench.trials.prove.publish_sealed"),

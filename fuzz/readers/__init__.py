@@ -4,13 +4,13 @@ A test fails where the package reads something and no reader covers it.
 """
 
 from fuzz.reader import Reader
-from fuzz.readers import conversion, dataset, diagnosis, paper, proof, recording, sweeping
+from fuzz.readers import check, conversion, dataset, diagnosis, paper, proof, recording, sweeping
 from fuzz.seeds.outside import files as outside
 
 # What the commands import when they run, so that no input pays for it.
-from imubench import cli_diagnose, cli_generate, cli_prove, cli_reproduce, run  # noqa: F401
+from imubench import cli_check, cli_diagnose, cli_generate, cli_prove, cli_reproduce, run  # noqa: F401
 
-MODULES = (recording, dataset, diagnosis, conversion, proof, paper, sweeping)
+MODULES = (recording, dataset, diagnosis, conversion, proof, paper, sweeping, check)
 
 READERS: dict[str, Reader] = {reader.name: reader for module in MODULES for reader in module.READERS}
 """The readers by name."""

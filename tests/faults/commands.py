@@ -48,6 +48,20 @@ pair = {"before": {}, "after": {}, "unit": ""}
   "rejected": [], "fit": {"heldout": {"before": 1.0, "after": 1.0}, "left_out_channel": pair, "reference": pair},
   "model": "", "seconds": 0.1}))
 """
+CLAIMS = """
+estimator = "seel2012"
+scenario = "quick"
+confidence = 0.9
+power = 0.9
+[scenarios.quick]
+seconds = 4
+[[scenarios.quick.rig]]
+family = "hinge"
+[claim.axis]
+figure = "best_pairing_rmsae"
+at_most = "5 deg"
+over = "median"
+"""
 TRUTH = {"documented": "screwed on", "effects": [], "may": []}
 
 
@@ -105,6 +119,8 @@ COMMANDS = {
             "sweep {given}/sweep.toml --estimator seel2012 --workers 0 --out out",
             kept=(".out.parts",),
         ),
+        Command("check", "check {given}/claims.toml --workers 1 --out out", kept=(".out.runs",)),
+        Command("check, 2 workers", "check {given}/claims.toml --workers 2 --runs 60 --out out", kept=(".out.runs",)),
         Command("export qmt", "export qmt {given}/dataset --out out"),
         Command("export opensim", "export opensim {given}/dataset --count 1 --out out"),
         Command("export ring", "export ring {given}/dataset --out out"),
@@ -136,6 +152,7 @@ def given(folder: Path) -> Path:
     (folder / "spec.toml").write_text(SPEC)
     (folder / "sweep.toml").write_text(SWEEP)
     generate(Job({"spec.toml": SPEC.encode()}, 3, 3, str(folder / "dataset")), workers=0)
+    (folder / "claims.toml").write_text(CLAIMS)
     (folder / "silent.py").write_text(SILENT)
     (folder / "lab").mkdir()
     shutil.copytree(folder / "recording", folder / "lab" / "monday")

@@ -1,0 +1,183 @@
+"""Evidence for and against a claim, run by run: e-processes, which may be looked at after every run.
+
+An e-process begins at 1 and, while its hypothesis is true, is no larger on average after any number of runs. So it
+passes 1 / a with a probability of at most a, whenever one stops (Ville's inequality). A claim has two of them:
+`against` the hypothesis that it is true, and `for_it` against the hypothesis that it is broken by its margin. Both are
+kept as logarithms. docs/claim-statistics.md has the equations, and why each test was chosen.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from imubench.arrays import Array
+
+STAKES = (0.05, 0.1, 0.2, 0.4, 0.8)
+"""Shares of what is at stake in each bet against a mean: the best depends on how errors spread, so all are held."""
+CLIP = 3.0
+"""Times the broken level at which an error counts as clipped in `for_it`: of normal errors 0.3 % are larger."""
+BOLDEST = 0.9
+"""Of a bet on one run: 1 would lose everything by one run that went the other way."""
+DEGREES = 5.0
+"""Of freedom of Student's t in the paired test's weights: logarithms of ratios have longer tails than a normal one."""
+PRIOR_PAIRS, PRIOR_SPREAD = 4, 2.0
+"""How many pairs, apart by so many times the margin, the spread begins with, so that the first few do not decide it."""
+LARGEST = 100.0
+"""Of a log ratio that enters the spread: where one of two has no estimate it is infinite."""
+NORMAL_MAD = 1.4826
+"""Standard deviation of a normal variable over the median of its absolute deviation."""
+
+
+class Evidence(Protocol):
+    """What runs say about a claim; begins without any."""
+
+    @property
+    def against(self) -> float:
+        """The log of the evidence that the claim is wrong."""
+
+    @property
+    def for_it(self) -> float:
+        """The log of the evidence that it is not broken by its margin."""
+
+    def add(self, value: float) -> None:
+        """Take in one run's value: an error in SI units or a log ratio; inf where there is no estimate."""
+
+
+@dataclass
+class ShareTest:
+    """At least a share `claimed` of the errors is within `bound`, or only `broken`: Wald's test of a proportion."""
+
+    bound: float
+    claimed: float
+    broken: float
+    against: float = 0.0
+    for_it: float = 0.0
+
+    def add(self, error: float) -> None:
+        """Take in one error."""
+        within = error <= self.bound
+        ratio = self.broken / self.claimed if within else (1.0 - self.broken) / (1.0 - self.claimed)
+        self.against += math.log(ratio)
+        self.for_it -= math.log(ratio)
+
+
+class MeanTest:
+    """The mean of errors raised to `power` is that of the bound at most, or that of `bound` (1 + margin) or more."""
+
+    def __init__(self, bound: float, margin: float, power: int) -> None:
+        self.bound, self.broken, self.power = bound, bound * (1.0 + margin), power
+        self._against = _Bets(np.asarray(STAKES))
+        room = CLIP**power - 1.0
+        self._for_it = _Bets(-np.asarray(STAKES) / room)  # the largest clipped error loses a bet of 1 / room
+
+    @property
+    def against(self) -> float:
+        """The log of the evidence that the mean is larger than claimed."""
+        return self._against.log
+
+    @property
+    def for_it(self) -> float:
+        """The log of the evidence that the mean of the clipped errors is smaller than the broken level."""
+        return self._for_it.log
+
+    def add(self, error: float) -> None:
+        """Take in one error."""
+        self._against.add((error / self.bound) ** self.power - 1.0)
+        self._for_it.add(min(error / self.broken, CLIP) ** self.power - 1.0)
+
+
+class MedianTest:
+    """Half of the errors are within the bound, or half of them are `bound` (1 + margin) or more."""
+
+    def __init__(self, bound: float, margin: float) -> None:
+        self.bound, self.broken = bound, bound * (1.0 + margin)
+        self._against, self._for_it = _Bets(np.asarray(STAKES)), _Bets(-np.asarray(STAKES))
+
+    @property
+    def against(self) -> float:
+        """The log of the evidence that fewer than half are within the bound."""
+        return self._against.log
+
+    @property
+    def for_it(self) -> float:
+        """The log of the evidence that more than half are below the broken level."""
+        return self._for_it.log
+
+    def add(self, error: float) -> None:
+        """Take in one error."""
+        self._against.add(1.0 if error > self.bound else -1.0)
+        self._for_it.add(1.0 if error >= self.broken else -1.0)
+
+
+class _Bets:
+    """The log of the mean of prod(1 + stake x) over some stakes, for values x of mean 0 or less (stakes > 0)."""
+
+    def __init__(self, stakes: Array) -> None:
+        self._stakes, self._logs = stakes, np.zeros(len(stakes))
+
+    def add(self, x: float) -> None:
+        with np.errstate(over="ignore"):
+            self._logs += np.log1p(self._stakes * x)
+
+    @property
+    def log(self) -> float:
+        return float(np.logaddexp.reduce(self._logs)) - math.log(len(self._logs))
+
+
+class PairedTest:
+    """On the same seeds a candidate errs as a baseline does, or `margin` times more: signs of log ratios, weighted.
+
+    Exact where exchanging the two on any seed changes nothing (against), or would change nothing had the candidate
+    erred 1 + margin times less (for it). The weight of a sign depends on the size of its log ratio and on the spread
+    of those before it.
+    """
+
+    def __init__(self, margin: float) -> None:
+        self.shift = math.log1p(margin)
+        self.against = self.for_it = 0.0
+        self._ratios: list[float] = []
+
+    def add(self, log_ratio: float) -> None:
+        """Take in the log of the candidate's error over the baseline's; inf where the candidate alone has none."""
+        spread = _spread(self._ratios, self.shift)
+        self.against += _sign_bet(log_ratio, spread, self.shift)
+        self.for_it += _sign_bet(self.shift - log_ratio, spread, self.shift)
+        self._ratios.append(log_ratio)
+
+
+def _sign_bet(difference: float, spread: float, shift: float) -> float:
+    """Return log(1 +- weight), the sign that of the difference: how much likelier it is around `shift` than -`shift`.
+
+    Beyond the size of the greatest weight the weight stays: a single gross difference decides nothing.
+    """
+    if difference == 0.0:
+        return 0.0
+    size = min(abs(difference), math.sqrt(DEGREES * spread**2 + shift**2))
+    far, near = ((size + s * shift) ** 2 / (DEGREES * spread**2) for s in (1, -1))
+    weight = min(math.tanh(0.25 * (DEGREES + 1.0) * (math.log1p(far) - math.log1p(near))), BOLDEST)
+    return math.log1p(math.copysign(weight, difference))
+
+
+def _spread(before: Sequence[float], shift: float) -> float:
+    """Return the standard deviation of the log ratios so far, by their median absolute deviation.
+
+    It is never below half the shift, where every sign counts fully.
+    """
+    values = np.clip(before, -LARGEST, LARGEST)
+    apart = np.abs(values - np.median(values)) if len(values) else values
+    prior = [PRIOR_SPREAD * shift / NORMAL_MAD] * PRIOR_PAIRS
+    return max(NORMAL_MAD * float(np.median([*apart, *prior])), shift / 2)
+
+
+def log_ratio(candidate: float, baseline: float) -> float:
+    """Return log(candidate / baseline) of two errors >= 0, which may be 0 or inf; 0 where both are the same."""
+    if candidate == baseline:
+        return 0.0
+    if math.isinf(candidate) or baseline == 0.0:
+        return math.inf
+    if math.isinf(baseline) or candidate == 0.0:
+        return -math.inf
+    return math.log(candidate / baseline)
