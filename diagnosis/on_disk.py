@@ -18,10 +18,10 @@ from imubench.diagnosis.result import TOLERANCE, Diagnosis, Pair
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.shares import with_shares
-from imubench.format1 import read
 from imubench.progress import Step, silent
 from imubench.recording import Recording
 from imubench.reference import Reference
+from imubench.sources import read
 
 REPORT, LOG, MODEL, BASELINE = "report.html", "diagnosis.rrd", "model", "baseline"
 SHARE = 0.5  # of the time limit that a baseline's recording may take

@@ -15,8 +15,8 @@ from rich.table import Table
 import imubench
 from imubench.errors import InputError
 from imubench.estimate import Estimate
-from imubench.inputs.files import real
 from imubench.progress import on_console
+from imubench.sources import label
 from imubench.terminal import Terminal
 
 app = typer.Typer(
@@ -33,6 +33,7 @@ Band = Annotated[
     float | None,
     typer.Option("--band", help="Hz: filter the IMUs below it, forward and backward, first.", show_default=False),
 ]
+RECORDING = "A folder in format 1, or DIR#17: recording 17 of a dataset."
 Out = Annotated[Path | None, typer.Option("--out", help="Folder for the results.", show_default=False)]
 
 
@@ -73,7 +74,7 @@ def run(
     seed: Annotated[int, typer.Option(help="The same seed gives the same numbers.", min=0)] = 0,
     band: Band = None,
     on: Annotated[
-        Path | None,
+        str | None,
         typer.Option(help="A recording: roll a diagnosis' model/ out through its free swings.", show_default=False),
     ] = None,
     out: Out = None,
@@ -94,7 +95,7 @@ def run(
 
         if estimator is not None or band is not None:
             raise InputError("--on: expected it without --estimator and --band, got one of them")
-        run_on(Path(scenario), on, out or Path("runs") / f"{Path(scenario).name}-on-{real(on).name}", console, errors)
+        run_on(Path(scenario), on, out or Path("runs") / f"{Path(scenario).name}-on-{label(on)}", console, errors)
         return
     out = out or Path("runs") / Path(scenario).name
     done = run_scenario(scenario, out, estimator, seed, on_console(errors), band)
@@ -111,7 +112,7 @@ def run(
 @app.command()
 def estimate(
     name: Annotated[str, typer.Argument(help="An estimator of `imubench list`.")],
-    recording: Annotated[Path, typer.Argument(help="A folder in format 1.")],
+    recording: Annotated[str, typer.Argument(help=RECORDING)],
     diagnosis: Annotated[
         Path | None, typer.Option("--with", help="Take out first what `imubench diagnose` found, from its folder.")
     ] = None,
@@ -122,7 +123,7 @@ def estimate(
     from imubench.answers import pairing_note
     from imubench.run import estimate_on_disk
 
-    out = out or Path("runs") / f"{name}-{real(recording).name}"
+    out = out or Path("runs") / f"{name}-{label(recording)}"
     done = estimate_on_disk(name, recording, out, on_console(errors), diagnosis, band)
     for finding in done.done:
         console.say(f"{finding.effect} at {finding.at}: {finding.what}")
@@ -192,7 +193,7 @@ def reproduce_command(
 
 @app.command("diagnose")
 def diagnose_command(
-    recording: Annotated[Path, typer.Argument(help="A folder in format 1.")],
+    recording: Annotated[str, typer.Argument(help=RECORDING)],
     out: Out = None,
     time_limit: Annotated[
         float, typer.Option("--time-limit", help="Seconds of processor time; then what is known is said.", min=1)
@@ -201,7 +202,7 @@ def diagnose_command(
         str, typer.Option("--tolerance", metavar="DEG,MM", help="What moves less is immaterial and raises no alarm.")
     ] = "0.5,5",
     baseline: Annotated[
-        Path | None,
+        str | None,
         typer.Option("--baseline", help="An undisturbed recording of the same sensors, or its diagnosis."),
     ] = None,
 ) -> None:
@@ -233,7 +234,7 @@ def diagnose_command(
     """
     from imubench.cli_diagnose import run as run_diagnosis
 
-    out = out or Path("runs") / f"diagnosis-{real(recording).name}"
+    out = out or Path("runs") / f"diagnosis-{label(recording)}"
     run_diagnosis(recording, out, time_limit, tolerance, baseline, console, errors)
 
 

@@ -25,7 +25,7 @@ from imubench.errors import InputError, unknown
 from imubench.estimate import Estimate
 from imubench.estimators import ESTIMATORS
 from imubench.estimators.banded import BLOCKS, explained
-from imubench.format1 import read, write_recording
+from imubench.format1 import write_recording
 from imubench.inputs.files import below
 from imubench.log import log_run
 from imubench.progress import Step, silent
@@ -36,6 +36,7 @@ from imubench.scenarios import SCENARIOS
 from imubench.score import Score, score
 from imubench.sim.imu_model import observe
 from imubench.sim.profiles import profile
+from imubench.sources import Source, read
 from imubench.truth import Truth
 
 
@@ -134,30 +135,30 @@ class OnDisk:
 
 def estimate_on_disk(
     name: str,
-    folder: Path,
+    source: Source,
     out: Path,
     step: Step = silent,
     diagnosis: Path | None = None,
     band: float | None = None,
 ) -> OnDisk:
-    """Estimate on a recording in format 1 and write estimate.json and run.rrd into the folder `out`.
+    """Estimate on a recording in format 1, or DIR#17 of a dataset; write estimate.json and run.rrd into `out`.
 
     With the `diagnosis` of that recording (its folder) what was found is taken out first, see docs/correct-with.md;
     what the estimator then took is written too, as corrected/. With a `band` in Hz both IMUs are filtered after that.
     """
     if name not in ESTIMATORS:
         raise unknown("estimator", name, ESTIMATORS)
-    inputs = [Path(given) for given in (folder, diagnosis) if given is not None]
+    inputs = [Path(given) for given in (source, diagnosis) if given is not None]
     with atomic_directory(out, inputs) as target:
-        return _estimate_into(target, name, folder, step, diagnosis, band)
+        return _estimate_into(target, name, source, step, diagnosis, band)
 
 
 def _estimate_into(
-    target: Path, name: str, folder: Path, step: Step, diagnosis: Path | None, band: float | None
+    target: Path, name: str, source: Source, step: Step, diagnosis: Path | None, band: float | None
 ) -> OnDisk:
     told = None if diagnosis is None else read_diagnosis(diagnosis)
-    with step(f"read {folder}"):
-        recording, reference = read(folder)
+    with step(f"read {source}"):
+        recording, reference = read(source)
     done: tuple[Done, ...] = ()
     uncorrected = None
     if diagnosis is not None and told is not None:

@@ -93,7 +93,8 @@ def test_less_truth_on_wish(tmp_path, kept, columns):
     text = f"truth = '{kept}'\n" + SPEC
     generate(Job({"spec.toml": text.encode()}, SEED, 1, str(tmp_path / "d")), workers=0)
     pq = pytest.importorskip("pyarrow.parquet")
-    assert len(pq.read_schema(tmp_path / "d/samples/part-00000.parquet").names) == columns
+    (file,) = (tmp_path / "d/samples").iterdir()
+    assert len(pq.read_schema(file).names) == columns
     assert read(tmp_path / "d", 0).truth is None
 
 
@@ -110,11 +111,11 @@ def test_samples_stand_in_the_row_nearest_to_their_stamp(folder):
 def test_pandas_reads_both_tables(folder):
     pd = pytest.importorskip("pandas")
     samples, recordings = pd.read_parquet(folder / "samples"), pd.read_parquet(folder / "recordings")
-    assert list(recordings["recording"]) == list(range(COUNT))
+    assert sorted(recordings["recording"]) == list(range(COUNT))
     counts = samples.groupby("recording").size()
-    assert (counts.to_numpy() == recordings["samples"].to_numpy()).all()
+    assert counts.to_dict() == dict(zip(recordings["recording"], recordings["samples"], strict=True))
     assert recordings.groupby("rig")["split"].nunique().max() == 1
-    row = recordings.iloc[3]
+    row = recordings.set_index("recording").loc[3]
     assert row["imu1_position"].shape == (3,)
     assert all(set(json.loads(e["parameters"])) for e in row["effects"])
     one = samples[samples["recording"] == 3].dropna(subset=["imu1_time"])
