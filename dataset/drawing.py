@@ -6,6 +6,7 @@ every part has a generator of its own. Rig r is that of the recordings r n to r 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ PARTS = ("seconds", "motion", "imus", "declared", "effects", "observing", "sampl
 """What draws within a recording: append new parts at the end, or old seeds give other recordings."""
 GOLDEN = 0.6180339887498949  # a step that spreads splits evenly over the rigs, however many there are
 STEPS = 3.0  # of the golden ratio meet any interval of length f at least once in 3 / f: its gaps are 1 to 2.62 times f
-FEW = 100_000  # rigs that are looked at, 2 s
+FEW = 50_000  # rigs that are looked at: half a second
 
 
 @dataclass(frozen=True)
@@ -80,11 +81,16 @@ def rig_of(spec: Spec, seed: int, rig_index: int) -> tuple[int, DrawnRig]:
 
 def split_of(spec: Spec, seed: int, rig_index: int) -> str:
     """Return a rig's split: of any m rigs in a row, each split gets its fraction of m within about one."""
-    start = generator(seed, SPLIT).random()
+    start = _split_start(seed)
     edges = np.cumsum(list(spec.splits.values()))
     which = int(np.searchsorted(edges, (start + GOLDEN * rig_index) % 1.0, side="right"))
     names = [name for name, fraction in spec.splits.items() if fraction]
     return list(spec.splits)[which] if which < len(edges) else names[-1]
+
+
+@lru_cache(maxsize=4)
+def _split_start(seed: int) -> float:
+    return float(generator(seed, SPLIT).random())
 
 
 def first_rigs(spec: Spec, seed: int) -> dict[str, int]:
