@@ -175,13 +175,13 @@ def test_estimate_takes_it_and_judges_by_its_truth(tmp_path):
 @pytest.mark.long
 def test_a_concealed_effect_is_found_by_diagnose_of_a_number(tmp_path):
     text = """
-seconds = 6
+seconds = 10
 recordings_per_rig = 1
 [[rig]]
-family = "hinge"
+family = "pendulum"
 [[effect]]
 name = "gyro_bias"
-at = "imu2"
+at = "imu1"
 bias = [0.05, 0.08]
 """
     dataset = made(tmp_path / "d", text, 4)
@@ -190,5 +190,5 @@ bias = [0.05, 0.08]
     assert done.code == 0
     told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     assert told["recording"] == "dataset-0000003"
-    assert ("gyro_bias", "imu2") in [(f["effect"], f["at"]) for f in told["findings"]]
+    assert ("gyro_bias", "imu1") in [(f["effect"], f["at"]) for f in told["findings"]]
     assert f"{dataset}#3" in (tmp_path / "out" / "report.html").read_text()  # what to type next
