@@ -7,6 +7,8 @@ from typing import Literal
 import numpy as np
 
 from imubench.arrays import Array, frozen
+from imubench.callable_module import call_as
+from imubench.displays import Displayed
 from imubench.errors import InputError, unknown
 
 Quantity = Literal["joint_axis", "joint_vector"]
@@ -17,7 +19,7 @@ PAIRINGS: tuple[Pairing, ...] = ("from data", "from declared mounts", "unknown")
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(Displayed):
     """A value with its covariance, or the reason why there is none.
 
     `joint_axis`: value (m, 3), one unit vector per IMU in its sensor axes, their signs paired as `pairing` says. An
@@ -53,3 +55,6 @@ class Estimate:
             width = 3 * value.shape[-2]
             covariance = frozen(self.covariance, (*n, width, width), f"{self.estimator}.covariance")
             object.__setattr__(self, "covariance", covariance)
+
+
+call_as(__name__, "imubench.run", "estimate")
