@@ -74,7 +74,7 @@ def card(spec: Spec, manifest: Mapping[str, Any], tables: Iterable[Path | IO[byt
         f"<h1>{escape(spec.name)}</h1><p class='soft'>{escape(spec.summary)}</p>",
         f"<p>{total:,} simulated recordings of {manifest['rigs']:,} rigs, {manifest['seconds'] / 3600:,.2f} h at "
         f"{spec.rate:g} Hz, {manifest['samples']:,} rows, {size / 1e6:,.1f} MB. Licence of the data: "
-        f"<b>{escape(spec.licence or 'none stated')}</b>.</p>",
+        f"<b>{escape(spec.terms.licence or 'none stated')}</b>.</p>",
         "<h2>Splits, by rig</h2>",
         _splits(spec, found.splits),
         "<h2>What is in it</h2><div class='all'>",

@@ -6,6 +6,7 @@ every part has a generator of its own. Rig r is that of the recordings r n to r 
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,8 @@ RIG, RECORDING, SPLIT = 0, 1, 2  # the first number of a key
 PARTS = ("seconds", "motion", "imus", "declared", "effects", "observing", "samples", "instruments", "pivot")
 """What draws within a recording: append new parts at the end, or old seeds give other recordings."""
 GOLDEN = 0.6180339887498949  # a step that spreads splits evenly over the rigs, however many there are
+STEPS = 3.0  # of the golden ratio meet any interval of length f at least once in 3 / f: its gaps are 1 to 2.62 times f
+FEW = 50_000  # rigs that are looked at: half a second
 
 
 @dataclass(frozen=True)
@@ -69,11 +72,27 @@ def rig_of(spec: Spec, seed: int, rig_index: int) -> tuple[int, DrawnRig]:
 
 def split_of(spec: Spec, seed: int, rig_index: int) -> str:
     """Return a rig's split: of any m rigs in a row, each split gets its fraction of m within about one."""
-    start = generator(seed, SPLIT).random()
+    start = _split_start(seed)
     edges = np.cumsum(list(spec.splits.values()))
     which = int(np.searchsorted(edges, (start + GOLDEN * rig_index) % 1.0, side="right"))
     names = [name for name, fraction in spec.splits.items() if fraction]
     return list(spec.splits)[which] if which < len(edges) else names[-1]
+
+
+@lru_cache(maxsize=4)
+def _split_start(seed: int) -> float:
+    return float(generator(seed, SPLIT).random())
+
+
+def first_rigs(spec: Spec, seed: int) -> dict[str, int]:
+    """Return the first rig of each split that has a fraction; of the smallest fractions, none within `FEW` rigs."""
+    least = min(fraction for fraction in spec.splits.values() if fraction)
+    found: dict[str, int] = {}
+    for rig in range(min(FEW, int(STEPS / least) + 1)):
+        found.setdefault(split_of(spec, seed, rig), rig)
+        if len(found) == sum(fraction > 0 for fraction in spec.splits.values()):
+            break
+    return found
 
 
 def draw(spec: Spec, seed: int, index: int) -> Drawn:

@@ -1,5 +1,6 @@
 """Recordings of a dataset in the forms that other tools take. A new form is one function and one line in `EXPORTS`.
 
+format1  one folder a recording, as a laboratory's, with the truth as its reference
 qmt      one .mat a recording, as `qmt.Struct.load` and MATLAB read it: rows in which every IMU has a sample
 opensim  three .sto tables a recording, named and laid out as OpenSim's own IMU readers write them
 ring     X and y as `imt-ring` trains on, one .npz for each number of IMUs; a lost sample repeats the one before
@@ -21,11 +22,20 @@ from imubench.arrays import Array
 from imubench.dataset.playing import rows_of
 from imubench.dataset.reading import Stored
 from imubench.errors import InputError
+from imubench.format1 import write_recording
 from imubench.recording import Imu
 from imubench.truth import SensorTruth, Truth
 
 MATLAB_HEADER = b"MATLAB 5.0 MAT-file, written by imubench".ljust(116)  # the text that a file of version 5 begins with
 OPENSIM_HEADER = "DataRate={rate:.6f}\nDataType={kind}\nversion=3\nOpenSimVersion=4.5\nendheader\n"
+
+
+def export_format1(recordings: Iterator[Stored], folder: Path) -> None:
+    """Write NAME/: recording.toml, a CSV file for each sensor, and reference.csv of what is stored of the truth."""
+    for stored in recordings:
+        if stored.reference is not None:
+            _check_within(stored, stored.reference.time.size)
+        write_recording(stored.recording, folder / stored.recording.name, stored.reference)
 
 
 def export_qmt(recordings: Iterator[Stored], folder: Path) -> None:
@@ -125,7 +135,12 @@ def held_rows(imu: Imu, count: int) -> NDArray[np.intp]:
 def _truth(stored: Stored) -> Truth:
     if stored.truth is None:
         raise InputError('export: expected a dataset with truth = "full", got less')
-    count = stored.truth.time.size
+    _check_within(stored, stored.truth.time.size)
+    return stored.truth
+
+
+def _check_within(stored: Stored, count: int) -> None:
+    """Raise `InputError` where an IMU has samples beyond so many rows of truth."""
     for imu in stored.recording.imus:
         rows = rows_of(imu.time, imu.rate)
         if not (rows.min() >= 0 and rows.max() < count):
@@ -133,9 +148,13 @@ def _truth(stored: Stored) -> Truth:
                 f"{stored.recording.name}: expected samples of {imu.name} within the {count} rows of truth, got them "
                 f"from row {rows.min()} to {rows.max()}"
             )
-    return stored.truth
 
 
 Export = Callable[[Iterator[Stored], Path], None]
-EXPORTS: dict[str, Export] = {"qmt": export_qmt, "opensim": export_opensim, "ring": export_ring}
+EXPORTS: dict[str, Export] = {
+    "format1": export_format1,
+    "qmt": export_qmt,
+    "opensim": export_opensim,
+    "ring": export_ring,
+}
 """The forms by name; each takes recordings one after the other and a folder to write to."""

@@ -1,7 +1,7 @@
 """A dataset is made, or gone on with: shards first, in any order, each finished or not there; the manifest last."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
@@ -11,8 +11,10 @@ from imubench.dataset.card import CARD, card
 from imubench.dataset.engines import ENGINES
 from imubench.dataset.identity import identity
 from imubench.dataset.manifest import MANIFEST, checked, encoded, manifest, spec_names
+from imubench.dataset.published.croissant import CROISSANT, croissant
+from imubench.dataset.published.readme import README, readme
 from imubench.dataset.remote import place
-from imubench.dataset.shard import RECEIPTS, Job, Receipt, finished, is_there, names, receipt_name
+from imubench.dataset.shard import RECEIPTS, Job, Receipt, finished, is_there, receipt_name
 from imubench.dataset.storage import Folder, Place
 from imubench.errors import InputError, unknown
 from imubench.lock import locked
@@ -100,22 +102,28 @@ def _made(
             if not is_there(job, receipt):
                 raise InputError(
                     f"{folder.path}: expected a place that all workers and this process see, got one where "
-                    f"{names(receipt.number)[0]} is not, which a worker wrote"
+                    f"{min(receipt.files)} is not, which a worker wrote"
                 )
             receipts.append(receipt)
             tell()
     table = manifest(job, receipts)
-    text = card(job.spec, table, _tables(folder, job))
-    folder.write(CARD, text.encode())
-    table["files"][CARD] = {"sha256": folder.sha256(CARD), "bytes": folder.size(CARD)}
+    written = {
+        CARD: card(job.spec, table, _tables(folder, list(table["files"]))),
+        README: readme(job.spec, table),
+        CROISSANT: croissant(job.spec, table),
+    }
+    for name, text in written.items():
+        folder.write(name, text.encode())
+        table["files"][name] = {"sha256": folder.sha256(name), "bytes": folder.size(name)}
     folder.write(MANIFEST, encoded(table))
     return table
 
 
-def _tables(folder: Place, job: Job) -> Iterator[Path | IO[bytes]]:
-    for number in range(job.shards):
-        with folder.reading(names(number)[1]) as file:
-            yield file
+def _tables(folder: Place, files: Sequence[str]) -> Iterator[Path | IO[bytes]]:
+    for name in files:
+        if name.startswith("recordings/"):
+            with folder.reading(name) as file:
+                yield file
 
 
 def _check_ours(folder: Place) -> None:

@@ -18,7 +18,8 @@ from imubench.errors import InputError, shown
 from imubench.inputs.files import below
 
 MANIFEST = "manifest.json"
-FORMAT = 1
+FORMAT = 2  # 1: shards in one file for all splits
+READABLE = (1, FORMAT)
 
 
 def spec_names(job: Job) -> dict[str, bytes]:
@@ -43,7 +44,8 @@ def manifest(job: Job, receipts: Sequence[Receipt]) -> dict[str, Any]:
         "kind": "imubench dataset",
         "name": spec.name,
         "summary": spec.summary,
-        "licence": spec.licence,
+        "licence": spec.terms.licence,
+        "version": spec.terms.version,
         **identity(job),
         "spec_text": job.content[SPEC_FILE].decode(),
         "recordings_per_file": spec.recordings_per_file,
@@ -73,8 +75,8 @@ def read_manifest(folder: Place) -> dict[str, Any]:
 
 def checked(found: dict[str, Any], where: str) -> dict[str, Any]:
     """Return a manifest; `InputError` where it is of another format or lacks what readers need of it."""
-    if found.get("format") != FORMAT:
-        raise InputError(f"{where}: expected a dataset of format {FORMAT}, got {shown(found.get('format'))}")
+    if found.get("format") not in READABLE or isinstance(found.get("format"), bool):
+        raise InputError(f"{where}: expected a dataset of format 1 or {FORMAT}, got {shown(found.get('format'))}")
     for key, (fits, wanted) in KINDS.items():
         if not fits(found.get(key)):
             raise InputError(f"{where}, key '{key}': expected {wanted}, got {shown(found.get(key))}")

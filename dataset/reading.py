@@ -1,6 +1,7 @@
 """A dataset is read back: one recording with its truth by one call, each of its files by any Parquet reader."""
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -12,16 +13,19 @@ import pyarrow as pa
 from imubench.arrays import Array
 from imubench.dataset.columns import POSE_FIELDS, SEGMENT_FIELDS, SENSOR_FIELDS, SHARED_ORIGIN, SIGNALS, XYZ
 from imubench.dataset.instruments import SEGMENTS
-from imubench.dataset.manifest import read_manifest
+from imubench.dataset.manifest import MANIFEST, read_manifest
 from imubench.dataset.remote import place
-from imubench.dataset.shard import names
+from imubench.dataset.storage import Place
 from imubench.errors import InputError, first_line, unknown
 from imubench.inputs.files import plain_name
 from imubench.inputs.json import parse_json
 from imubench.inputs.parquet import opened_parquet
 from imubench.inputs.tables import check_size
 from imubench.recording import RIGS, Body, Encoder, Imu, Pose, Recording
+from imubench.reference import Reference
 from imubench.truth import SegmentTruth, SensorTruth, Truth
+
+TABLE = re.compile(r"recordings/([\w.]+-(\d{5,10})\.parquet)", re.ASCII)  # one of a shard, whose number it has
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ class Stored:
     truth: Truth | None  # on the grid of the recording's rate; None unless the spec says truth = "full"
     row: Mapping[str, Any]  # of the table of recordings: all that was drawn
     effects: tuple[dict[str, Any], ...]  # {"effect", "at", "parameters"}
+    reference: Reference | None = None  # of the truth what a laboratory could measure; None where nothing is stored
 
 
 def read(folder: Path | str, index: int) -> Stored:
@@ -40,16 +45,15 @@ def read(folder: Path | str, index: int) -> Stored:
     Numbers are those on the disk: with `precision = "single"`, rounded to 24 bits. Raises `InputError` for a folder
     that is no finished dataset, a number that is not in it, or a file that cannot be read.
     """
-    count, size = _extent(str(folder))
-    if not 0 <= index < count:
-        raise InputError(f"{folder}: expected a recording from 0 to {count - 1}, got {index}")
-    number, group = divmod(index, size)
-    samples, recordings = names(number)
+    contents = _contents(str(folder))
+    if not 0 <= index < contents.count:
+        raise InputError(f"{folder}: expected a recording from 0 to {contents.count - 1}, got {index}")
     where = place(str(folder))
     here = f"{folder}, recording {index}"
     try:
+        name, group = _found(where, contents.tables(index // contents.size), index)
+        recordings, samples = f"recordings/{name}", f"samples/{name}"
         with where.reading(recordings) as source, opened_parquet(source, f"{folder}/{recordings}") as file:
-            check_size(Path(recordings), file.metadata.num_rows, file.metadata.num_columns)
             row = file.read(use_threads=False).slice(group, 1).to_pylist()[0]
         with where.reading(samples) as source, opened_parquet(source, f"{folder}/{samples}") as file:
             found = file.metadata.row_group(group)
@@ -59,7 +63,7 @@ def read(folder: Path | str, index: int) -> Stored:
         effects = tuple(
             e | {"parameters": parse_json(e["parameters"].encode(), f"{here}: effects")} for e in row["effects"]
         )
-        return Stored(_recording(row, table), _truth(row, table), row, effects)
+        return Stored(_recording(row, table), _truth(row, table), row, effects, _reference(row, table))
     except InputError as error:
         raise InputError(f"{here}: {error}") from None
     except (OSError, pa.ArrowException, LookupError, TypeError, ValueError, AttributeError) as error:
@@ -73,27 +77,65 @@ def indices(folder: Path | str, split: str | None = None) -> Iterator[int]:
     found = read_manifest(where)
     if split is not None and split not in found["recordings"]:
         raise unknown("split", split, found["recordings"])
-    for number in range(-(-found["count"] // found["recordings_per_file"])):
-        name = names(number)[1]
-        with where.reading(name) as source, opened_parquet(source, f"{folder}/{name}") as file:
-            check_size(Path(name), file.metadata.num_rows, 2)
-            for column in ("recording", "split"):
-                if column not in file.schema_arrow.names:
-                    raise InputError(f"{folder}/{name}: expected column '{column}', got none")
-            if not pa.types.is_integer(file.schema_arrow.field("recording").type):
-                kind = file.schema_arrow.field("recording").type
-                raise InputError(f"{folder}/{name}, column 'recording': expected whole numbers, got {kind}")
-            table = file.read(columns=["recording", "split"], use_threads=False)
-            if table.column("recording").null_count:
-                raise InputError(f"{folder}/{name}, column 'recording': expected whole numbers, got nulls")
-        rows = zip(*(table.column(name).to_pylist() for name in ("recording", "split")), strict=True)
-        yield from (index for index, own in rows if split in (None, own))
+    contents = Contents.of(found)
+    for number in range(-(-contents.count // contents.size)):
+        rows = [pair for name in contents.tables(number) for pair in _numbered(where, name)]
+        yield from sorted(index for index, own in rows if split in (None, own))
+
+
+@dataclass(frozen=True)
+class Contents:
+    """Which files hold which recordings, as a manifest says."""
+
+    count: int  # recordings
+    size: int  # of a shard
+    shards: Mapping[int, tuple[str, ...]]  # number -> names of its tables, the same for samples and recordings
+
+    @classmethod
+    def of(cls, manifest: Mapping[str, Any]) -> "Contents":
+        """Return the contents of a dataset of any format that `read_manifest` takes."""
+        shards: dict[int, tuple[str, ...]] = {}
+        for file in manifest["files"]:
+            if named := TABLE.fullmatch(file):
+                shards[int(named[2])] = (*shards.get(int(named[2]), ()), named[1])
+        return cls(int(manifest["count"]), int(manifest["recordings_per_file"]), shards)
+
+    def tables(self, number: int) -> tuple[str, ...]:
+        """Return the names of the tables of a shard; `InputError` where the manifest has none."""
+        if number not in self.shards:
+            raise InputError(f"expected the files of shard {number} in {MANIFEST}, got none")
+        return self.shards[number]
+
+
+def _numbered(where: Place, table: str) -> list[tuple[int, str]]:
+    """Return number and split of each recording in a table of recordings."""
+    name = f"recordings/{table}"
+    with where.reading(name) as source, opened_parquet(source, f"{where.path}/{name}") as file:
+        check_size(Path(name), file.metadata.num_rows, file.metadata.num_columns)
+        for column in ("recording", "split"):
+            if column not in file.schema_arrow.names:
+                raise InputError(f"{where.path}/{name}: expected column '{column}', got none")
+        if not pa.types.is_integer(file.schema_arrow.field("recording").type):
+            kind = file.schema_arrow.field("recording").type
+            raise InputError(f"{where.path}/{name}, column 'recording': expected whole numbers, got {kind}")
+        found = file.read(columns=["recording", "split"], use_threads=False)
+        if found.column("recording").null_count:
+            raise InputError(f"{where.path}/{name}, column 'recording': expected whole numbers, got nulls")
+    return list(zip(*(found.column(name).to_pylist() for name in ("recording", "split")), strict=True))
+
+
+def _found(where: Place, tables: Sequence[str], index: int) -> tuple[str, int]:
+    """Return which of a shard's tables has a recording, and its row there, that is the row group of its samples."""
+    for name in tables:
+        for row, (number, _) in enumerate(_numbered(where, name)):
+            if number == index:
+                return name, row
+    raise InputError(f"expected recording {index} in {' or '.join(tables)}, got other recordings")
 
 
 @lru_cache(maxsize=16)
-def _extent(folder: str) -> tuple[int, int]:
-    found = read_manifest(place(folder))
-    return int(found["count"]), int(found["recordings_per_file"])
+def _contents(folder: str) -> Contents:
+    return Contents.of(read_manifest(place(folder)))
 
 
 def _recording(row: Mapping[str, Any], table: pa.Table) -> Recording:
@@ -169,6 +211,18 @@ def _truth(row: Mapping[str, Any], table: pa.Table) -> Truth | None:
     angle, rate = (_column(table, f"hinge_{key}") if hinge else None for key in ("angle", "rate"))
     time = _column(table, "time")
     return Truth(time, row["family"], row["true_gravity"], tuple(segments), tuple(sensors), angle, rate)
+
+
+def _reference(row: Mapping[str, Any], table: pa.Table) -> Reference | None:
+    groups: dict[str, Array] = {}
+    if row["family"] == "hinge" and "hinge_angle" in table.column_names:
+        groups["hinge_angle"] = _column(table, "hinge_angle")
+    for n in range(1, len(RIGS[row["family"]]) + 1):
+        if f"segment{n}_quaternion_w" in table.column_names:
+            groups[f"quaternion{n}"] = _stacked(table, f"segment{n}_quaternion", SEGMENT_FIELDS["quaternion"])
+    if row["family"] != "free" and "segment1_position_x" in table.column_names:
+        groups["joint_position"] = _stacked(table, "segment1_position", XYZ)
+    return Reference(_column(table, "time"), **groups) if groups else None
 
 
 def _column(table: pa.Table, name: str) -> Array:

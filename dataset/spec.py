@@ -1,5 +1,6 @@
 """A spec: a TOML file of a few lines that says what a dataset is drawn from. docs/datasets.md is its reference."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,10 +10,12 @@ from imubench.dataset.effect_ranges import SPRUNG, EffectRange, check_once, pars
 from imubench.dataset.imu_choices import ImuChoice, parse_imu
 from imubench.dataset.instruments import EncoderRange, PoseRange, parse_encoder, parse_pose
 from imubench.dataset.motion_ranges import Files, MotionRange, parse_motion
+from imubench.dataset.published.terms import KEYS as TERMS
+from imubench.dataset.published.terms import Terms, line_of, parse_terms
 from imubench.dataset.ranges import Range, check_keys, chosen, is_number, number, parse_range
 from imubench.dataset.rig_ranges import RigRange, parse_rig
 from imubench.dataset.swing_range import SwingMotion
-from imubench.errors import InputError
+from imubench.errors import InputError, shown
 from imubench.inputs.files import below, plain_name, read_bytes
 from imubench.inputs.limits import BINARY_BYTES
 from imubench.inputs.toml import parse_toml
@@ -20,7 +23,7 @@ from imubench.recording import RIGS
 from imubench.sim.injected import SWUNG
 
 KEYS = (
-    "format", "name", "summary", "licence", "seconds", "rate", "recordings_per_rig", "recordings_per_file",
+    "format", "name", "summary", *TERMS, "seconds", "rate", "recordings_per_rig", "recordings_per_file",
     "precision", "truth", "declared", "splits", "rig", "motion", "imu", "encoder", "pose", "effect",
 )  # fmt: skip
 PRECISIONS = ("single", "double")
@@ -28,6 +31,7 @@ TRUTHS = ("full", "core", "none")
 SPEC_FILE = "spec.toml"
 MOTIONS: Sequence[Mapping[str, Any]] = [{"kind": "random"}]  # of a spec that has none
 IMUS: Sequence[Mapping[str, Any]] = [{"profile": "xsens_mtw"}]
+SPLIT = re.compile(r"[A-Za-z0-9_]{1,60}")  # the name of a split
 MOST_SAMPLES = 2_000_000  # of one recording: what fits into a gigabyte on the way
 
 
@@ -45,7 +49,7 @@ class Spec:
 
     name: str
     summary: str
-    licence: str
+    terms: Terms
     seconds: Range
     rate: float  # Hz, of the IMUs and of the truth
     recordings_per_rig: int
@@ -107,8 +111,8 @@ def _parsed(table: Mapping[str, Any], where: str, read: Files) -> Spec:
 
     return Spec(
         name=plain_name(table.get("name", "dataset"), f"{where}: name"),
-        summary=_text(table, "summary", "", where),
-        licence=_text(table, "licence", "", where),
+        summary=line_of(table, "summary", "", where),
+        terms=parse_terms(table, where),
         seconds=seconds,
         rate=rate,
         recordings_per_rig=_count(table, "recordings_per_rig", 10, where),
@@ -156,13 +160,6 @@ def _tables(table: Mapping[str, Any], key: str, where: str, default: object) -> 
     return given
 
 
-def _text(table: Mapping[str, Any], key: str, default: str, where: str) -> str:
-    value = table.get(key, default)
-    if not isinstance(value, str) or "\n" in value:
-        raise InputError(f"{where}: {key}: expected a line of text, got {value!r}")
-    return value
-
-
 def _count(table: Mapping[str, Any], key: str, default: int, where: str) -> int:
     value = table.get(key, default)
     if not isinstance(value, int) or isinstance(value, bool) or value < 1:
@@ -187,6 +184,11 @@ def _splits(table: Any, where: str) -> Mapping[str, float]:
         raise InputError(f"{where}: expected fractions by name, got {table!r}")
     if abs(sum(table.values()) - 1.0) > 1e-9:
         raise InputError(f"{where}: expected fractions that make 1, got {sum(table.values()):g}")
+    for name in table:  # files begin with them, and `all` means all splits to `datasets`
+        if not SPLIT.fullmatch(name) or name.lower() == "all":
+            raise InputError(f"{where}: expected names of letters, digits and _, and not 'all', got {shown(name)}")
+    if len({name.lower() for name in table}) < len(table):  # one file on some disks
+        raise InputError(f"{where}: expected names that differ in more than case, got {', '.join(table)}")
     return {name: float(value) for name, value in table.items()}
 
 

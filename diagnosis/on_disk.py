@@ -18,10 +18,10 @@ from imubench.diagnosis.result import TOLERANCE, Diagnosis, Pair
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.shares import with_shares
-from imubench.format1 import read
 from imubench.progress import Step, silent
 from imubench.recording import Recording
 from imubench.reference import Reference
+from imubench.sources import read
 
 REPORT, LOG, MODEL, BASELINE = "report.html", "diagnosis.rrd", "model", "baseline"
 SHARE = 0.5  # of the time limit that a baseline's recording may take
@@ -79,6 +79,23 @@ def diagnose_on_disk(
         return _written(recording, reference, target, step, left, tolerance, told, Paths(str(folder), str(out)))
 
 
+def diagnosed(
+    recording: Recording,
+    reference: Reference | None = None,
+    step: Step = silent,
+    budget: Budget | None = None,
+    tolerance: Pair = TOLERANCE,
+    baseline: Diagnosis | None = None,
+) -> tuple[Diagnosis, Evidence]:
+    """Return the diagnosis of a recording, judged by its reference, and what shows it; nothing is written."""
+    if baseline is not None:
+        check_usable(baseline, Path(baseline.recording))
+        check_same_sensors(baseline, recording)
+    diagnosis, evidence = diagnose(recording, step, budget, tolerance, baseline)
+    diagnosis = with_shares(diagnosis, evidence)
+    return (judged(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis), evidence
+
+
 def _told(
     baseline: Path, recording: Recording, target: Path, step: Step, time_limit: float, tolerance: Pair
 ) -> Diagnosis:
@@ -107,9 +124,7 @@ def _written(
     paths: Paths | None = None,
 ) -> Done:
     """Return the diagnosis of a recording, after writing it into the empty folder `target`."""
-    diagnosis, evidence = diagnose(recording, step, budget, tolerance, baseline)
-    diagnosis = with_shares(diagnosis, evidence)
-    diagnosis = judged(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis
+    diagnosis, evidence = diagnosed(recording, reference, step, budget, tolerance, baseline)
     with step("write the model"):
         (target / MODEL).mkdir()
         name = write_model(diagnosis, evidence, target / MODEL)

@@ -14,6 +14,7 @@ from imubench.diagnosis.result_checks import finite as finite
 from imubench.diagnosis.result_checks import place, span, within
 from imubench.diagnosis.simulation.result import SimulatedChannel as SimulatedChannel
 from imubench.diagnosis.simulation.result import Simulation as Simulation
+from imubench.displays import Displayed
 from imubench.errors import InputError, unknown
 
 Verdict = Literal["no mismatch", "explained", "partly explained", "unexplained", "unobservable"]
@@ -298,7 +299,7 @@ class Nonsense:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(Displayed):
     """The whole answer; `InputError` where the verdict does not go with the findings."""
 
     recording: str

@@ -30,6 +30,7 @@ from imubench.inputs.json import load_table
 from imubench.inputs.limits import JSON_BYTES
 from imubench.leftovers import undone
 from imubench.lock import locked
+from imubench.sources import folder_of
 
 MARKER = ".imubench.json"
 NOT_THE_PLACE = (ConnectionError, FileNotFoundError, FileExistsError, IsADirectoryError, NotADirectoryError)
@@ -136,10 +137,14 @@ def atomic_directory(path: Path, inputs: Iterable[Path] = ()) -> Iterator[Path]:
 
 
 def check_apart(path: Path, inputs: Iterable[Path]) -> None:
-    """Raise `InputError` where the output `path` is, holds or lies in one of the inputs, links followed."""
+    """Raise `InputError` where the output `path` is, holds or lies in one of the inputs, links followed.
+
+    An input `DIR#17` is the dataset in DIR, whose recording 17 is read; a URL is apart from all folders.
+    """
     own = _chain(path)
     for given in inputs:
-        for place in _places(Path(given)):
+        folder = folder_of(given)
+        for place in () if folder is None else _places(folder):
             other = _chain(place)
             if own[0] == other[0]:
                 how = "the input itself"

@@ -14,6 +14,7 @@ from imubench.diagnosis.result import SURE, Diagnosis, Finding
 from imubench.diagnosis.result_file import FILE_NAME
 from imubench.errors import InputError
 from imubench.progress import in_stages
+from imubench.sources import Source
 from imubench.terminal import Terminal
 
 COLOURS = {"good": "green", "part": "yellow", "bad": "red"}
@@ -21,11 +22,11 @@ CHANNELS = 3  # that differ most, in a terminal's lines
 
 
 def run(
-    recording: Path,
+    recording: Source,
     out: Path,
     time_limit: float,
     tolerance: str,
-    baseline: Path | None,
+    baseline: Source | None,
     console: Terminal,
     errors: Terminal,
 ) -> None:
@@ -35,9 +36,10 @@ def run(
         InputError: for a tolerance that is none, and a baseline of other sensors.
     """
     limits = read_tolerance(tolerance)
-    known = baseline is None or baseline.is_file() or (baseline / FILE_NAME).is_file()
+    earlier = None if baseline is None else Path(baseline)
+    known = earlier is None or earlier.is_file() or (earlier / FILE_NAME).is_file()
     plan = STAGES if known else (STAGES[0], *STAGES, *STAGES[1:])
-    done = diagnose_on_disk(recording, out, in_stages(errors, plan), time_limit, limits, baseline)
+    done = diagnose_on_disk(Path(recording), out, in_stages(errors, plan), time_limit, limits, earlier)
     print_diagnosis(done.diagnosis, done.evidence, console, Paths(str(recording), str(out)))
     console.say(f"written: {out}; open {out / REPORT}")
 

@@ -10,12 +10,14 @@ from imubench.cli_prove import bars
 from imubench.dataset.exports import EXPORTS
 from imubench.dataset.generate import generate
 from imubench.dataset.manifest import verify
+from imubench.dataset.published.notes import before_publishing, empty_splits
 from imubench.dataset.reading import Stored, indices, read
 from imubench.dataset.shard import Job
 from imubench.dataset.spec import SPEC_FILE, load_spec
-from imubench.errors import unknown
+from imubench.errors import InputError, unknown
 from imubench.progress import on_console
 from imubench.signals import promising
+from imubench.sources import in_dataset
 from imubench.terminal import Terminal
 
 
@@ -36,6 +38,8 @@ def run(
     if "://" not in target:
         check_apart(Path(target), [spec, *(spec.parent / name for name in found.content if name != SPEC_FILE)])
     job = Job(found.content, seed, count, target)
+    for line in empty_splits(job):
+        console.say("warning: ", "yellow", line)
     start = time.perf_counter()
     with promising("finished files are kept: the same command goes on from there"), bars(errors) as report:
         made = generate(job, workers, engine, report, address)
@@ -49,17 +53,22 @@ def run(
         f"{size / 1e6:,.1f} MB, {size / 1e6 / hours:,.1f} MB per recorded hour; {time.perf_counter() - start:.1f} s"
     )
     console.say(f"written: {target}")
+    if line := before_publishing(job):
+        console.say(line)
 
 
 def export(
     form: str, folder: str, out: Path, split: str | None, count: int | None, console: Terminal, errors: Terminal
 ) -> None:
-    """Write recordings of a dataset in another form and print how many."""
+    """Write recordings of a dataset, or the one that DIR#17 names, in another form and print how many."""
     if form not in EXPORTS:
         raise unknown("form", form, EXPORTS)
+    folder, one = in_dataset(folder) or (folder, None)
+    if one is not None and (split is not None or count is not None):
+        raise InputError(f"{folder}#{one}: expected one recording without --split and --count, got one of them")
     inputs = [] if "://" in folder else [Path(folder)]
     with bars(errors) as report, atomic_directory(out, inputs) as target:
-        chosen = list(islice(indices(folder, split), count))
+        chosen = list(islice(indices(folder, split), count)) if one is None else [one]
 
         def one_by_one() -> Iterator[Stored]:
             for done, index in enumerate(chosen):

@@ -11,14 +11,14 @@ from imubench.diagnosis.report.numbers import shown
 from imubench.diagnosis.result_file import simulation_as_dict
 from imubench.diagnosis.simulation.on_recording import OnRecording, judged_on
 from imubench.errors import InputError
-from imubench.format1 import read
 from imubench.progress import on_console
+from imubench.sources import Source, read
 from imubench.terminal import Terminal
 
 FILE_NAME = "simulation.json"
 
 
-def run(model: Path, recording: Path, out: Path, console: Terminal, errors: Terminal) -> None:
+def run(model: Path, recording: Source, out: Path, console: Terminal, errors: Terminal) -> None:
     """Roll a model out through a recording's free swings, write simulation.json into `out` and print the table.
 
     Raises:
@@ -27,7 +27,7 @@ def run(model: Path, recording: Path, out: Path, console: Terminal, errors: Term
     if not is_model(model):
         raise InputError(f"{model}: expected the model/ folder of a diagnosis with --on, got something else")
     step = on_console(errors)
-    with atomic_directory(out, [model, recording]) as folder:
+    with atomic_directory(out, [model, Path(recording)]) as folder:
         with step(f"read {recording}"):
             judged = read(recording)[0]
         done = judged_on(model, judged, step)

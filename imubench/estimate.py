@@ -7,6 +7,8 @@ from typing import Literal
 import numpy as np
 
 from imubench.arrays import Array, frozen
+from imubench.callable_module import call_as
+from imubench.displays import Displayed
 from imubench.errors import InputError, unknown
 
 Quantity = Literal["joint_axis", "joint_vector"]
@@ -25,7 +27,7 @@ class AnswerError(InputError):
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(Displayed):
     """A value with its covariance, or the reason why there is none.
 
     `joint_axis`: value (m, 3), one unit vector per IMU in its sensor axes, their signs paired as `pairing` says. An
@@ -88,3 +90,6 @@ class Failed:
     status: Failure
     why: str  # one line
     trace: str = ""  # of Python, where it crashed
+
+
+call_as(__name__, "imubench.run", "estimate")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from imubench.arrays import Array, frozen, frozen_quaternion, frozen_time
+from imubench.displays import Displayed, Summarised
 from imubench.errors import InputError, unknown
 
 RIGS: dict[str, tuple[str, ...]] = {
@@ -21,8 +22,8 @@ RIGS: dict[str, tuple[str, ...]] = {
 STANDARD_GRAVITY = 9.81  # m/s^2, the world's unless a recording says otherwise
 
 
-@dataclass(frozen=True)
-class Imu:
+@dataclass(frozen=True, repr=False)
+class Imu(Summarised):
     """One IMU's samples on its own clock, and what its owner declares about it.
 
     Raises `InputError` when arrays disagree in length, time does not increase, a value is
@@ -61,8 +62,8 @@ class Imu:
                 positive(getattr(self, key), f"{self.name}.{key}", or_zero=key.endswith("_std"))
 
 
-@dataclass(frozen=True)
-class Encoder:
+@dataclass(frozen=True, repr=False)
+class Encoder(Summarised):
     """A measured joint angle, a sensor like any other."""
 
     joint: str
@@ -76,8 +77,8 @@ class Encoder:
         object.__setattr__(self, "angle", frozen(self.angle, (self.time.size,), f"encoder {self.joint}.angle"))
 
 
-@dataclass(frozen=True)
-class Pose:
+@dataclass(frozen=True, repr=False)
+class Pose(Summarised):
     """A measured pose of a segment, used as a sensor; NaN where it was not seen."""
 
     segment: str
@@ -113,8 +114,8 @@ class Body:
             raise InputError(f"body.inertia: expected three positive numbers, got {self.inertia.tolist()}")
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Summarised, Displayed):
     """Everything an estimator or the diagnosis may see of one experiment."""
 
     name: str

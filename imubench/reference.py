@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 from imubench.arrays import Array, frozen, frozen_time
+from imubench.displays import Summarised
 from imubench.errors import InputError
 
 
-@dataclass(frozen=True)
-class Reference:
+@dataclass(frozen=True, repr=False)
+class Reference(Summarised):
     """Optical or other records, NaN where unseen. Deliberately not a part of `Recording`."""
 
     time: Array  # (n,) s

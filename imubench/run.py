@@ -27,7 +27,7 @@ from imubench.errors import InputError
 from imubench.estimate import Estimate, Failed
 from imubench.estimators import Estimator
 from imubench.estimators.banded import BLOCKS, explained
-from imubench.format1 import read, write_recording
+from imubench.format1 import write_recording
 from imubench.inputs.files import below
 from imubench.log import log_run
 from imubench.plugins import find_estimator, is_outside
@@ -37,7 +37,8 @@ from imubench.reference import Reference
 from imubench.reference_axes import reference_axes
 from imubench.scenarios import find_scenario
 from imubench.score import Score, score
-from imubench.simulate import AS_IT_IS, Changes, effects_of, simulate
+from imubench.simulation import AS_IT_IS, Changes, effects_of, simulate
+from imubench.sources import Source, read
 from imubench.truth import Truth
 
 TRACE_FILE = "failure.txt"
@@ -175,14 +176,14 @@ class OnDisk:
 
 def estimate_on_disk(
     name: str,
-    folder: Path,
+    source: Source,
     out: Path,
     step: Step = silent,
     diagnosis: Path | None = None,
     band: float | None = None,
     time_limit: float | None = None,
 ) -> OnDisk:
-    """Estimate on a recording in format 1 and write estimate.json and run.rrd into the folder `out`.
+    """Estimate on a recording in format 1, or DIR#17 of a dataset; write estimate.json and run.rrd into `out`.
 
     With the `diagnosis` of that recording (its folder) what was found is taken out first, see docs/correct-with.md;
     what the estimator then took is written too, as corrected/. With a `band` in Hz both IMUs are filtered after that.
@@ -193,9 +194,9 @@ def estimate_on_disk(
             says so, and its trace is in failure.txt.
     """
     estimator = find_estimator(name)
-    inputs = [Path(given) for given in (folder, diagnosis) if given is not None]
+    inputs = [Path(given) for given in (source, diagnosis) if given is not None]
     with atomic_directory(out, inputs) as target:
-        done = _estimate_into(target, estimator, folder, step, diagnosis, band, time_limit)
+        done = _estimate_into(target, estimator, source, step, diagnosis, band, time_limit)
     if isinstance(done, Failed):
         raise NoEstimateError(done)
     return done
@@ -204,15 +205,15 @@ def estimate_on_disk(
 def _estimate_into(
     target: Path,
     estimator: Estimator,
-    folder: Path,
+    source: Source,
     step: Step,
     diagnosis: Path | None,
     band: float | None,
     time_limit: float | None,
 ) -> OnDisk | Failed:
     told = None if diagnosis is None else read_diagnosis(diagnosis)
-    with step(f"read {folder}"):
-        recording, reference = read(folder)
+    with step(f"read {source}"):
+        recording, reference = read(source)
     done: tuple[Done, ...] = ()
     uncorrected = None
     if diagnosis is not None and told is not None:

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from imubench.arrays import Array
+from imubench.callable_module import call_as
+from imubench.displays import Displayed
 from imubench.errors import InputError
 from imubench.estimate import Estimate, Pairing
 from imubench.rotations import angle_between
@@ -17,7 +19,7 @@ BEST_PAIRING = "best_pairing_"
 
 
 @dataclass(frozen=True)
-class Score:
+class Score(Displayed):
     """Named figures with their units, one dictionary each for one estimate."""
 
     estimator: str
@@ -110,3 +112,6 @@ def score(estimate: Estimate, truth: Truth) -> Score:
             figures[f"{what}_{sensor.name}"] = float(np.mean(errors))
             units[f"{what}_{sensor.name}"] = unit
     return Score(estimate.estimator, estimate.quantity, figures, units)
+
+
+call_as(__name__, __name__, "score")

@@ -3,11 +3,12 @@
 from dataclasses import dataclass, field
 
 from imubench.arrays import Array
+from imubench.displays import Displayed, Summarised
 from imubench.errors import unknown
 
 
-@dataclass(frozen=True)
-class SegmentTruth:
+@dataclass(frozen=True, repr=False)
+class SegmentTruth(Summarised):
     """The motion of a segment frame, one row a sample."""
 
     name: str
@@ -19,8 +20,8 @@ class SegmentTruth:
     angular_acceleration: Array  # (n, 3) rad/s^2, segment axes
 
 
-@dataclass(frozen=True)
-class SensorTruth:
+@dataclass(frozen=True, repr=False)
+class SensorTruth(Summarised):
     """The motion of a sensor frame, what a perfect sensor there reads, and the joint as it sees it."""
 
     name: str
@@ -36,8 +37,8 @@ class SensorTruth:
     rotation: Array  # (n, 3) rad, rotation vector of the mount: q = q_mount exp(rotation)
 
 
-@dataclass(frozen=True)
-class Truth:
+@dataclass(frozen=True, repr=False)
+class Truth(Summarised, Displayed):
     """Truth for every sample of a simulated experiment."""
 
     time: Array  # (n,) s, evenly spaced

@@ -15,10 +15,12 @@ from imubench.dataset.rows import IMU, RECORDING, SEGMENT
 from imubench.dataset.shard import Job
 from imubench.dataset.spec import KEYS
 from imubench.sim.injected import INJECTED
+from tests.hub import offline
 
 PAGE = (Path(__file__).resolve().parent.parent / "docs/datasets.md").read_text()
 (SPEC,) = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
 BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+__all__ = ["offline"]
 
 
 @pytest.fixture(scope="module")
@@ -38,11 +40,10 @@ def test_the_example_makes_what_it_says(folder):
     assert stored.truth.time[-1] <= 20
 
 
-@pytest.mark.parametrize("package", ("pandas", "polars", "duckdb"))
-def test_other_readers_as_shown(folder, package):
-    pytest.importorskip(package)
+@pytest.mark.parametrize("package", ("pandas", "polars", "duckdb", "datasets", "mlcroissant"))
+def test_other_readers_as_shown(folder, package, offline):
     (block,) = (b for b in BLOCKS if "pandas" in b)
-    (part,) = (p for p in block.split("\n\n") if f"import {package}" in p)
+    (part,) = (p for p in re.split(r"\n\n(?=import )", block) if p.startswith(f"import {package}"))
     exec(part.replace("DIR", str(folder)), {})
 
 

@@ -51,6 +51,12 @@ def hashes(folder: Path) -> dict[str, bytes]:
     return {p.relative_to(folder).as_posix(): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
+def part(folder: Path, number: int) -> Path:
+    """The file of a shard that has one rig, and so one split."""
+    (found,) = folder.glob(f"*-{number:05d}.parquet")
+    return found
+
+
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
     """The dataset as one process makes it, in order."""
@@ -154,9 +160,9 @@ def test_a_shard_whose_file_is_gone_or_cut_is_made_again(alone, tmp_path):
     asked = job(tmp_path / "d")
     with pytest.raises(KeyboardInterrupt):
         generate(asked, 0, report=lambda w, done, t: (_ for _ in ()).throw(KeyboardInterrupt) if done == 8 else None)
-    (tmp_path / "d/samples/part-00000.parquet").write_bytes(b"PAR1")
-    (tmp_path / "d/recordings/part-00001.parquet").unlink()
-    (tmp_path / "d/samples/.1234abcd.partial.part-00002.parquet").write_bytes(b"half")
+    part(tmp_path / "d/samples", 0).write_bytes(b"PAR1")
+    part(tmp_path / "d/recordings", 1).unlink()
+    (tmp_path / "d/samples/.1234abcd.partial.train-00002.parquet").write_bytes(b"half")
     generate(asked, 0)
     assert hashes(tmp_path / "d") == hashes(alone)
 
@@ -342,15 +348,15 @@ def test_a_full_disk_is_said_in_one_line_and_what_is_finished_stays(alone, tmp_p
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda p: p.write_bytes(p.read_bytes()[:-1]), r"part-00002.parquet \(\d+ bytes, not \d+\)"),
-        (lambda p: p.write_bytes(b"X" + p.read_bytes()[1:]), r"part-00002.parquet \(changed\)"),
-        (lambda p: p.unlink(), r"part-00002.parquet \(missing\)"),
-        (lambda p: p.with_name("part-00099.parquet").write_bytes(b""), r"part-00099.parquet \(not of this dataset\)"),
+        (lambda p: p.write_bytes(p.read_bytes()[:-1]), r"-00002.parquet \(\d+ bytes, not \d+\)"),
+        (lambda p: p.write_bytes(b"X" + p.read_bytes()[1:]), r"-00002.parquet \(changed\)"),
+        (lambda p: p.unlink(), r"-00002.parquet \(missing\)"),
+        (lambda p: p.with_name("test-00099.parquet").write_bytes(b""), r"test-00099.parquet \(not of this dataset\)"),
     ],
 )
 def test_verify_finds_what_is_wrong_by_name(alone, tmp_path, spoil, message, monkeypatch, capsys):
     shutil.copytree(alone, tmp_path / "d")
-    spoil(tmp_path / "d/samples/part-00002.parquet")
+    spoil(part(tmp_path / "d/samples", 2))
     with pytest.raises(InputError, match=message):
         verify(str(tmp_path / "d"))
     monkeypatch.setattr("sys.argv", ["imubench", "verify", str(tmp_path / "d")])

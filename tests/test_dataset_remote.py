@@ -112,9 +112,10 @@ def test_storage_that_does_not_answer_is_said_in_one_line(url, monkeypatch):
 def test_verify_finds_what_is_wrong_at_a_url(url, monkeypatch, capsys):
     generate(job(url), workers=0)
     where = place(url)
-    where.write("samples/part-00001.parquet", b"X" + where.read("samples/part-00001.parquet")[1:])
-    where.remove(["recordings/part-00002.parquet"])
-    with pytest.raises(InputError, match=r"part-00001.parquet \(changed\), recordings/part-00002.parquet \(missing\)"):
+    first, second = (next(n for n in where.names() if n.endswith(end)) for end in ("00001.parquet", "00002.parquet"))
+    where.write(first, b"X" + where.read(first)[1:])
+    where.remove([second])
+    with pytest.raises(InputError, match=rf"{first} \(changed\), {second} \(missing\)"):
         verify(url)
     monkeypatch.setattr("sys.argv", ["imubench", "verify", url])
     with pytest.raises(SystemExit) as caught:

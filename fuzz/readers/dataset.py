@@ -105,7 +105,7 @@ def _resumed(name: str, target: str, files: Any, mutate: Any) -> Reader:
     return Reader(name, f"data/{target}", files, mutate, resumed, resume_words, writes="always")
 
 
-MANIFEST, ROWS, SAMPLES = "data/manifest.json", "recordings/part-00000.parquet", "samples/part-00000.parquet"
+MANIFEST, ROWS, SAMPLES = "data/manifest.json", "recordings/train-00000.parquet", "samples/train-00000.parquet"
 READERS = (
     Reader("spec-toml", "spec.toml", datasets.spec, toml.mutate, drawn, generated, long),
     Reader("spec-profiles-toml", "profiles.toml", datasets.spec, toml.mutate, drawn, generated, long),

@@ -18,6 +18,7 @@ Band = Annotated[
     float | None,
     typer.Option("--band", help="Hz: filter the IMUs below it, forward and backward, first.", show_default=False),
 ]
+RECORDING = "A folder in format 1, or DIR#17: recording 17 of a dataset."
 Out = Annotated[Path | None, typer.Option("--out", help="Folder for the results.", show_default=False)]
 TimeLimit = Annotated[
     float | None,

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from imubench.commands.command import Command, check_order, console, errors
+from imubench.errors import InputError
 
 
 def generate_command(
@@ -36,18 +37,25 @@ def verify_command(folder: Annotated[str, typer.Argument(help="A dataset of `imu
 
 
 def export_command(
-    form: Annotated[str, typer.Argument(help="qmt, opensim or ring.")],
-    folder: Annotated[str, typer.Argument(help="A dataset of `imubench generate`.")],
+    words: Annotated[list[str], typer.Argument(metavar="FORM DATASET", help="The form, and a dataset or DIR#17.")],
     out: Annotated[Path, typer.Option("--out", help="Folder for the files.")],
+    form: Annotated[str | None, typer.Option(help="The form, instead of the first word.", show_default=False)] = None,
     split: Annotated[str | None, typer.Option(help="Only the recordings of a split.", show_default=False)] = None,
     count: Annotated[int | None, typer.Option(help="At most so many.", min=1, show_default=False)] = None,
 ) -> None:
-    """Export recordings of a dataset to what other tools take: .mat for qmt, .sto for OpenSim, .npz for imt-ring."""
+    """Export recordings of a dataset: folders in format1, .mat for qmt, .sto for opensim, .npz for imt-ring (ring).
+
+    DIR#17 exports that recording alone. `imubench export qmt DIR --out mats` and
+    `imubench export --form qmt DIR --out mats` are the same.
+    """
     from imubench.cli_generate import export
     from imubench.dataset.exports import EXPORTS
 
-    check_order(form, folder, EXPORTS, "imubench export")
-    export(form, folder, out, split, count, console, errors)
+    given = words if form is None else [form, *words]
+    if len(given) != 2:
+        raise InputError(f"export: expected a form and one dataset, got {' '.join(given)}")
+    check_order(given[0], given[1], EXPORTS, "imubench export")
+    export(given[0], given[1], out, split, count, console, errors)
 
 
 GENERATE = Command(
@@ -62,5 +70,9 @@ VERIFY = Command("verify", verify_command, ("imubench verify data", "imubench ve
 EXPORT = Command(
     "export",
     export_command,
-    ("imubench export qmt data --out mats", "imubench export ring data --split train --out npz"),
+    (
+        "imubench export qmt data --out mats",
+        "imubench export ring data --split train --out npz",
+        "imubench export format1 data#17 --out one",
+    ),
 )

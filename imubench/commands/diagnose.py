@@ -5,12 +5,12 @@ from typing import Annotated
 
 import typer
 
-from imubench.commands.command import Command, Out, console, errors
-from imubench.inputs.files import real
+from imubench.commands.command import RECORDING, Command, Out, console, errors
+from imubench.sources import label
 
 
 def diagnose_command(
-    recording: Annotated[Path, typer.Argument(help="A folder in format 1.")],
+    recording: Annotated[str, typer.Argument(help=RECORDING)],
     out: Out = None,
     time_limit: Annotated[
         float, typer.Option("--time-limit", help="Seconds of processor time; then what is known is said.", min=1)
@@ -19,7 +19,7 @@ def diagnose_command(
         str, typer.Option("--tolerance", metavar="DEG,MM", help="What moves less is immaterial and raises no alarm.")
     ] = "0.5,5",
     baseline: Annotated[
-        Path | None,
+        str | None,
         typer.Option("--baseline", help="An undisturbed recording of the same sensors, or its diagnosis."),
     ] = None,
 ) -> None:
@@ -51,7 +51,7 @@ def diagnose_command(
     """
     from imubench.cli_diagnose import run as run_diagnosis
 
-    out = out or Path("runs") / f"diagnosis-{real(recording).name}"
+    out = out or Path("runs") / f"diagnosis-{label(recording)}"
     run_diagnosis(recording, out, time_limit, tolerance, baseline, console, errors)
 
 

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from imubench.commands.command import (
+    RECORDING,
     Band,
     Command,
     Out,
@@ -16,15 +17,16 @@ from imubench.commands.command import (
     folder_name,
     say_written,
 )
-from imubench.inputs.files import NOTHING, real, what_is
+from imubench.inputs.files import NOTHING, what_is
 from imubench.progress import on_console
+from imubench.sources import label
 
 
 def estimate(
     name: Annotated[
         str, typer.Argument(help="An estimator of `imubench list`, FILE.py:FUNCTION or PACKAGE.MODULE:FUNCTION.")
     ],
-    recording: Annotated[Path, typer.Argument(help="A folder in format 1.")],
+    recording: Annotated[str, typer.Argument(help=RECORDING)],
     diagnosis: Annotated[
         Path | None, typer.Option("--with", help="Take out first what `imubench diagnose` found, from its folder.")
     ] = None,
@@ -43,10 +45,10 @@ def estimate(
     from imubench.plugins import known_estimators
     from imubench.run import NoEstimateError, estimate_on_disk
 
-    if what_is(recording) == NOTHING and what_is(Path(name)) == "a folder":
-        known = [*known_estimators(), *([str(recording)] if ":" in str(recording) else [])]
-        check_order(name, str(recording), known, "imubench estimate")
-    out = out or Path("runs") / f"{folder_name(Path(name).name)}-{real(recording).name}"
+    if what_is(Path(recording)) == NOTHING and what_is(Path(name)) == "a folder":
+        known = [*known_estimators(), *([recording] if ":" in recording else [])]
+        check_order(name, recording, known, "imubench estimate")
+    out = out or Path("runs") / f"{folder_name(Path(name).name)}-{label(recording)}"
     try:
         done = estimate_on_disk(name, recording, out, on_console(errors), diagnosis, band, time_limit)
     except NoEstimateError as error:

@@ -16,8 +16,8 @@ from imubench.commands.command import (
     say_written,
 )
 from imubench.errors import InputError
-from imubench.inputs.files import real
 from imubench.progress import on_console
+from imubench.sources import label
 
 
 def run(
@@ -46,7 +46,7 @@ def run(
     band: Band = None,
     time_limit: TimeLimit = None,
     on: Annotated[
-        Path | None,
+        str | None,
         typer.Option(help="A recording: roll a diagnosis' model/ out through its free swings.", show_default=False),
     ] = None,
     out: Out = None,
@@ -74,7 +74,7 @@ def run(
         more = [option for option, value in given.items() if value is not None]
         if more:
             raise InputError(f"--on: expected it without {', '.join(more)}")
-        run_on(Path(scenario), on, out or Path("runs") / f"{Path(scenario).name}-on-{real(on).name}", console, errors)
+        run_on(Path(scenario), on, out or Path("runs") / f"{Path(scenario).name}-on-{label(on)}", console, errors)
         return
     out = out or Path("runs") / (folder_name(scenario) if scenario in known_scenarios() else Path(scenario).name)
     changes = Changes(imu, duration, tuple(effect_from_text(text) for text in effect or ()))

@@ -6,7 +6,7 @@ a laboratory comes near them: 40 million numbers are seven columns of 5.7 millio
 
 MEGABYTE = 2**20
 TEXT_BYTES = 4 * MEGABYTE  # TOML, MJCF and small JSON: written by hand, or lists of a few thousand entries
-JSON_BYTES = 64 * MEGABYTE  # the manifest of a dataset of ten million recordings
+JSON_BYTES = 64 * MEGABYTE  # the manifest of a dataset of five million recordings
 TABLE_BYTES = 1024 * MEGABYTE  # a CSV of 40 million numbers of 25 characters
 BINARY_BYTES = 512 * MEGABYTE  # Parquet, HDF5, MATLAB: their numbers fill eight bytes at most
 NUMBERS = 40_000_000  # of the columns that are asked for: 320 MB as 64-bit numbers
