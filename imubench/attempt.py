@@ -88,7 +88,7 @@ def _unusable(estimator: Estimator | None) -> str | None:
     """Import what an estimator needs; return why that cannot be done, or None."""
     if estimator is not None and isinstance(estimator.estimate, Outside):
         try:
-            estimator.estimate.function()
+            estimator.estimate.load()
         except InputError as error:
             return str(error)
     return None

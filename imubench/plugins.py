@@ -52,21 +52,21 @@ class Outside:
 
     def __call__(self, recording: Recording) -> Estimate:
         """Return its estimate, under the name by which it was asked for."""
-        found = self.function()
+        found = self.load()
         if isinstance(found, Estimator):
             return _answer(self.name, found.estimate(recording), found.quantity)
         return _answer(self.name, found(recording), getattr(found, "quantity", None))
 
-    def function(self) -> Callable[[Recording], object] | Estimator:
+    def load(self) -> Callable[[Recording], object] | Estimator:
         """Return the function or the `Estimator` that its name stands for; `InputError` where there is none."""
         if ":" in self.name:  # it says where
-            return self._found()
+            return self._loaded()
         try:
-            return self._found()
+            return self._loaded()
         except InputError as error:
             raise InputError(f"estimator '{self.name}': {error}") from None
 
-    def _found(self) -> Callable[[Recording], object] | Estimator:
+    def _loaded(self) -> Callable[[Recording], object] | Estimator:
         module, _, path = self.target.rpartition(":")
         loaded = _from_module(module) if self.content is None else _from_file(Path(module), self.content)
         found = attribute(loaded, path, module, "function")
@@ -131,7 +131,7 @@ def is_outside(estimator: Estimator) -> bool:
 
 def _described(outside: Outside, source: str) -> Estimator:
     """Return the estimator with what its function or `Estimator` says of itself."""
-    found = outside.function()
+    found = outside.load()
     if isinstance(found, Estimator):
         return replace(found, name=outside.name, estimate=outside)
     summary = ((inspect.getdoc(found) or "").splitlines() or [""])[0]

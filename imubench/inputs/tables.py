@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from imubench.arrays import SHORTEST_STEP, Array
-from imubench.errors import InputError, shortened
+from imubench.errors import InputError, shortened, unknown
 from imubench.inputs.limits import COLUMNS, NUMBERS, SIZE
 
 Place = Callable[[int], str]
@@ -82,7 +82,7 @@ def wanted(path: Path, header: Sequence[str], required: Sequence[str], optional:
         if name in known and header.count(name) > 1:
             raise InputError(f"{path}: expected column '{name}' once, got it {header.count(name)} times")
         if optional is not None and name not in known:
-            raise InputError(f"{path}: unknown column '{shortened(name, 60)}'; known: {', '.join(known)}")
+            raise InputError(f"{path}: {unknown('column', name, known)}")
     return [name for name in known if name in header]
 
 
