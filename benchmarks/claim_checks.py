@@ -29,7 +29,8 @@ SCENARIO = {"seconds": 10, "rig": [{"family": "hinge"}], "imu": [{"profile": "xs
 FIGURE = "best_pairing_rmsae"
 REPETITIONS, POOL = 200, 2000
 WORSE = 0.78  # part of a recording that makes errors 20 % larger, by the geometric mean over the pool
-MARGIN, SURE = 0.2, 0.99
+MARGINS = (0.2, 0.15)  # the default, and one below what is to be seen every time
+SURE = 0.99
 POWER = 0.999  # a method that is worse shall fail in all of 200 repetitions
 CACHE = Path("runs/claim-checks.npz")
 SAVED_EVERY = 100  # recordings
@@ -101,10 +102,10 @@ def checks(begin: Callable[[], Evidence], values: Array) -> tuple[Array, Array]:
     return verdicts, counts
 
 
-def fixed_size(ratios: Array) -> int:
+def fixed_size(ratios: Array, margin: float) -> int:
     """Return how many pairs a t-test of log ratios needs for the same two error rates, their spread known before."""
     z = norm.ppf(SURE) + norm.ppf(POWER)
-    return math.ceil((z * float(np.std(ratios)) / math.log1p(MARGIN)) ** 2)
+    return math.ceil((z * float(np.std(ratios)) / math.log1p(margin)) ** 2)
 
 
 def fixed_size_failures(candidate: Array, baseline: Array, count: int) -> int:
@@ -122,48 +123,42 @@ def run() -> list[Row]:
     start = monotonic()
     every, worse, first, last = pool().values()
     factor, spread = math.exp(np.mean(paired(worse, every))), np.std(paired(worse, every))
-    print(f"pool: {POOL} recordings, {monotonic() - start:.0f} s; worse {factor:.3f} times, std of log {spread:.2f}")
-    rows = []
+    middle = math.exp(np.median(paired(worse, every)))
+    print(
+        f"pool: {POOL} recordings, {monotonic() - start:.0f} s; errors of the worse method: {factor:.3f} times by the "
+        f"geometric mean, {middle:.3f} by the median, std of the log {spread:.2f}"
+    )
     cases = (
         (f"20 % worse: only the first {100 * WORSE:.0f} % of each recording is used", worse, every, "fail"),
         ("20 % worse: every error times 1.2", 1.2 * every, every, "fail"),
         ("unchanged", every, every, "pass"),
         ("as good, with other errors: the last 80 % beside the first 80 %", last, first, "pass"),
     )  # fmt: skip
-    for what, candidate, baseline, wanted in cases:
-        ratios = paired(candidate, baseline)
-        verdicts, counts = checks(lambda: PairedTest(MARGIN), ratios)
-        rows.append(
-            _row(f"beside a baseline, {what}", verdicts, counts, wanted, fixed_size(ratios), candidate, baseline)
-        )
-    bound = float(np.median(every))
+    rows = [_beside(*case, margin) for margin in MARGINS for case in cases]
+    bound, margin = float(np.median(every)), MARGINS[0]
     for what, method, wanted in (("unchanged", every, "pass"), ("20 % worse", worse, "fail")):
-        verdicts, counts = checks(lambda: MedianTest(bound, MARGIN), method)
-        rows.append(_row(f"median <= that of the pool, {what}", verdicts, counts, wanted))
+        found = checks(lambda: MedianTest(bound, margin), method)
+        rows.append(_row(f"median <= that of the pool, margin {100 * margin:.0f} %, {what}", *found, wanted))
     return rows
 
 
-def _row(
-    what: str,
-    verdicts: Array,
-    counts: Array,
-    wanted: str,
-    fixed: int | None = None,
-    candidate: Array | None = None,
-    baseline: Array | None = None,
-) -> Row:
+def _beside(what: str, candidate: Array, baseline: Array, wanted: str, margin: float) -> Row:
+    ratios = paired(candidate, baseline)
+    verdicts, counts = checks(lambda: PairedTest(margin), ratios)
+    fixed, peer, gain = fixed_size(ratios, margin), "-", "-"
+    if fixed > 2:  # or there is no spread
+        peer = f"t-test of {fixed} pairs: fails {fixed_size_failures(candidate, baseline, fixed)}"
+        gain = f"{fixed / float(np.mean(counts)):.1f}"
+    return _row(f"beside a baseline, margin {100 * margin:.0f} %, {what}", verdicts, counts, wanted, peer, gain)
+
+
+def _row(what: str, verdicts: Array, counts: Array, wanted: str, peer: str = "-", gain: str = "-") -> Row:
     fails, holds = int(np.sum(verdicts < 0)), int(np.sum(verdicts > 0))
-    needed = float(np.mean(counts))
-    met = fails == REPETITIONS if wanted == "fail" else holds >= 198
-    peer, ratio = "-", "-"
-    if fixed is not None and candidate is not None and baseline is not None and fixed > 2:
-        peer = f"{fixed} pairs; fails {fixed_size_failures(candidate, baseline, fixed)}"
-        ratio = f"{fixed / needed:.1f}"
     return Row(
-        f"{what}: fails, holds of {REPETITIONS}; runs on average, at 90 %; peer: a t-test of fixed size",
-        f"{fails}, {holds}; {needed:.0f}, {np.percentile(counts, 90):.0f}",
+        what,
+        f"{fails} fail, {holds} hold; {np.mean(counts):.0f} runs, {np.percentile(counts, 90):.0f} at 90 %",
         peer,
-        ratio,
+        gain,
         "200 fail" if wanted == "fail" else ">= 198 hold",
-        met,
+        fails == REPETITIONS if wanted == "fail" else holds >= 198,
     )
