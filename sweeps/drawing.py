@@ -169,7 +169,7 @@ def _curves(sweep: Sweep, found: Sequence[Map]) -> "Drawing":
         line = np.where(np.isfinite(value), np.clip(value, low, high), np.nan)
         axes.plot(x, line, "o" if axis.is_text else "o-", ms=4, color=colour, label=m.estimator)
         ends = [np.clip(of[:, 0], low, high) for of in (m.low, m.high)]
-        told = m.played[:, 0] > 0
+        told = (m.played[:, 0] > 0) & ~((m.low[:, 0] == 0) & np.isinf(m.high[:, 0]))  # else open at both ends
         if axis.is_text:
             axes.vlines(x[told], *(end[told] for end in ends), color=colour, lw=2, alpha=0.5)
         else:

@@ -63,8 +63,8 @@ def _setting(sweep: Sweep, figure: str) -> str:
 def _figures(sweep: Sweep, drawn: Sequence[Map]) -> str:
     pictures = figures(sweep, drawn)
     if len(sweep.axes) == 1:
-        said = "; ".join(finding(sweep, m) for m in drawn)
-        alone = f"<figcaption>{escape(said)}</figcaption>{svg(pictures[0], 'curves')}"
+        said = "<br>".join(escape(finding(sweep, m)) for m in drawn)
+        alone = f"<figcaption>{said}</figcaption>{svg(pictures[0], 'curves')}"
         return f"<div class='maps one'><figure>{alone}</figure></div>"
     each = (
         f"<figure><figcaption>{escape(finding(sweep, m))}</figcaption>{svg(picture, m.estimator)}</figure>"
@@ -79,7 +79,10 @@ def _key(sweep: Sweep, drawn: Sequence[Map]) -> str:
     silent = any(np.isposinf(m.value).any() for m in drawn)
     part = bool((drawn[0].played < 1).any())
     if len(sweep.axes) == 1:
-        lines = [f"Dashed: {limit}. Shaded: {percent} interval, value by value, from order statistics."]
+        lines = [
+            f"Dashed: {limit}. Shaded: {percent} interval, value by value, from order statistics; "
+            "none where the recordings are too few for one."
+        ]
         if silent:
             lines.append("Triangle on top: no answer in half of the recordings or more.")
         if part:
