@@ -47,8 +47,8 @@ probability = 0.5
 COUNT, SEED = 10, 7
 
 
-def made(out: Path, text: str = SPEC, count: int = COUNT) -> Path:
-    generate(Job({"spec.toml": text.encode()}, SEED, count, str(out)), workers=0)
+def made(out: Path, text: str = SPEC, count: int = COUNT, seed: int = SEED) -> Path:
+    generate(Job({"spec.toml": text.encode()}, seed, count, str(out)), workers=0)
     return out
 
 
@@ -184,7 +184,7 @@ name = "gyro_bias"
 at = "imu1"
 bias = [0.05, 0.08]
 """
-    dataset = made(tmp_path / "d", text, 4)
+    dataset = made(tmp_path / "d", text, 4, seed=0)
     assert [e["effect"] for e in read_stored(dataset, 3).effects] == ["gyro_bias"]
     done = here("diagnose", f"{dataset}#3", "--out", tmp_path / "out")
     assert done.code == 0
