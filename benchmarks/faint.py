@@ -21,13 +21,13 @@ from scipy.special import logsumexp
 
 from benchmarks.silence import Silence, recordings
 from benchmarks.table import Row
-from imubench.diagnosis.begin import begun
-from imubench.diagnosis.columns import Base, promise
-from imubench.diagnosis.displaced import NAMES
-from imubench.diagnosis.grids import placed
-from imubench.diagnosis.score import each, prior_std
-from imubench.diagnosis.select import candidates
-from imubench.diagnosis.trial import NEEDED
+from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.grids import placed
+from imubench.diagnosis.criteria.score_test import each, prior_std
+from imubench.diagnosis.criteria.trial import NEEDED
+from imubench.diagnosis.search.moves.swap_for_term import NAMES
+from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.solve.schur import Base, promise
 from imubench.format1 import read
 from imubench.proof.aimed import make_aimed
 from imubench.trials.detection import power

@@ -20,7 +20,7 @@ from imubench.arrays import Array
 from imubench.band import banded
 from imubench.convert import CONVERTERS
 from imubench.convert.converter import Converted
-from imubench.diagnosis.excerpt import cut
+from imubench.diagnosis.solve.subset import cut
 from imubench.errors import InputError
 from imubench.estimate import Estimate
 from imubench.paired import Paired, paired

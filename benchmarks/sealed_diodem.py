@@ -17,7 +17,7 @@ from pathlib import Path
 
 from imubench import format1
 from imubench.convert import CONVERTERS
-from imubench.diagnosis.excerpt import cut
+from imubench.diagnosis.solve.subset import cut
 from imubench.trials.sealed import seal
 
 IMUS = ("imu1", "imu2")

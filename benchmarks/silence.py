@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.table import Row
-from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.pipeline import diagnose
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from imubench.proof.mixture import RIGS, nuisances

@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.sysid_free import identify
 from benchmarks.table import Row
-from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.pipeline import diagnose
 from imubench.format1 import read
 from imubench.proof.case import build
 from imubench.proof.filed import write

@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 
 from imubench import rotations
+from imubench.correction.found_rig import rig_of
 from imubench.diagnosis.evidence import Pose
-from imubench.diagnosis.found_rig import rig_of
 from imubench.recording import Recording
 from imubench.sim.compile import specify
 

@@ -6,18 +6,18 @@ from time import process_time
 
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory
-from imubench.diagnosis.baseline import check_same_sensors, check_usable
+from imubench.correction.export import write_model
 from imubench.diagnosis.budget import DEFAULT, Budget
-from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.evidence import Evidence
-from imubench.diagnosis.export import write_model
-from imubench.diagnosis.judge import judged
+from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.report import Paths, page
-from imubench.diagnosis.rerun_log import log_diagnosis
+from imubench.diagnosis.report.rerun_log import log_diagnosis
+from imubench.diagnosis.report.shares import with_shares
 from imubench.diagnosis.result import TOLERANCE, Diagnosis, Pair
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
-from imubench.diagnosis.shares import with_shares
+from imubench.diagnosis.sensor_errors.baseline import check_same_sensors, check_usable
+from imubench.diagnosis.verdict.reference_motion import judged
 from imubench.progress import Step, silent
 from imubench.recording import Recording
 from imubench.reference import Reference

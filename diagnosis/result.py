@@ -12,8 +12,8 @@ from imubench.diagnosis.result_checks import PLACES as PLACES
 from imubench.diagnosis.result_checks import Pair as Pair
 from imubench.diagnosis.result_checks import finite as finite
 from imubench.diagnosis.result_checks import place, span, within
-from imubench.diagnosis.simulation.result import SimulatedChannel as SimulatedChannel
-from imubench.diagnosis.simulation.result import Simulation as Simulation
+from imubench.diagnosis.result_simulation import SimulatedChannel as SimulatedChannel
+from imubench.diagnosis.result_simulation import Simulation as Simulation
 from imubench.displays import Displayed
 from imubench.errors import InputError, unknown
 

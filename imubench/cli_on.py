@@ -6,9 +6,9 @@ from rich.table import Table
 
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory
-from imubench.diagnosis.model_folder import is_model
 from imubench.diagnosis.report.numbers import shown
 from imubench.diagnosis.result_file import simulation_as_dict
+from imubench.diagnosis.simulation.model_folder import is_model
 from imubench.diagnosis.simulation.on_recording import OnRecording, judged_on
 from imubench.errors import InputError
 from imubench.progress import on_console

@@ -6,8 +6,8 @@ Three doors: `sim` injects it (`sim.injected`), a dataset draws it (`dataset`), 
 
 from dataclasses import dataclass
 
+from imubench.correction.export import plays
 from imubench.dataset.effect_ranges import EffectRange, Shown
-from imubench.diagnosis.export import plays
 from imubench.effects import EFFECTS
 from imubench.models import RIG_FILES
 from imubench.sim.injected import INJECTED, SWUNG

@@ -19,10 +19,10 @@ from imubench.answers import (
 from imubench.atomic import atomic_directory
 from imubench.attempt import attempted
 from imubench.band import banded, independent
-from imubench.diagnosis.corrected import Done, corrected
-from imubench.diagnosis.model_folder import check_same, is_model, replay
+from imubench.correction.corrected import Done, corrected
 from imubench.diagnosis.result import Diagnosis
 from imubench.diagnosis.result_read import read_diagnosis
+from imubench.diagnosis.simulation.model_folder import check_same, is_model, replay
 from imubench.errors import InputError
 from imubench.estimate import Estimate, Failed
 from imubench.estimators import Estimator

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from imubench import rotations
+from imubench.correction.export import write_model
+from imubench.correction.read_model import Model, read_model
+from imubench.correction.replay import played_through
+from imubench.correction.sensor_chain import angle_read, read_by
 from imubench.diagnosis.evidence import Evidence, FittedEffect, Level, Played, Pose, Trace
-from imubench.diagnosis.export import write_model
-from imubench.diagnosis.read_model import Model, read_model
-from imubench.diagnosis.replay import played_through
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
-from imubench.diagnosis.sensor_chain import angle_read, read_by
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import build

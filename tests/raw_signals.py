@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.signal import lfilter
 
-from imubench.diagnosis.raw import check
+from imubench.diagnosis.samples.checks import check
 from imubench.recording import Imu
 
 GYRO, ACCEL = 0.002, 0.02  # rad/s, m/s^2, usual noise per sample

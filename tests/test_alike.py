@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.alike import LIKE, alike, louder, rivals
-from imubench.diagnosis.coloured import Spectra
-from imubench.diagnosis.columns import promise
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.marks import MARK, joint, mark
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import extended, refit
-from imubench.diagnosis.score import score
-from imubench.diagnosis.separate import separation
-from imubench.diagnosis.system import all_rows, factored
+from imubench.diagnosis.criteria.equivalence import LIKE, alike, louder, rivals
+from imubench.diagnosis.criteria.score_test import score
+from imubench.diagnosis.criteria.signatures import MARK, joint, mark
+from imubench.diagnosis.experiments.design import separation
+from imubench.diagnosis.noise.coloured import Spectra
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.gauss_newton import all_rows, factored
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import extended, refit
+from imubench.diagnosis.solve.schur import promise
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -37,6 +37,7 @@ def test_every_folder_with_code_is_a_listed_package():
         "scenarios",
         "reproduce",
         "effects",
+        "correction",
         "diagnosis",
         "proof",
         "trials",

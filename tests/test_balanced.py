@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.balanced import balanced
-from imubench.diagnosis.noise import declared
-from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.pooled import balanced
+from imubench.diagnosis.noise.reml import declared
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

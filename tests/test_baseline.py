@@ -7,11 +7,8 @@ import pytest
 
 from imubench import format1
 from imubench.answers import write_json
-from imubench.diagnosis.baseline import Learned, check_same_sensors, check_usable, whole
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.model_folder import replay
 from imubench.diagnosis.on_disk import diagnose_on_disk
-from imubench.diagnosis.own_errors import samplewise
+from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.report import words
 from imubench.diagnosis.result import (
     Baseline,
@@ -27,6 +24,9 @@ from imubench.diagnosis.result import (
 )
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
+from imubench.diagnosis.sensor_errors.baseline import Learned, check_same_sensors, check_usable, whole
+from imubench.diagnosis.sensor_errors.own_errors import samplewise
+from imubench.diagnosis.simulation.model_folder import replay
 from imubench.effects import EFFECTS
 from imubench.effects.effect import Reading
 from imubench.effects.known import KnownErrors

@@ -4,13 +4,22 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from imubench.diagnosis.bent import LIKELY, NEEDED, PROMISED, UNSURE, bending, may_bend, promised, stiffened
-from imubench.diagnosis.equations import state_rows
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import extended
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.process_factors import state_rows
+from imubench.diagnosis.search.moves.add_dynamic import state_trials
+from imubench.diagnosis.search.nonlinear_spring import (
+    LIKELY,
+    NEEDED,
+    PROMISED,
+    UNSURE,
+    bending,
+    may_bend,
+    promised,
+    stiffened,
+)
+from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
 from imubench.effects.soft_mounts import RockingMount, SoftMount
 from imubench.format1 import read

@@ -3,19 +3,12 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.hypothesis import Hypothesis
+from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
-from imubench.diagnosis.rounded import beside_rounding
-from imubench.diagnosis.samples import Sampled
-from imubench.diagnosis.verdict import (
-    DOUBTFUL,
-    STRANGE,
-    beside,
-    beside_hum,
-    surest_first,
-    verdict_of,
-    with_samples,
-)
+from imubench.diagnosis.samples.screening import Sampled
+from imubench.diagnosis.search.confidence import DOUBTFUL, STRANGE
+from imubench.diagnosis.search.rounding import beside_rounding
+from imubench.diagnosis.verdict.posterior import beside, beside_hum, surest_first, verdict_of, with_samples
 from imubench.effects import EFFECTS
 from imubench.recording import Imu, Recording
 

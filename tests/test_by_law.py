@@ -2,13 +2,13 @@
 
 import pytest
 
-from imubench.diagnosis.by_law import led_by_law
-from imubench.diagnosis.columns import Base
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively_fits import begun_screened
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.screen import Screened, free
-from imubench.diagnosis.select import candidates
+from imubench.diagnosis.criteria.dynamic_score import Screened, free
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.dynamic_refits import begun_screened
+from imubench.diagnosis.search.moves.swap_states_for_law import led_by_law
+from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.solve.schur import Base
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.by_size import nearly_straight, with_equals
-from imubench.diagnosis.columns import Base
-from imubench.diagnosis.fitted_terms import fitted
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.own_size import SIZES, sized
-from imubench.diagnosis.score import score
-from imubench.diagnosis.select import candidates
-from imubench.diagnosis.term_scores import promising
-from imubench.diagnosis.unknown import Unknowns, finding
+from imubench.diagnosis.criteria.score_at_size import SIZES, sized
+from imubench.diagnosis.criteria.score_test import score
+from imubench.diagnosis.discrepancy.fitted_terms import fitted
+from imubench.diagnosis.discrepancy.term_scores import promising
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.unknown import Unknowns, finding
+from imubench.diagnosis.search.unknown_against_small import nearly_straight, with_equals
+from imubench.diagnosis.solve.schur import Base
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -2,10 +2,10 @@
 
 import pytest
 
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.prune import about_zero
-from imubench.diagnosis.refit import evidence_over, information, refit
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.drop import about_zero
+from imubench.diagnosis.solve.refit import evidence_over, information, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -2,8 +2,8 @@
 
 import pytest
 
-from imubench.diagnosis.clocks import late
-from imubench.diagnosis.start import model_of
+from imubench.diagnosis.solve.clock_offsets import late
+from imubench.diagnosis.solve.initialize import model_of
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.coloured import influence, parameter_std
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import information, refit
-from imubench.diagnosis.spread import Spread
-from imubench.diagnosis.system import factored
+from imubench.diagnosis.noise.coloured import influence, parameter_std
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.gauss_newton import factored
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.marginals import Spread
+from imubench.diagnosis.solve.refit import information, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

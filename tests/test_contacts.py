@@ -5,11 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis import contacts as contacts_module
-from imubench.diagnosis.begin import begun
-from imubench.diagnosis.contacts import APART, beside, contacts, failures, level_axis, stop_from, touched
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.swings import GROUP
+from imubench.diagnosis.candidates import end_stop_contacts as contacts_module
+from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.end_stop_contacts import (
+    APART,
+    beside,
+    contacts,
+    failures,
+    level_axis,
+    stop_from,
+    touched,
+)
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.dynamics_factors import GROUP
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

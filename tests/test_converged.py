@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.coloured import parameter_std
-from imubench.diagnosis.fit import FINE, converged, solve
-from imubench.diagnosis.hypothesis import Hypothesis, State
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
+from imubench.diagnosis.noise.coloured import parameter_std
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State
+from imubench.diagnosis.solve.levenberg_marquardt import FINE, converged, solve
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.delays import SHORT, beside, straight_on
+from imubench.diagnosis.criteria.delays import SHORT, beside, straight_on
 
 RATE = 40.0
 TIME = np.arange(800) / RATE

@@ -9,17 +9,18 @@ from functools import partial
 import numpy as np
 import pytest
 
-from imubench.diagnosis import gather, on_disk
-from imubench.diagnosis.diagnose import diagnose
+from imubench.correction.found_rig import rig_of
+from imubench.correction.replay import played_through
+from imubench.correction.sensor_chain import read_by
+from imubench.diagnosis import on_disk
 from imubench.diagnosis.evidence import Played
-from imubench.diagnosis.found_rig import rig_of
-from imubench.diagnosis.judge import errors
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.quiet import quiet_level
-from imubench.diagnosis.replay import played_through
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
-from imubench.diagnosis.sensor_chain import read_by
+from imubench.diagnosis.samples.quiet_moments import quiet_level
+from imubench.diagnosis.verdict.reference_motion import errors
 from imubench.format1 import write_recording
 from imubench.recording import Recording
 from imubench.reference import Reference
@@ -167,8 +168,8 @@ def test_mujoco_reads_what_the_fitted_model_reads(clean):
     """Two implementations of the same rig: the fit's own kinematics, and MuJoCo playing the fitted motion."""
     recording = clean[0]
     fit = nominal_fit(recording)
-    mounts = gather.mounts(fit)
-    truth = played_through(rig_of(recording, mounts), gather.played(fit), 0.0, SECONDS, 50.0)
+    mounts = fit_summary.mounts(fit)
+    truth = played_through(rig_of(recording, mounts), fit_summary.played(fit), 0.0, SECONDS, 50.0)
     rows = {r.name: r for r in fit.measured}
     for imu in recording.imus:
         _, gyro, accel = read_by(truth, 0.0, np.clip(rows[f"{imu.name}.gyro"].time, 0.0, None), imu.name, ())
@@ -183,7 +184,7 @@ def test_the_channel_that_gains_most_is_shown():
     time, y = np.arange(100) / 50, rng.normal(size=(100, 3))
     wrong = y + np.array([0.1, 0.5, 0.0])
     groups = {"imu1.gyro": 0.1, "imu1.accel": 1.0}
-    (one,) = gather.compared(
+    (one,) = fit_summary.compared(
         dict.fromkeys(groups, time),
         dict.fromkeys(groups, y),
         dict.fromkeys(groups, wrong),

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.coherence import RELATED, follows_motion
-from imubench.diagnosis.heldout import gain, held_out
-from imubench.diagnosis.noise import declared
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import guess_of, information, log_evidence, refit
-from imubench.diagnosis.score import score
-from imubench.diagnosis.select import candidates, select
-from imubench.diagnosis.trial import NEEDED, misfit
+from imubench.diagnosis.criteria.cross_validation import gain, held_out
+from imubench.diagnosis.criteria.score_test import score
+from imubench.diagnosis.criteria.trial import NEEDED, misfit
+from imubench.diagnosis.noise.coherence import RELATED, follows_motion
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import declared
+from imubench.diagnosis.search.selection import candidates, select
+from imubench.diagnosis.solve.refit import guess_of, information, log_evidence, refit
 from imubench.format1 import read
 from imubench.jets import rotation
 from imubench.proof.case import make_case

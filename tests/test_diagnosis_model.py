@@ -8,14 +8,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 from imubench import rotations
+from imubench.correction.export import write_model
+from imubench.correction.found_rig import rig_of
+from imubench.correction.replay import played_through
+from imubench.correction.rig_file import read_rig
+from imubench.correction.sensor_chain import read_by
 from imubench.diagnosis.evidence import Evidence, FittedEffect, Level, Played, Pose, Trace
-from imubench.diagnosis.export import write_model
-from imubench.diagnosis.found_rig import rig_of
-from imubench.diagnosis.model_folder import replay
-from imubench.diagnosis.replay import played_through
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
-from imubench.diagnosis.rig_file import read_rig
-from imubench.diagnosis.sensor_chain import read_by
+from imubench.diagnosis.simulation.model_folder import replay
 from imubench.errors import InputError
 from imubench.inputs.toml import load_toml
 from imubench.recording import Body, Encoder, Imu, Recording

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from imubench.cli_diagnose import read_tolerance
 from imubench.diagnosis.evidence import Comparison, Evidence, Level, Played, Pose, Trace
-from imubench.diagnosis.rerun_log import log_diagnosis
+from imubench.diagnosis.report.rerun_log import log_diagnosis
 from imubench.diagnosis.result import (
     CHANNEL_UNIT,
     Change,

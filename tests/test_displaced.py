@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from imubench.diagnosis.columns import promise
-from imubench.diagnosis.displaced import displaced
-from imubench.diagnosis.fitted_terms import fitted, once
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
-from imubench.diagnosis.term_scores import promising, weighed
-from imubench.diagnosis.worth import worth
+from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.score_at_size import weighed
+from imubench.diagnosis.discrepancy.fitted_terms import fitted, once
+from imubench.diagnosis.discrepancy.term_scores import promising
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.swap_for_term import displaced
+from imubench.diagnosis.solve.refit import refit
+from imubench.diagnosis.solve.schur import promise
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -11,7 +11,7 @@ import pytest
 
 import imubench as ib
 from imubench.diagnosis.result import Diagnosis
-from imubench.diagnosis.simulation.result import SimulatedChannel, Simulation
+from imubench.diagnosis.result_simulation import SimulatedChannel, Simulation
 from imubench.displays.svg import POINTS, bars, traces
 from imubench.recording import Encoder, Pose
 from tests.test_diagnosis_result import diagnosis

@@ -7,14 +7,14 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from imubench import rotations
-from imubench.diagnosis.equations import equation_rows
-from imubench.diagnosis.hypothesis import Hypothesis, State
-from imubench.diagnosis.kinematics import ATTITUDE, HINGE
-from imubench.diagnosis.noise import fit_with_noise
-from imubench.diagnosis.refit import extended, information
-from imubench.diagnosis.splines import Moment
-from imubench.diagnosis.start import blind_start, model_of
-from imubench.diagnosis.swings import GROUP, inertia_about_joint, resting, turning
+from imubench.diagnosis.noise.reml import fit_with_noise
+from imubench.diagnosis.problem.bspline import Moment
+from imubench.diagnosis.problem.dynamics_factors import GROUP, inertia_about_joint, resting, turning
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State
+from imubench.diagnosis.problem.process_factors import equation_rows
+from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE
+from imubench.diagnosis.solve.initialize import blind_start, model_of
+from imubench.diagnosis.solve.refit import extended, information
 from imubench.effects import EFFECTS, possible
 from imubench.jets import Jet
 from imubench.recording import Body, Encoder, Imu, Pose, Recording

@@ -8,13 +8,13 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from imubench import rotations
-from imubench.diagnosis.equations import equation_rows
-from imubench.diagnosis.hypothesis import Hypothesis, State
-from imubench.diagnosis.kinematics import ATTITUDE, swing
-from imubench.diagnosis.linear import linearise
-from imubench.diagnosis.priors import prior_rows
-from imubench.diagnosis.splines import Moment
-from imubench.diagnosis.start import model_of
+from imubench.diagnosis.problem.bspline import Moment
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State
+from imubench.diagnosis.problem.motion_prior import prior_rows
+from imubench.diagnosis.problem.process_factors import equation_rows
+from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, swing
+from imubench.diagnosis.solve.initialize import model_of
+from imubench.diagnosis.solve.linearize import linearise
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.effects.effect import Reading, Scene
 from imubench.errors import InputError

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from imubench.diagnosis.equalled import with_likes, with_refused
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Rejected
+from imubench.diagnosis.verdict.equals import with_likes, with_refused
 
 
 def said(effect, at, gain):

@@ -15,8 +15,8 @@ from typer.testing import CliRunner
 from imubench import rotations
 from imubench.answers import moved
 from imubench.cli import app
-from imubench.diagnosis.corrected import corrected
-from imubench.diagnosis.diagnose import diagnose
+from imubench.correction.corrected import corrected
+from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
 from imubench.diagnosis.result_file import as_dict
 from imubench.errors import InputError

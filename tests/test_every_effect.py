@@ -9,7 +9,7 @@ else with it.
 import numpy as np
 import pytest
 
-from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.pipeline import diagnose
 from imubench.format1 import read
 from imubench.proof.bounds import visibility
 from imubench.proof.case import build, make_case

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from imubench import rotations
-from imubench.diagnosis.model_folder import replay
-from imubench.diagnosis.read_model import read_model
-from imubench.diagnosis.replay import played_through
-from imubench.diagnosis.sensor_chain import read_by
+from imubench.correction.read_model import read_model
+from imubench.correction.replay import played_through
+from imubench.correction.sensor_chain import read_by
+from imubench.diagnosis.simulation.model_folder import replay
 from imubench.effect_table import DOORS, OTHERWISE, cells, page
 from imubench.effects import EFFECTS
 from imubench.sim.injected import INJECTED

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.own_errors import own_errors
-from imubench.diagnosis.refit import covariance_of
-from imubench.diagnosis.rest_noise import LEAST, least_noise
-from imubench.diagnosis.system import all_rows, factored
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.samples.rest_noise import LEAST, least_noise
+from imubench.diagnosis.sensor_errors.own_errors import own_errors
+from imubench.diagnosis.solve.gauss_newton import all_rows, factored
+from imubench.diagnosis.solve.refit import covariance_of
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

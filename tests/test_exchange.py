@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.exchange import beside, exchanged
-from imubench.diagnosis.heldout import Gain
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import evidence_over, refit
-from imubench.diagnosis.select import candidates
-from imubench.diagnosis.trial import Kept, Passed
+from imubench.diagnosis.criteria.cross_validation import Gain
+from imubench.diagnosis.criteria.trial import Kept, Passed
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.swap_for_rival import beside, exchanged
+from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.solve.refit import evidence_over, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -6,20 +6,30 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_lsq_spline
 
-from imubench.diagnosis.begin import begun
-from imubench.diagnosis.coarser import FLAT, PERIOD, coarser, coarsest, enough, finer, matrix, peaks, ringing
-from imubench.diagnosis.coherence import clear_at
-from imubench.diagnosis.coloured import parameter_std
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.laws import led
-from imubench.diagnosis.lively_fits import calm_for_laws
-from imubench.diagnosis.noise import declared, with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import extended
-from imubench.diagnosis.splines import Knots
-from imubench.diagnosis.tilt import lawful
-from imubench.diagnosis.unbiased import settled, unbiased
+from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.criteria.effect_dynamics import led
+from imubench.diagnosis.noise.coherence import clear_at
+from imubench.diagnosis.noise.coloured import parameter_std
+from imubench.diagnosis.noise.debias import lawful
+from imubench.diagnosis.noise.debiased_fit import settled, unbiased
+from imubench.diagnosis.noise.knot_selection import (
+    FLAT,
+    PERIOD,
+    coarser,
+    coarsest,
+    enough,
+    finer,
+    matrix,
+    peaks,
+    ringing,
+)
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import declared, with_noise
+from imubench.diagnosis.problem.bspline import Knots
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.dynamic_refits import calm_for_laws
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

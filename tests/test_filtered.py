@@ -3,22 +3,22 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.alike import alike
-from imubench.diagnosis.coherence import clear_of_noise
-from imubench.diagnosis.delays import late, met
-from imubench.diagnosis.filtered import filtered, quickly, taken_again
-from imubench.diagnosis.findings import findings
-from imubench.diagnosis.heldout import Gain
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively_fits import begun_screened
-from imubench.diagnosis.lively_worth import resolved
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import information, refit
-from imubench.diagnosis.screen import screen
-from imubench.diagnosis.select import Selection, candidates
-from imubench.diagnosis.trial import NEEDED, UNEXPLAINED, Kept, misfit
-from imubench.diagnosis.worth import worth
+from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.cross_validation import Gain
+from imubench.diagnosis.criteria.delays import late, met
+from imubench.diagnosis.criteria.dynamic_aic import resolved
+from imubench.diagnosis.criteria.dynamic_score import screen
+from imubench.diagnosis.criteria.equivalence import alike
+from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Kept, misfit
+from imubench.diagnosis.noise.coherence import clear_of_noise
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.dynamic_refits import begun_screened
+from imubench.diagnosis.search.moves.swap_clock_for_filter import filtered, quickly, taken_again
+from imubench.diagnosis.search.selection import Selection, candidates
+from imubench.diagnosis.solve.refit import information, refit
+from imubench.diagnosis.verdict.findings import findings
 from imubench.effects import EFFECTS
 from imubench.effects.bandwidth import QuickLowPass
 from imubench.format1 import read

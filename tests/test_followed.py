@@ -2,11 +2,11 @@
 
 import pytest
 
-from imubench.diagnosis.begin import begun
-from imubench.diagnosis.followed import as_declared, brought_down, told_little
-from imubench.diagnosis.rounds import attempted
-from imubench.diagnosis.select import candidates
-from imubench.diagnosis.trial import NEEDED
+from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.criteria.followed_sensor import as_declared, brought_down, told_little
+from imubench.diagnosis.criteria.trial import NEEDED
+from imubench.diagnosis.search.rounds import attempted
+from imubench.diagnosis.search.selection import candidates
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

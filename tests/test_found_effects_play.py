@@ -2,12 +2,12 @@
 
 import pytest
 
+from imubench.correction.export import write_model
+from imubench.correction.read_model import read_model
+from imubench.correction.replay import played_through
+from imubench.correction.sensor_chain import read_by
 from imubench.diagnosis.budget import Budget
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.export import write_model
-from imubench.diagnosis.read_model import read_model
-from imubench.diagnosis.replay import played_through
-from imubench.diagnosis.sensor_chain import read_by
+from imubench.diagnosis.pipeline import diagnose
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from tests.concealed import rms

@@ -85,7 +85,7 @@ OWN = {
     "imubench.atomic:_flush": "opens what was just written, to flush it",
     "imubench.terminal:_failed": "opens the null device",
     "imubench.main:_open_streams": "opens the null device",
-    "imubench.diagnosis.splines:_weigh": "stamps in memory, as the key of a cache",
+    "imubench.diagnosis.problem.bspline:_weigh": "stamps in memory, as the key of a cache",
 }
 """Functions that read nothing that somebody hands over, each with the reason."""
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis import halved as halved_module
-from imubench.diagnosis.halved import halved, of_one
-from imubench.diagnosis.heldout import Gain
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.trial import Kept, Trial
+from imubench.diagnosis.criteria.cross_validation import Gain
+from imubench.diagnosis.criteria.trial import Kept, Trial
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves import swap_for_one_triple as halved_module
+from imubench.diagnosis.search.moves.swap_for_one_triple import halved, of_one
 from imubench.effects import EFFECTS, VARIANTS
 
 FILTERS = [Hypothesis(e, "imu2") for e in VARIANTS if e.name == "low_pass"]

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.heldout import Gain, block_of, gain, held_out
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
-from imubench.diagnosis.score import score
-from imubench.diagnosis.select import candidates
+from imubench.diagnosis.criteria.cross_validation import Gain, block_of, gain, held_out
+from imubench.diagnosis.criteria.score_test import score
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import refit
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from imubench.diagnosis.priors import heavy_tailed
+from imubench.diagnosis.problem.motion_prior import heavy_tailed
 from imubench.effects import VARIANTS
 from imubench.effects.effect import Scene
 from imubench.jets import Jet, Turn, variable

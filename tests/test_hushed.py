@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.hushed import BANDS, hushed, sidebands, steadied, steady, turning
+from imubench.diagnosis.samples.notch import BANDS, hushed, sidebands, steadied, steady, turning
 from imubench.recording import Imu
 
 RATE, SECONDS, HUM = 250.0, 20.0, 45.0

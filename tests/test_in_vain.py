@@ -2,11 +2,11 @@
 
 import pytest
 
-from imubench.diagnosis import lively
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.screen import Screened
-from imubench.diagnosis.trial import Trial
+from imubench.diagnosis.criteria.dynamic_score import Screened
+from imubench.diagnosis.criteria.trial import Trial
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves import add_dynamic
+from imubench.diagnosis.search.moves.add_dynamic import state_trials
 from imubench.effects import EFFECTS
 
 SOFT, ROCKING = (Hypothesis(EFFECTS[name], "imu2") for name in ("soft_mount", "rocking_mount"))
@@ -24,12 +24,12 @@ def search(hardly_counting, monkeypatch):
     def searched(vain, *promises):
         refitted.clear()
         screened = [Screened(h, nat, {}, {}) for h, nat in promises]
-        monkeypatch.setattr(lively, "screen", lambda *_: screened)
+        monkeypatch.setattr(add_dynamic, "screen", lambda *_: screened)
         assert not state_trials(fit, [h for h, _ in promises], lambda _: None, vain=vain)
         return refitted.copy()
 
-    monkeypatch.setattr(lively, "begun_screened", begun)
-    monkeypatch.setattr(lively, "resolved", lambda _: True)
+    monkeypatch.setattr(add_dynamic, "begun_screened", begun)
+    monkeypatch.setattr(add_dynamic, "resolved", lambda _: True)
     return searched
 
 

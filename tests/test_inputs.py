@@ -328,8 +328,8 @@ def test_every_file_is_read_through_the_one_way_in():
     # proof/added.py shares no code with the rest and reads what format 1 has read; models/ and sim/ read our rigs
     found = {
         f"{path.relative_to(root)}: {call}"
-        for folder in ("imubench", "checks", "dataset", "diagnosis", "effects", "estimators", "models", "proof",
-                       "reproduce", "scenarios", "sim", "trials")
+        for folder in ("imubench", "checks", "correction", "dataset", "diagnosis", "effects", "estimators", "models",
+                       "proof", "reproduce", "scenarios", "sim", "sweeps", "trials")
         for path in (root / folder).rglob("*.py")
         for call in calls
         if call in path.read_text() and not any(str(path.relative_to(root)).startswith(o) for o in own)

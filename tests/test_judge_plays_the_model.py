@@ -10,21 +10,21 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from imubench import rotations
-from imubench.diagnosis import gather
+from imubench.correction.export import write_model
+from imubench.correction.found_chain import chain_of
+from imubench.correction.read_model import read_model
+from imubench.correction.sensor_chain import angle_read, read_by
 from imubench.diagnosis.evidence import Evidence, FittedEffect, Level, Played, Swing
-from imubench.diagnosis.export import write_model
-from imubench.diagnosis.found_chain import chain_of
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.model_folder import played_early
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.read_model import read_model
-from imubench.diagnosis.refit import extended
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
-from imubench.diagnosis.sensor_chain import angle_read, read_by
 from imubench.diagnosis.simulation.channels import simulated
+from imubench.diagnosis.simulation.model_folder import played_early
 from imubench.diagnosis.simulation.rollout import rolled_out
 from imubench.diagnosis.simulation.sim_model import finding_of, named, playable, sim_model
 from imubench.diagnosis.simulation.splice import rolled_truth
+from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -69,8 +69,10 @@ def test_the_judge_reads_what_the_model_on_disk_reads(case, tmp_path):
     fit = extended(plain, (h,), {h.key(name): np.array(value, dtype=float) for name, value in NUMBERS[case].items()})
     assert playable(fit, h)
     found = tuple(replace(finding_of(fit, h), heldout_gain=GAIN) for h in named(fit))
-    weighed = gather.weighed(plain, {})
-    evidence = Evidence(recording, gather.traces(weighed), gather.played(fit), gather.mounts(fit), weighed.levels)
+    weighed = fit_summary.weighed(plain, {})
+    evidence = Evidence(
+        recording, fit_summary.traces(weighed), fit_summary.played(fit), fit_summary.mounts(fit), weighed.levels
+    )
     write_model(said(*found), evidence, tmp_path)
     (effect,) = tomllib.loads((tmp_path / "imus.toml").read_text())["effect"]
     assert effect["replayed"]

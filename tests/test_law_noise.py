@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.clocks import pose_offset
-from imubench.diagnosis.coloured import parameter_std
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively_worth import laws
-from imubench.diagnosis.noise import fit_with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.prune import natural
-from imubench.diagnosis.refit import extended
-from imubench.diagnosis.tilt import Driven
+from imubench.diagnosis.criteria.dynamic_aic import laws
+from imubench.diagnosis.noise.coloured import parameter_std
+from imubench.diagnosis.noise.debias import Driven
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import fit_with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.drop import natural
+from imubench.diagnosis.solve.clock_offsets import pose_offset
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

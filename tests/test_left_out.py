@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.left_out import left_out
-from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.verdict.left_out_sensor import left_out
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

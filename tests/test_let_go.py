@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.begin import begun
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.start import model_of
+from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.solve.initialize import model_of
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

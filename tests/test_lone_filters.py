@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.begin import begun
-from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.lively_fits import begun_screened
-from imubench.diagnosis.lively_worth import resolved
-from imubench.diagnosis.screen import screen
-from imubench.diagnosis.select import candidates
-from imubench.diagnosis.trial import FILTER, NEEDED
-from imubench.diagnosis.worth import worth
+from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.dynamic_aic import resolved
+from imubench.diagnosis.criteria.dynamic_score import screen
+from imubench.diagnosis.criteria.trial import NEEDED
+from imubench.diagnosis.search.moves.add_dynamic import state_trials
+from imubench.diagnosis.search.moves.dynamic_refits import begun_screened
+from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.traits import FILTER
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.coloured import parameter_std
-from imubench.diagnosis.fit import converged
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.loosened import loosened
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import extended, refit
+from imubench.diagnosis.noise.coloured import parameter_std
+from imubench.diagnosis.noise.looser_motion import loosened
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.levenberg_marquardt import converged
+from imubench.diagnosis.solve.refit import extended, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

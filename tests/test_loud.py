@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.balanced import balanced
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.loud import ALLOWED, left_over, loud, off_its_equation, refuted
-from imubench.diagnosis.noise import declared, levels, with_settled_noise
-from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.pooled import balanced
+from imubench.diagnosis.noise.reml import ALLOWED, declared, levels, with_settled_noise
+from imubench.diagnosis.residual_checks.excess_noise import left_over, loud, off_its_equation, refuted
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -5,8 +5,9 @@ A finding counts from confidence 0.5 on.
 
 import pytest
 
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.verdict import DOUBTFUL, FOUND
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.search.confidence import DOUBTFUL
+from imubench.diagnosis.verdict.posterior import FOUND
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from imubench.proof.mixture import make, mixture

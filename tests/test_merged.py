@@ -2,12 +2,12 @@
 
 import pytest
 
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.merged import merged
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
-from imubench.diagnosis.trial import Kept
+from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.merge import merged
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

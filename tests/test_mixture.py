@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.merged import merged
-from imubench.diagnosis.mixture import mixed, together
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import evidence_over, refit
-from imubench.diagnosis.trial import Kept
+from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.merge import merged
+from imubench.diagnosis.search.moves.swap_friction import mixed, together
+from imubench.diagnosis.solve.refit import evidence_over, refit
 from imubench.effects import EFFECTS
 
 VISCOUS, DRY, DRAG = "viscous_friction", "dry_friction", "air_drag"

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from imubench import rotations
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.moves import asked, moved, times, turned
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import first_fit, nominal_fit
-from imubench.diagnosis.refit import refit
+from imubench.diagnosis.noise.nominal import first_fit, nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import TOLERANCE, UNKNOWN, Finding, Interval, Parameter, is_material
-from imubench.diagnosis.samples import sampled
-from imubench.diagnosis.start import model_of
-from imubench.diagnosis.without import fit_without, moves_of, together
+from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.solve.initialize import model_of
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import refit
+from imubench.diagnosis.verdict.estimate_shift import asked, moved, times, turned
+from imubench.diagnosis.verdict.without_finding import fit_without, moves_of, together
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -8,7 +8,6 @@ import pytest
 
 from imubench.convert import CONVERTERS
 from imubench.diagnosis import on_disk
-from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.nonsense import nonsense
 from imubench.diagnosis.nonsense.few import few
 from imubench.diagnosis.nonsense.handedness import AXES, handedness
@@ -19,6 +18,7 @@ from imubench.diagnosis.nonsense.stretch import averaged, cut, grid, gridded
 from imubench.diagnosis.nonsense.stuck import stuck
 from imubench.diagnosis.nonsense.swapped import reading, swapped
 from imubench.diagnosis.nonsense.together import not_together
+from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.report.headline import headline
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.result_file import as_dict

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from imubench.diagnosis.arrow import solve_arrow
-from imubench.diagnosis.blocks import Banded, NotPositiveDefiniteError
-from imubench.diagnosis.linear import linearise
-from imubench.diagnosis.narrow import solved
-from imubench.diagnosis.normal import KNOTS_PER_BLOCK, Normal
-from imubench.diagnosis.rows import Parameters, Rows
-from imubench.diagnosis.splines import SUPPORT, Knots, Tracks
-from imubench.diagnosis.spread import inverse_windows
-from imubench.diagnosis.threads import side_by_side
+from imubench.diagnosis.problem.bspline import SUPPORT, Knots, Tracks
+from imubench.diagnosis.problem.residuals import Parameters, Rows
+from imubench.diagnosis.solve.block_tridiagonal import Banded, NotPositiveDefiniteError
+from imubench.diagnosis.solve.bordered import solve_arrow
+from imubench.diagnosis.solve.linearize import linearise
+from imubench.diagnosis.solve.marginals import inverse_windows
+from imubench.diagnosis.solve.narrow_band import solved
+from imubench.diagnosis.solve.normal_equations import KNOTS_PER_BLOCK, Normal
+from imubench.diagnosis.solve.threads import side_by_side
 from imubench.jets import CONSTANT, Jet
 
 TRACKS = Tracks(Knots.over(0.0, 1.0, 0.04), {"a": 2, "b": 1})

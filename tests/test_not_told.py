@@ -2,7 +2,7 @@
 
 import pytest
 
-from imubench.diagnosis.diagnose import not_told
+from imubench.diagnosis.pipeline import not_told
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Where
 
 KNOCKS, ROUNDING = (Finding(name, "imu2", 0.95, {}, Interval(0.0, (0.0, 0.0))) for name in ("impacts", "quantisation"))

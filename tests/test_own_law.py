@@ -2,16 +2,16 @@
 
 import pytest
 
-import imubench.diagnosis.rounds as rounds
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.own_law import reads_by_own_law
-from imubench.diagnosis.refit import refit
-from imubench.diagnosis.rounds import CLEARLY, attempted, lively_trials
-from imubench.diagnosis.select import candidates
-from imubench.diagnosis.trial import UNEXPLAINED, Trial, misfit
+import imubench.diagnosis.search.rounds as rounds
+from imubench.diagnosis.criteria.trial import UNEXPLAINED, Trial, misfit
+from imubench.diagnosis.discrepancy.input_nonlinearity import reads_by_own_law
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.rounds import CLEARLY, attempted, lively_trials
+from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -4,7 +4,7 @@ from functools import partial
 
 import pytest
 
-from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.pipeline import diagnose
 from imubench.errors import InputError
 from imubench.estimators import ESTIMATORS
 from imubench.format1 import read, write_recording

@@ -8,14 +8,14 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from imubench import rotations
-from imubench.diagnosis.begin import begun
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.excerpt import cut
-from imubench.diagnosis.hypothesis import State
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.pose_rows import Wander, pose_errors, slopes
-from imubench.diagnosis.system import all_rows
-from imubench.diagnosis.thinned import lasting
+from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.problem.hypothesis import State
+from imubench.diagnosis.problem.pose_factors import pose_errors, slopes
+from imubench.diagnosis.samples.pose_correlation import Wander, lasting
+from imubench.diagnosis.solve.gauss_newton import all_rows
+from imubench.diagnosis.solve.subset import cut
 from imubench.jets import Jet, Turn
 from imubench.links import Motion
 from imubench.recording import Imu, Pose, Recording

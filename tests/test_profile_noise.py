@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.evidence import Level
-from imubench.diagnosis.gather import noise_of
+from imubench.diagnosis.residual_checks.fit_summary import noise_of
 from imubench.errors import InputError
 from imubench.format1 import read_recording, write_recording
 from imubench.recording import Imu, Recording

@@ -51,7 +51,7 @@ def test_the_generator_imports_nothing_but_numpy_scipy_and_itself(source):
         assert top != "importlib"
 
 
-@pytest.mark.parametrize("folder", ["diagnosis", "effects", "sim", "estimators"])
+@pytest.mark.parametrize("folder", ["correction", "diagnosis", "effects", "sim", "estimators"])
 def test_what_is_on_trial_knows_nothing_of_the_generator(folder):
     for source in (FOLDER.parent / folder).rglob("*.py"):
         assert not [name for name in imported(source) if name.startswith(("imubench.proof", "proof"))]

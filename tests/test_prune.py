@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis import prune as prune_module
-from imubench.diagnosis.heldout import Gain
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.prune import CERTAIN, about_zero, firmly, in_colour, natural, prune, spare, spared
-from imubench.diagnosis.refit import information, refit
-from imubench.diagnosis.trial import NEEDED, Kept
+from imubench.diagnosis.criteria.cross_validation import Gain
+from imubench.diagnosis.criteria.trial import NEEDED, Kept
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves import drop as prune_module
+from imubench.diagnosis.search.moves.drop import CERTAIN, about_zero, firmly, in_colour, natural, prune, spare, spared
+from imubench.diagnosis.solve.refit import information, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.rattles import rattling
-from imubench.diagnosis.samples import sampled
+from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.verdict.play_impacts import rattling
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -7,8 +7,8 @@ import pytest
 
 from imubench.convert.broad import convert as convert_broad
 from imubench.convert.diodem import convert as convert_diodem
-from imubench.diagnosis.raw import check, check_encoder
-from imubench.diagnosis.raw_samples import lattice
+from imubench.diagnosis.samples.checks import check, check_encoder
+from imubench.diagnosis.samples.sample_faults import lattice
 from imubench.recording import Encoder, Imu
 from tests.raw_signals import ACCEL, GYRO, clipping, dropping, effects, found, imu, rounding
 

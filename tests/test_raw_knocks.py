@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.raw import check
-from imubench.diagnosis.raw_knocks import apart_from, stepped
+from imubench.diagnosis.samples.checks import check
+from imubench.diagnosis.samples.impacts import apart_from, stepped
 from tests.raw_signals import effects, found, imu, knocked
 
 

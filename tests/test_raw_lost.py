@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.raw import check
-from imubench.diagnosis.raw_samples import short_of
+from imubench.diagnosis.samples.checks import check
+from imubench.diagnosis.samples.sample_faults import short_of
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

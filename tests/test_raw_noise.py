@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from imubench.diagnosis.raw_grid import stretches
-from imubench.diagnosis.raw_noise import white_level
+from imubench.diagnosis.samples.even_grid import stretches
+from imubench.diagnosis.samples.noise_floor import white_level
 from tests.raw_signals import ACCEL, GYRO, effects, found, humming, imu
 
 

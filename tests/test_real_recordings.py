@@ -9,16 +9,16 @@ from scipy.spatial.transform import Rotation
 from imubench import rotations
 from imubench.alignment import optical_rate
 from imubench.convert import CONVERTERS
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.excerpt import cut
-from imubench.diagnosis.explained import explained_fit, told
-from imubench.diagnosis.gather import played
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.judge import errors, judged
-from imubench.diagnosis.left_out import left_out
-from imubench.diagnosis.noise import fit_with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import extended
+from imubench.correction.explained import explained_fit, told
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import fit_with_noise
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks.fit_summary import played
+from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.solve.subset import cut
+from imubench.diagnosis.verdict.left_out_sensor import left_out
+from imubench.diagnosis.verdict.reference_motion import errors, judged
 from imubench.effects import VARIANTS
 from imubench.rotations import conjugate, from_axis_angle, log, multiply
 

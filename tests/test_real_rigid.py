@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from imubench.alignment import optical_rate
 from imubench.convert import CONVERTERS
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.excerpt import cut
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.solve.subset import cut
 from imubench.jets import skew
 
 pytestmark = pytest.mark.slow

@@ -21,16 +21,7 @@ from benchmarks.real.scoring import AxisError, CaseScore, scored
 from benchmarks.real.sources import Source, knee
 from benchmarks.real.steps import _done, answered, kept
 from benchmarks.real.table import Halves, Line, cases_table, facts_table, halves_table, replaced
-from imubench.diagnosis.result import (
-    Change,
-    Diagnosis,
-    Finding,
-    FitQuality,
-    Interval,
-    Parameter,
-    Rejected,
-    Where,
-)
+from imubench.diagnosis.result import Change, Diagnosis, Finding, FitQuality, Interval, Parameter, Rejected, Where
 from imubench.diagnosis.result_file import as_dict
 from imubench.errors import InputError
 from imubench.rotations import from_axis_angle, rotate

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from imubench.convert import CONVERTERS
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.found_rig import rig_of
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.misread import ERROR, spread
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
-from imubench.diagnosis.swings import inertia_about_joint
+from imubench.correction.found_rig import rig_of
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.problem.dynamics_factors import inertia_about_joint
+from imubench.diagnosis.problem.encoder_calibration import ERROR, spread
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.sim.swing import Start, swing
 

@@ -15,6 +15,7 @@ from imubench.diagnosis.report.compared import figures, loudest, slow
 from imubench.diagnosis.report.headline import explained_percent, headline, usual_noise
 from imubench.diagnosis.report.misfit_map import LEVELS, misfit_map, of_traces, over_time
 from imubench.diagnosis.report.numbers import NOT_SHOWN, brief, rows, size
+from imubench.diagnosis.report.shares import explained_share, with_shares
 from imubench.diagnosis.result import (
     Directions,
     Doubt,
@@ -27,7 +28,6 @@ from imubench.diagnosis.result import (
     SimulatedChannel,
     Simulation,
 )
-from imubench.diagnosis.shares import explained_share, with_shares
 from imubench.glossary import TERMS
 from imubench.terminal import Terminal
 from tests.test_diagnosis_result import TIME, WHERE, diagnosis, evidence, finding

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.evidence import Level
-from imubench.diagnosis.gather import noise_of
-from imubench.diagnosis.quiet import quiet_level
-from imubench.diagnosis.rest_noise import MOST, quiet_noise, rest_noise
+from imubench.diagnosis.residual_checks.fit_summary import noise_of
 from imubench.diagnosis.result import Finding, Interval
-from imubench.diagnosis.samples import sampled
-from imubench.diagnosis.verdict import verdict_of
+from imubench.diagnosis.samples.quiet_moments import quiet_level
+from imubench.diagnosis.samples.rest_noise import MOST, quiet_noise, rest_noise
+from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.verdict.posterior import verdict_of
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from imubench.recording import Imu

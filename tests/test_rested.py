@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.columns import Base
-from imubench.diagnosis.grids import rested
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import evidence_over, refit
+from imubench.diagnosis.candidates.grids import rested
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.refit import evidence_over, refit
+from imubench.diagnosis.solve.schur import Base
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

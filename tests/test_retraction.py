@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.priors import off_one, prior_rows
-from imubench.diagnosis.refit import extended, information
-from imubench.diagnosis.sensor_axes import MOUNTS, left_jacobian, turns_back
-from imubench.diagnosis.settle import moved
-from imubench.diagnosis.system import all_rows
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.motion_prior import off_one, prior_rows
+from imubench.diagnosis.problem.sensor_axes import MOUNTS, left_jacobian, turns_back
+from imubench.diagnosis.solve.gauss_newton import all_rows
+from imubench.diagnosis.solve.refit import extended, information
+from imubench.diagnosis.solve.retract import moved
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.jets import Jet, variable

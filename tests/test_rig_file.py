@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imubench import rotations
-from imubench.diagnosis.rig_file import read_rig
+from imubench.correction.rig_file import read_rig
 from imubench.errors import InputError
 from imubench.sim import rigs
 from imubench.sim.compile import specify

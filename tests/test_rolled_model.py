@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from imubench.convert import CONVERTERS
-from imubench.diagnosis import gather
-from imubench.diagnosis.diagnose import diagnose
+from imubench.correction.export import write_model
+from imubench.correction.swing_file import read_swings, swing_tables
 from imubench.diagnosis.evidence import Evidence, Swing
-from imubench.diagnosis.export import write_model
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.model_folder import replay
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval
+from imubench.diagnosis.simulation.model_folder import replay
 from imubench.diagnosis.simulation.on_recording import judged_on
 from imubench.diagnosis.simulation.sim_model import finding_of, state_at
-from imubench.diagnosis.simulation.swing_file import read_swings, swing_tables
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.format1 import write_recording
@@ -35,12 +35,16 @@ def modelled(recording, folder, effects=("dry_friction",)):
     """Write the model of a fit with some torques, its swings rolled out from the fit's states; return its friction."""
     fit = refit(nominal_fit(recording), tuple(Hypothesis(EFFECTS[name], "joint") for name in effects))
     found = tuple(replace(finding_of(fit, h), heldout_gain=Interval(9.0, (8.0, 9.5))) for h in fit.model.hypotheses)
-    levels = gather.weighed(fit, {}).levels
+    levels = fit_summary.weighed(fit, {}).levels
     swings = tuple(Swing(a, b, state_at(fit, a)) for a, b in recording.free_swings)
     evidence = Evidence(
-        recording, gather.traces(gather.weighed(fit, {})), gather.played(fit), gather.mounts(fit), levels,
+        recording,
+        fit_summary.traces(fit_summary.weighed(fit, {})),
+        fit_summary.played(fit),
+        fit_summary.mounts(fit),
+        levels,
         rolled_out=swings,
-    )  # fmt: skip
+    )
     folder.mkdir()
     quality = FitQuality((9.0, 1.0))
     said = Diagnosis(recording.name, "hinge", "explained", (9.0, 1.0), (), found, (), quality, "", 1.0)
@@ -74,8 +78,8 @@ def test_without_a_swing_to_roll_out_no_torque_is_called_replayed(swung, tmp_pat
     recording = replace(swung({"dry_friction": 0.02}, 4.0), free_swings=())
     still = nominal_fit(recording)
     found = Finding("dry_friction", "joint", 0.9, {}, Interval(1.0, (1.0, 1.0)))
-    weighed = gather.weighed(still, {})
-    evidence = Evidence(recording, gather.traces(weighed), gather.played(still), {}, weighed.levels)
+    weighed = fit_summary.weighed(still, {})
+    evidence = Evidence(recording, fit_summary.traces(weighed), fit_summary.played(still), {}, weighed.levels)
     said = Diagnosis("r", "hinge", "explained", (9.0, 1.0), (), (found,), (), FitQuality((9.0, 1.0)), "", 1.0)
     write_model(said, evidence, tmp_path)
     (effect,) = tomllib.loads((tmp_path / "imus.toml").read_text())["effect"]

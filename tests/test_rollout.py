@@ -8,10 +8,10 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from imubench.diagnosis.evidence import Swing
-from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.simulation import rollout
 from imubench.diagnosis.simulation.rollout import horizon, refined, rolled_out
-from imubench.diagnosis.simulation.windows import free
+from imubench.diagnosis.simulation.swing_windows import free
 from imubench.errors import InputError
 from imubench.recording import Body, Encoder, Recording
 from imubench.sim.rigs import Mount, Segment, hinge, pendulum

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.kinematics import ATTITUDE
-from imubench.diagnosis.nominal import START_NOISE, roughness
-from imubench.diagnosis.priors import START_SMOOTH
-from imubench.diagnosis.start import blind_start, model_of
+from imubench.diagnosis.noise.nominal import START_NOISE, roughness
+from imubench.diagnosis.problem.motion_prior import START_SMOOTH
+from imubench.diagnosis.problem.rig_kinematics import ATTITUDE
+from imubench.diagnosis.solve.initialize import blind_start, model_of
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.recording import Imu, Pose, Recording
 
 RATE, SECONDS = 200.0, 6.0

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.heldout import Gain
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
+from imubench.diagnosis.criteria.cross_validation import Gain
+from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import Finding, Interval, Parameter
-from imubench.diagnosis.rounded import ROUNDED, roundings, sharp, without_rounded
-from imubench.diagnosis.trial import Kept
+from imubench.diagnosis.search.rounding import ROUNDED, roundings, sharp, without_rounded
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis import rounds
-from imubench.diagnosis.heldout import Gain
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.plain import dated, heard_first
-from imubench.diagnosis.refit import refit
-from imubench.diagnosis.rounds import attempted
-from imubench.diagnosis.select import candidates, select
-from imubench.diagnosis.trial import Trial
+from imubench.diagnosis.criteria.cross_validation import Gain
+from imubench.diagnosis.criteria.trial import Trial
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search import rounds
+from imubench.diagnosis.search.moves.add import dated, heard_first
+from imubench.diagnosis.search.rounds import attempted
+from imubench.diagnosis.search.selection import candidates, select
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.effects.mounts import LONGEST
 from imubench.format1 import read
@@ -114,7 +114,7 @@ def test_samples_that_a_refused_slip_left_out_count_again(tmp_path, monkeypatch)
         return Gain(-1.0, -2.0, 0.0, np.zeros(8))
 
     for name in ("foretold", "in_halves"):
-        monkeypatch.setattr(f"imubench.diagnosis.entered.{name}", nothing)
+        monkeypatch.setattr(f"imubench.diagnosis.search.admission.{name}", nothing)
     found = select(fit)
     assert any(m is not None for m in masks)  # beside the slip
     assert found.kept == ()

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from imubench.convert import CONVERTERS
-from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.result_read import read_diagnosis
+from imubench.diagnosis.solve.subset import cut
 from imubench.format1 import read, write_recording
 from imubench.inputs.toml import load_toml
 from imubench.log.run import log_run
@@ -20,7 +20,7 @@ from tests.command import here
 from tests.scenarios import QUICK
 
 ROOT = Path(__file__).resolve().parent.parent
-LOGS = {"imubench/log/run.py", "diagnosis/rerun_log.py"}
+LOGS = {"imubench/log/run.py", "diagnosis/report/rerun_log.py"}
 WRITERS = {"imubench/run.py", "diagnosis/on_disk.py"}  # `run` and `estimate`; `diagnose`
 ANSWERS = {  # an estimator for the rigs that have one: an axis, a vector, and one that answers sample by sample
     "hinge-hand": "olsson2020",

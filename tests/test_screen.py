@@ -3,21 +3,22 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.begin import begun
-from imubench.diagnosis.excerpt import cut, excerpt, loudest
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.grids import hum, hummed
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import SHORT, state_trials
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.promised import LONE, promising, softer
-from imubench.diagnosis.rounds import asked
-from imubench.diagnosis.score import started
-from imubench.diagnosis.screen import Screened, screen
-from imubench.diagnosis.select import candidates
-from imubench.diagnosis.system import all_rows
-from imubench.diagnosis.trial import FILTER, Trial
-from imubench.diagnosis.worth import foreseen, tallied, won
+from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.grids import hum, hummed
+from imubench.diagnosis.criteria.conditional_aic import foreseen, tallied, won
+from imubench.diagnosis.criteria.dynamic_score import Screened, screen
+from imubench.diagnosis.criteria.trial import Trial
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.batch_model import started
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.add_dynamic import SHORT, state_trials
+from imubench.diagnosis.search.moves.dynamic_order import LONE, promising, softer
+from imubench.diagnosis.search.rounds import asked
+from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.solve.gauss_newton import all_rows
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.subset import cut, excerpt, loudest
+from imubench.diagnosis.traits import FILTER
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

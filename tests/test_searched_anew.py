@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from imubench.diagnosis import select as module
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search import selection as module
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.menu import MENU, Swing, swung
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import extended, refit
-from imubench.diagnosis.separate import CLEAR, at_size, expected, separate, separation
-from imubench.diagnosis.symmetries import ALWAYS, BUT_IN_SWINGS
+from imubench.diagnosis.experiments.design import CLEAR, at_size, expected, separate, separation
+from imubench.diagnosis.experiments.motion_menu import MENU, Swing, swung
+from imubench.diagnosis.experiments.symmetries import ALWAYS, BUT_IN_SWINGS
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import extended, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof import played

@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis import series
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.heldout import Gain
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import extended, refit
-from imubench.diagnosis.select import Selection
-from imubench.diagnosis.series import as_good, named_by_law, rings
-from imubench.diagnosis.terms import SERIES, Term, Unknown
-from imubench.diagnosis.trial import Kept, Trial
-from imubench.diagnosis.unknown import Unknowns
+from imubench.diagnosis.criteria.cross_validation import Gain
+from imubench.diagnosis.criteria.trial import Kept, Trial
+from imubench.diagnosis.discrepancy.terms import SERIES, Term, Unknown
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search import unknown_against_laws
+from imubench.diagnosis.search.selection import Selection
+from imubench.diagnosis.search.unknown import Unknowns
+from imubench.diagnosis.search.unknown_against_laws import as_good, named_by_law, rings
+from imubench.diagnosis.solve.refit import extended, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -65,12 +65,12 @@ def test_what_series_took_the_place_of_is_not_in_the_way_of_laws_and_a_law_not_o
         asked.append(bare.model.hypotheses)
         return Trial(laws[at], refit(bare, (*bare.model.hypotheses, laws[at]), steps=1), 300.0)
 
-    monkeypatch.setattr(series, "by_law", by_law)
-    monkeypatch.setattr(series, "foretold", lambda *_: gain)
-    monkeypatch.setattr(series, "weighed", lambda *_: (300.0, 0.0))
-    monkeypatch.setattr(series, "as_good", lambda *_: True)
-    monkeypatch.setattr(series, "with_series", lambda *_: fit)
-    monkeypatch.setattr(series, "prune", lambda now, kept, say: (now, kept, []))
+    monkeypatch.setattr(unknown_against_laws, "by_law", by_law)
+    monkeypatch.setattr(unknown_against_laws, "foretold", lambda *_: gain)
+    monkeypatch.setattr(unknown_against_laws, "weighed", lambda *_: (300.0, 0.0))
+    monkeypatch.setattr(unknown_against_laws, "as_good", lambda *_: True)
+    monkeypatch.setattr(unknown_against_laws, "with_series", lambda *_: fit)
+    monkeypatch.setattr(unknown_against_laws, "prune", lambda now, kept, say: (now, kept, []))
     kept = tuple(Kept(h, 50.0, gain, ()) for h in (off, late))
     found = named_by_law(Selection(fit, kept, ()), strange)
     assert asked == [(off,), (off, laws["imu1"])]
@@ -91,8 +91,10 @@ def test_a_law_stands_for_a_series_that_is_worth_little_more(
     law, series_is, law_gains, series_gains, stands, monkeypatch
 ):
     gained = Gain(law_gains, 0.0, 500.0, np.ones(3))
-    monkeypatch.setattr(series, "worth", lambda fit, other: series_is)
-    monkeypatch.setattr(series, "foretold", lambda fit, other, rng: Gain(series_gains, 0.0, 500.0, np.ones(3)))
+    monkeypatch.setattr(unknown_against_laws, "worth", lambda fit, other: series_is)
+    monkeypatch.setattr(
+        unknown_against_laws, "foretold", lambda fit, other, rng: Gain(series_gains, 0.0, 500.0, np.ones(3))
+    )
     trial = Trial(Hypothesis(EFFECTS["low_pass"], "imu2"), None, law)
     assert as_good(trial, gained, None, None) == stands
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from imubench.diagnosis.diagnose import diagnose
+from imubench.diagnosis.pipeline import diagnose
 from imubench.format1 import read
 from imubench.proof.case import build
 from imubench.proof.filed import write

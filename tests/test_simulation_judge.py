@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis import gather
 from imubench.diagnosis.budget import Budget
-from imubench.diagnosis.diagnose import diagnose
 from imubench.diagnosis.evidence import Evidence
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks import fit_summary
+from imubench.diagnosis.residual_checks.localize import locate
 from imubench.diagnosis.result import Diagnosis, FitQuality, SimulatedChannel, Simulation
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
@@ -22,7 +22,7 @@ from imubench.diagnosis.simulation.channels import channels, simulated
 from imubench.diagnosis.simulation.learned import half_at, half_way, learned, parts_of
 from imubench.diagnosis.simulation.sim_model import sim_model
 from imubench.diagnosis.simulation.step import UNPLAYED, judged_by_simulation
-from imubench.diagnosis.where import locate
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.format1 import read
@@ -167,7 +167,7 @@ def test_a_spring_is_replayed_from_a_motion_that_obeys_its_law(made):
 
     strict = off(motion_of(loose, as_smooth(first, loose)[1]))
     assert strict < 1.0  # of the noise: the motion takes some of it
-    assert off(gather.played(loose)) > 1.2 * strict
+    assert off(fit_summary.played(loose)) > 1.2 * strict
 
 
 OFF = {"gyro_scale": {"scale": [0.03, -0.02, 0.03]}, "time_offset": {"offset": -0.012}, "clock_skew": {"skew": 1e-3}}
@@ -290,8 +290,8 @@ def test_a_broken_simulation_is_refused_in_one_line(tmp_path, change, message):
 def test_a_diagnosis_whose_time_is_spent_says_that_nothing_was_played(swung):
     recording = swung({"dry_friction": 0.02}, 4.0)
     first, best, noise = fitted(recording)
-    weighed = gather.weighed(first, noise)
-    evidence = Evidence(recording, gather.traces(weighed), gather.played(first), {}, weighed.levels)
+    weighed = fit_summary.weighed(first, noise)
+    evidence = Evidence(recording, fit_summary.traces(weighed), fit_summary.played(first), {}, weighed.levels)
     spent = Budget(limit=1e-9)
     simulation, same, acting = judged_by_simulation(evidence, first, best, (), {}, spent)
     assert simulation is None and same is evidence and acting == () and UNPLAYED in spent.not_tried

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.slack import slack
-from imubench.diagnosis.trial import Kept
+from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.search.moves.swap_clock_for_backlash import slack
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.after import After
-from imubench.diagnosis.columns import Base, promise
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.slips import BEFORE, Slips, slip, slopes
+from imubench.diagnosis.candidates.slips import BEFORE, Slips, slip, slopes
+from imubench.diagnosis.criteria.onset_scan import After
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.schur import Base, promise
 from imubench.effects.mounts import SLIP
 from imubench.format1 import read
 from imubench.proof.case import make_case

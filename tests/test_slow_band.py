@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from imubench.convert import CONVERTERS
-from imubench.diagnosis.corrected import at_rest_in_the_mean
-from imubench.diagnosis.excerpt import cut
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.kinematics import HINGE
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import extended
-from imubench.diagnosis.rest_noise import MOST
-from imubench.diagnosis.slow_band import gives_way, giving_way, louder_than_any, slow_recording
+from imubench.correction.corrected import at_rest_in_the_mean
+from imubench.diagnosis.candidates.both_mounts import gives_way, giving_way, louder_than_any, slow_recording
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.rig_kinematics import HINGE
+from imubench.diagnosis.samples.rest_noise import MOST
+from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.solve.subset import cut
 from imubench.effects.soft_mounts import RockingMount
 from imubench.format1 import read
 from imubench.proof.case import make_case

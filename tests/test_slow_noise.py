@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from imubench.diagnosis.coloured import DRAWS, spectra
-from imubench.diagnosis.slow_noise import CORNERS, louder_where, powers, shares
+from imubench.diagnosis.noise.colour_bound import CORNERS, louder_where, powers, shares
+from imubench.diagnosis.noise.coloured import DRAWS, spectra
 
 RATE, SAMPLES = 100.0, 1500
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from imubench.diagnosis.slow_shapes import Slow, cosines_at
-from imubench.diagnosis.terms import JUMP as JUMPS
-from imubench.diagnosis.terms import Term
-from imubench.diagnosis.threads import one_thread
+from imubench.diagnosis.discrepancy.drift_tests import Slow, cosines_at
+from imubench.diagnosis.discrepancy.terms import JUMP as JUMPS
+from imubench.diagnosis.discrepancy.terms import Term
+from imubench.diagnosis.solve.threads import one_thread
 
 RATE, SAMPLES = 100.0, 1500
 TIME = np.arange(SAMPLES) / RATE

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.interpolate import BSpline
 
-from imubench.diagnosis.splines import DEGREE, Knots, Moment, Tracks
+from imubench.diagnosis.problem.bspline import DEGREE, Knots, Moment, Tracks
 from imubench.jets import CONSTANT, Jet
 
 

@@ -5,14 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import imubench.diagnosis.springs_std as module
-from imubench.diagnosis.coloured import parameter_std
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.noise import with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.springs_std import WITHIN, with_springs
-from imubench.diagnosis.unbiased import unbiased
+import imubench.diagnosis.noise.intervals as module
+from imubench.diagnosis.noise.coloured import parameter_std
+from imubench.diagnosis.noise.debiased_fit import unbiased
+from imubench.diagnosis.noise.intervals import WITHIN, with_springs
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.add_dynamic import state_trials
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

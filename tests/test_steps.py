@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.after import After
-from imubench.diagnosis.columns import Base, promise
-from imubench.diagnosis.fit import ENOUGH, solve
-from imubench.diagnosis.hypothesis import State
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.settle import moved, paced
-from imubench.diagnosis.system import Step, all_rows
+from imubench.diagnosis.criteria.onset_scan import After
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import State
+from imubench.diagnosis.solve.gauss_newton import Step, all_rows
+from imubench.diagnosis.solve.levenberg_marquardt import ENOUGH, solve
+from imubench.diagnosis.solve.retract import moved, paced
+from imubench.diagnosis.solve.schur import Base, promise
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

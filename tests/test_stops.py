@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis import begin as begin_module
-from imubench.diagnosis import stops as stops_module
-from imubench.diagnosis.begin import begun
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.samples import sampled
-from imubench.diagnosis.stops import UNSETTLED, Stop, settled_between, stop_of
-from imubench.diagnosis.verdict import DOUBTFUL
+from imubench.diagnosis.candidates import begin as begin_module
+from imubench.diagnosis.candidates import end_stop as stops_module
+from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.end_stop import UNSETTLED, Stop, settled_between, stop_of
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.search.confidence import DOUBTFUL
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

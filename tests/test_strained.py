@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks.implausible import lawless, strained
 from imubench.diagnosis.result import UNKNOWN, Where
-from imubench.diagnosis.strained import lawless, strained
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis import struck
-from imubench.diagnosis.faint_knocks import faint_knocks
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.raw_findings import joined
-from imubench.diagnosis.raw_high import high, high_pass
-from imubench.diagnosis.refit import extended
+from imubench.diagnosis.criteria.impact_test import elsewhere
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import Finding, Interval
-from imubench.diagnosis.samples import sampled
-from imubench.diagnosis.struck import FEWEST, TOGETHER, struck_again
-from imubench.diagnosis.unmoved import elsewhere
-from imubench.diagnosis.verdict import DOUBTFUL
+from imubench.diagnosis.samples.check_findings import joined
+from imubench.diagnosis.samples.faint_impacts import faint_knocks
+from imubench.diagnosis.samples.high_band import high, high_pass
+from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.search.confidence import DOUBTFUL
+from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.verdict import impacts
+from imubench.diagnosis.verdict.impacts import FEWEST, TOGETHER, struck_again
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -115,7 +115,7 @@ def test_the_quickest_strokes_of_a_free_body_are_no_knocks(tmp_path, monkeypatch
     power = high(imu.accel, high_pass(imu.rate))[64:-64]
     third = len(power) // 3
     quickest = imu.time[64:-64][np.argmax(power[: 3 * third].reshape(3, third), axis=1) + third * np.arange(3)]
-    monkeypatch.setattr(struck, "faint_knocks", lambda *_: tuple((t - 0.02, t + 0.05) for t in quickest))
+    monkeypatch.setattr(impacts, "faint_knocks", lambda *_: tuple((t - 0.02, t + 0.05) for t in quickest))
     assert struck_again(fit, samples.struck, ()) == ()
 
 

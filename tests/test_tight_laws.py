@@ -5,20 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.alive import stateful
-from imubench.diagnosis.findings import like
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.heldout import Gain
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively_fits import begun_screened
-from imubench.diagnosis.lively_worth import judged, tightened
-from imubench.diagnosis.noise import LAW_FLOOR, with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import extended
-from imubench.diagnosis.screen import screen
-from imubench.diagnosis.select import candidates
-from imubench.diagnosis.trial import FILTER, Kept, Passed
-from imubench.diagnosis.worth import worth
+from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.cross_validation import Gain
+from imubench.diagnosis.criteria.dynamic_aic import judged, tightened
+from imubench.diagnosis.criteria.dynamic_score import screen
+from imubench.diagnosis.criteria.trial import Kept, Passed
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import LAW_FLOOR, with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.dynamic_candidates import stateful
+from imubench.diagnosis.search.moves.dynamic_refits import begun_screened
+from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.traits import FILTER
+from imubench.diagnosis.verdict.findings import like
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -10,16 +10,16 @@ import pytest
 from imubench.diagnosis import budget as module
 from imubench.diagnosis import on_disk
 from imubench.diagnosis.budget import Budget, OutOfTime, check
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.gather import weighed
-from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.report import words
+from imubench.diagnosis.residual_checks.fit_summary import weighed
 from imubench.diagnosis.result import Finding, Interval
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
-from imubench.diagnosis.select import FURTHER, STAGES, WITHOUT, select
-from imubench.diagnosis.stopped import doubted, verdict_when_stopped, with_rest
-from imubench.diagnosis.threads import side_by_side
+from imubench.diagnosis.search.selection import FURTHER, STAGES, WITHOUT, select
+from imubench.diagnosis.solve.threads import side_by_side
+from imubench.diagnosis.verdict.timed_out import doubted, verdict_when_stopped, with_rest
 from imubench.format1 import read, write_recording
 from imubench.proof.case import make_case
 from imubench.reproduce.report import escape
@@ -88,7 +88,7 @@ def test_other_errors_go_through():
 
 def test_work_on_threads_counts_and_is_stopped(monkeypatch):
     """The time of all threads is the processor time, and pieces that have not begun do not begin."""
-    monkeypatch.setattr("imubench.diagnosis.threads.CORES", 2)
+    monkeypatch.setattr("imubench.diagnosis.solve.threads.CORES", 2)
     budget, begun = Budget(0.2), []
 
     def piece(i: int) -> int:
@@ -132,7 +132,7 @@ def test_what_a_search_found_before_it_was_stopped_is_kept(fit, monkeypatch):
     def too_late(*_: object) -> None:
         raise OutOfTime
 
-    monkeypatch.setattr("imubench.diagnosis.select.prune", too_late)
+    monkeypatch.setattr("imubench.diagnosis.search.selection.prune", too_late)
     found = select(fit)
     assert {k.hypothesis.effect.name for k in found.kept} >= {"gyro_bias", "accel_scale"}
     assert {h.name for h in found.fit.model.hypotheses} == {k.hypothesis.name for k in found.kept}

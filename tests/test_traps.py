@@ -7,21 +7,21 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-import imubench.diagnosis.nominal as nominal
-from imubench.diagnosis import gather
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.noise import declared
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
-from imubench.diagnosis.regressors import regressors
-from imubench.diagnosis.score import score
-from imubench.diagnosis.select import candidates
-from imubench.diagnosis.settle import moved
-from imubench.diagnosis.start import model_of
-from imubench.diagnosis.system import Step, all_rows
-from imubench.diagnosis.trial import UNEXPLAINED, misfit
-from imubench.diagnosis.where import locate
+import imubench.diagnosis.noise.nominal as nominal
+from imubench.diagnosis.criteria.score_test import score
+from imubench.diagnosis.criteria.trial import UNEXPLAINED, misfit
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import declared
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.residual_checks import fit_summary
+from imubench.diagnosis.residual_checks.localize import locate
+from imubench.diagnosis.residual_checks.regressors import regressors
+from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.solve.gauss_newton import Step, all_rows
+from imubench.diagnosis.solve.initialize import model_of
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import refit
+from imubench.diagnosis.solve.retract import moved
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -79,8 +79,8 @@ def biased(tmp_path_factory):
 
 @pytest.mark.long
 def test_the_channel_with_the_largest_residual_is_not_the_source(biased):
-    weighed = gather.weighed(biased, declared(biased.model))
-    assert locate(gather.traces(weighed), regressors(biased))[0].at == "imu2"
+    weighed = fit_summary.weighed(biased, declared(biased.model))
+    assert locate(fit_summary.traces(weighed), regressors(biased))[0].at == "imu2"
     best = max(score(biased, plain(biased)), key=lambda s: s.evidence)
     assert best.hypothesis.name == "gyro_bias@imu1"
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from imubench import format1
-from imubench.diagnosis.begin import begun
+from imubench.diagnosis.candidates.begin import begun
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Where
 from imubench.proof.case import build, make_case
 from imubench.trials import blind

@@ -9,16 +9,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.corrected import corrected
-from imubench.diagnosis.gather import weighed
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import declared, with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import refit
+from imubench.correction.corrected import corrected
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import declared, with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks.fit_summary import weighed
 from imubench.diagnosis.result import Diagnosis, Doubt
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
-from imubench.diagnosis.trust import PREDICTION, allowed, doubts, implausible, of_two_minds
+from imubench.diagnosis.solve.refit import refit
+from imubench.diagnosis.verdict.trust import PREDICTION, allowed, doubts, implausible, of_two_minds
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.format1 import read

@@ -5,13 +5,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from imubench import rotations
-from imubench.diagnosis.diagnose import diagnose
-from imubench.diagnosis.far_arm import far_arm
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import log_evidence, refit
-from imubench.diagnosis.start import model_of
-from imubench.diagnosis.turned import axis_in, far_turns, placed, turned
+from imubench.diagnosis.candidates.mount_lever_arm import far_arm
+from imubench.diagnosis.candidates.mount_start import axis_in, far_turns, placed, turned
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.initialize import model_of
+from imubench.diagnosis.solve.refit import log_evidence, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.candidate_terms import TURN, sensor_terms
-from imubench.diagnosis.nominal import nominal_fit
+from imubench.diagnosis.discrepancy.candidate_terms import TURN, sensor_terms
+from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.format1 import read
 from imubench.jets import skew
 from imubench.proof.case import make_case

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.begin import begun
-from imubench.diagnosis.noise import declared
-from imubench.diagnosis.samples import heard, sampled
+from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.noise.reml import declared
+from imubench.diagnosis.samples.screening import heard, sampled
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

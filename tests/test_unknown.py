@@ -5,25 +5,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.bases import curve, drifts, kinked, play
-from imubench.diagnosis.best_term import chased, found_in
-from imubench.diagnosis.candidate_terms import jumps, terms
-from imubench.diagnosis.displaced import displaced
-from imubench.diagnosis.fit import solve
-from imubench.diagnosis.fitted_terms import NEEDED
-from imubench.diagnosis.fitted_terms import fitted as in_the_fit
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import LAW_FLOOR, fit_with_noise, with_noise
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import extended, refit
+from imubench.diagnosis.discrepancy.basis_functions import curve, drifts, kinked, play
+from imubench.diagnosis.discrepancy.best_term import chased, found_in
+from imubench.diagnosis.discrepancy.candidate_terms import jumps, terms
+from imubench.diagnosis.discrepancy.fitted_terms import NEEDED
+from imubench.diagnosis.discrepancy.fitted_terms import fitted as in_the_fit
+from imubench.diagnosis.discrepancy.term_scores import colour, promising
+from imubench.diagnosis.discrepancy.terms import LATE, Term, Unknown, UnknownTorque
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import LAW_FLOOR, fit_with_noise, with_noise
+from imubench.diagnosis.problem.dynamics_factors import GROUP
+from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN
-from imubench.diagnosis.select import select
-from imubench.diagnosis.stand_ins import comes_late
-from imubench.diagnosis.swings import GROUP
-from imubench.diagnosis.system import all_rows
-from imubench.diagnosis.term_scores import colour, promising
-from imubench.diagnosis.terms import LATE, Term, Unknown, UnknownTorque
-from imubench.diagnosis.unknown import unknowns
+from imubench.diagnosis.search.moves.swap_for_term import displaced
+from imubench.diagnosis.search.moves.term_rivals import comes_late
+from imubench.diagnosis.search.selection import select
+from imubench.diagnosis.search.unknown import unknowns
+from imubench.diagnosis.solve.gauss_newton import all_rows
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import extended, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

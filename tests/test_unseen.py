@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imubench.diagnosis.directions import HIDDEN, Directions, aligned, directions, in_words
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.refit import information, refit
-from imubench.diagnosis.unseen import named_axes, seen_of, unseen_in_words
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.refit import information, refit
+from imubench.diagnosis.verdict.unobservable import named_axes, seen_of, unseen_in_words
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.sim import rigs

@@ -7,10 +7,10 @@ import pytest
 from scipy.signal import butter, sosfiltfilt
 
 from imubench.diagnosis.evidence import Trace
-from imubench.diagnosis.regressors import reversals
+from imubench.diagnosis.residual_checks.localize import NOTHING, Regressors, acting_in, locate
+from imubench.diagnosis.residual_checks.regressors import reversals
 from imubench.diagnosis.result import Where
-from imubench.diagnosis.spectra import spectrum
-from imubench.diagnosis.where import NOTHING, Regressors, acting_in, locate
+from imubench.diagnosis.samples.spectra import spectrum
 
 RATE, SECONDS = 100.0, 60.0
 TIME = np.arange(round(RATE * SECONDS)) / RATE

@@ -7,11 +7,11 @@ from pathlib import Path
 from imubench import format1
 from imubench.answers import write_json
 from imubench.atomic import atomic_file
-from imubench.diagnosis.begin import begun
+from imubench.diagnosis.candidates.begin import begun
 from imubench.diagnosis.result import Diagnosis
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
-from imubench.diagnosis.trial import HUM
+from imubench.diagnosis.traits import HUM
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.inputs.json import load_json

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from imubench.diagnosis.displaced import NAMES
+from imubench.diagnosis.search.moves.swap_for_term import NAMES
 from imubench.trials.detection import LEVEL, Z95, by_strength, power
 from imubench.trials.replayed import Replayed
 from imubench.trials.scoring import CaseScore

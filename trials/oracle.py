@@ -8,22 +8,22 @@ finds and the diagnosis misses is the search's.
 
 from collections.abc import Callable, Iterator
 
-from imubench.diagnosis.begin import Begun
-from imubench.diagnosis.columns import Base
-from imubench.diagnosis.findings import parameters
-from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.grids import placed
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.lively import state_trials
-from imubench.diagnosis.loud import ALLOWED, louder
-from imubench.diagnosis.noise import declared, levels, with_noise
-from imubench.diagnosis.plain import plain_trials
-from imubench.diagnosis.promised import ANYWAY
-from imubench.diagnosis.refit import information
+from imubench.diagnosis.candidates.begin import Begun
+from imubench.diagnosis.candidates.grids import placed
+from imubench.diagnosis.criteria.score_test import score
+from imubench.diagnosis.criteria.trial import NEEDED, Trial
+from imubench.diagnosis.noise.reml import ALLOWED, declared, levels, with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks.excess_noise import louder
 from imubench.diagnosis.result import Diagnosis, Finding
-from imubench.diagnosis.score import score
-from imubench.diagnosis.select import candidates
-from imubench.diagnosis.trial import NEEDED, Trial
+from imubench.diagnosis.search.moves.add import plain_trials
+from imubench.diagnosis.search.moves.add_dynamic import state_trials
+from imubench.diagnosis.search.moves.dynamic_order import ANYWAY
+from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.refit import information
+from imubench.diagnosis.solve.schur import Base
+from imubench.diagnosis.verdict.findings import parameters
 from imubench.trials.baselines import NO_GAIN, SURE, answer
 from imubench.trials.match import inside
 from imubench.trials.seal import Truth

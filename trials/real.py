@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from imubench import format1
-from imubench.diagnosis.change import changed, differ
 from imubench.diagnosis.result import Diagnosis
+from imubench.diagnosis.sensor_errors.baseline_change import changed, differ
 from imubench.errors import InputError, first_line
 from imubench.proof.added import add, addable, copy, options_of, read_header, read_samples
 from imubench.proof.options import Effect, stream

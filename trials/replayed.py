@@ -30,11 +30,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench import format1
-from imubench.diagnosis.model_folder import played_early
-from imubench.diagnosis.read_model import read_model
+from imubench.correction.read_model import read_model
 from imubench.diagnosis.result import Diagnosis, Simulation
-from imubench.diagnosis.samples import sampled
+from imubench.diagnosis.samples.screening import sampled
 from imubench.diagnosis.simulation.channels import ENDS, Channel, channels, dense_rate, read_out
+from imubench.diagnosis.simulation.model_folder import played_early
 from imubench.diagnosis.simulation.sim_model import SimModel
 from imubench.diagnosis.windows import covered
 from imubench.errors import InputError

@@ -23,8 +23,8 @@ from typing import Any
 from imubench import format1
 from imubench.answers import write_json
 from imubench.atomic import MARKER, atomic_file, atomic_files, remove_partial_files, writing
-from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.result import PLACES, UNKNOWN, Diagnosis
+from imubench.diagnosis.solve.subset import cut
 from imubench.effects import EFFECTS
 from imubench.errors import InputError, shown, unknown
 from imubench.inputs.json import load_json

@@ -25,8 +25,8 @@ from imubench.answers import write_json
 from imubench.arrays import Array
 from imubench.atomic import atomic_file
 from imubench.commands.diagnose import diagnose_command
-from imubench.diagnosis.excerpt import cut
 from imubench.diagnosis.result_file import FILE_NAME
+from imubench.diagnosis.solve.subset import cut
 from imubench.errors import InputError
 from imubench.format1 import write_recording
 from imubench.inputs.json import load_table

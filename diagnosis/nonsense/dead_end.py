@@ -7,9 +7,8 @@ from time import perf_counter
 import numpy as np
 
 from imubench.diagnosis.evidence import Evidence, Level, Played, Pose, Trace
-from imubench.diagnosis.gather import CHANNELS, noise_of
 from imubench.diagnosis.nonsense.few import FEWEST
-from imubench.diagnosis.quiet import quiet_level
+from imubench.diagnosis.residual_checks.fit_summary import CHANNELS, noise_of
 from imubench.diagnosis.result import (
     UNKNOWN,
     Diagnosis,
@@ -21,6 +20,7 @@ from imubench.diagnosis.result import (
     Verdict,
     Where,
 )
+from imubench.diagnosis.samples.quiet_moments import quiet_level
 from imubench.recording import Recording
 
 SURE = 0.96  # as the surest of the other findings; no check was wrong on 596 simulated recordings and 260 real windows

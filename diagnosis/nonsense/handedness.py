@@ -20,7 +20,7 @@ from scipy.stats import f as fisher
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.nonsense.stretch import Samples
-from imubench.diagnosis.start import integrated
+from imubench.diagnosis.solve.initialize import integrated
 
 WINDOW = (
     8.0  # s over which the velocity is compared: long beside a stroke, short beside what a bias of 0.05 rad/s turns

@@ -5,9 +5,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.kinematics import HINGE_AXIS
 from imubench.diagnosis.nonsense.handedness import AXES
 from imubench.diagnosis.nonsense.mirrored import component
+from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
 from imubench.diagnosis.result import Finding, Nonsense
 from imubench.recording import Imu, Recording
 from imubench.rotations import exp, to_matrix

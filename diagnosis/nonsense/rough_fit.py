@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.blocks import NotPositiveDefiniteError
-from imubench.diagnosis.nominal import first_fit
+from imubench.diagnosis.noise.nominal import first_fit
 from imubench.diagnosis.nonsense.stretch import RATE, grid, gridded, liveliest
-from imubench.diagnosis.start import model_of
+from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
+from imubench.diagnosis.solve.initialize import model_of
 from imubench.recording import Imu, Pose, Recording
 
 SECONDS = 10.0

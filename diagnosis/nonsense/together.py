@@ -6,9 +6,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from imubench.arrays import Array
-from imubench.diagnosis.hypothesis import segment_of
 from imubench.diagnosis.nonsense.shared_motion import Shared, shared, squares
 from imubench.diagnosis.nonsense.stretch import averaged, grid, liveliest, quick_enough
+from imubench.diagnosis.problem.hypothesis import segment_of
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Encoder, Imu, Pose, Recording
 from imubench.rotations import conjugate, log, multiply

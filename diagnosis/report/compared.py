@@ -8,10 +8,10 @@ from imubench.arrays import Array
 from imubench.diagnosis.evidence import Comparison, Evidence, Trace
 from imubench.diagnosis.report.chart import Line, Panel, chart
 from imubench.diagnosis.report.numbers import brief, printed
+from imubench.diagnosis.report.shares import power_explained
 from imubench.diagnosis.report.words import called, spelled
 from imubench.diagnosis.result import Finding, Simulation
-from imubench.diagnosis.shares import power_explained
-from imubench.diagnosis.spectra import spectrum
+from imubench.diagnosis.samples.spectra import spectrum
 
 EXCERPT = 3.0  # s: some thirty cycles of the mounts' usual 10 Hz, each 30 pixels wide
 SLOW = 0.5  # of the difference's power at less than a cycle an excerpt: then the whole is shown

@@ -10,7 +10,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.evidence import Comparison, Evidence, Trace
 from imubench.diagnosis.report.words import covers
 from imubench.diagnosis.result import Pair, Where
-from imubench.diagnosis.spectra import spectrum
+from imubench.diagnosis.samples.spectra import spectrum
 from imubench.reproduce.report import escape
 
 COLUMNS = 120  # over time: a phone has about 300 pixels for them

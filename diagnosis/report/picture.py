@@ -8,11 +8,11 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.atomic import atomic_file
 from imubench.diagnosis.evidence import Comparison, Evidence
-from imubench.diagnosis.judge import rms
 from imubench.diagnosis.report import words
 from imubench.diagnosis.report.compared import loudest
 from imubench.diagnosis.report.numbers import brief, printed
 from imubench.diagnosis.result import Diagnosis
+from imubench.diagnosis.verdict.reference_motion import rms
 from imubench.errors import InputError
 
 if TYPE_CHECKING:

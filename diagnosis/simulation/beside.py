@@ -12,18 +12,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis import gather
 from imubench.diagnosis.evidence import Comparison, Played, Swing, Trace
-from imubench.diagnosis.fit import AGAIN, STEPS, Fit, solve
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.noise import LOOSENED, levels
-from imubench.diagnosis.refit import extended, refit_without
+from imubench.diagnosis.noise.reml import LOOSENED, levels
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import Simulation
 from imubench.diagnosis.simulation.channels import Channel, channels
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, without_slack
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
-from imubench.diagnosis.simulation.windows import free
+from imubench.diagnosis.simulation.swing_windows import free
+from imubench.diagnosis.solve.levenberg_marquardt import AGAIN, STEPS, Fit, solve
+from imubench.diagnosis.solve.refit import extended, refit_without
 from imubench.recording import Recording
 
 MOST = 3  # channels that are shown of a finding
@@ -129,7 +129,7 @@ def motion_of(told: Fit, smooth: Fit) -> Played:
     taught = np.concatenate([told.state.values[name] - smooth.state.values[name] for name in names])
     start = followed(smooth, taught)
     held = replace(told.model, fixed=dict(told.state.values))
-    return gather.played(solve(held, start, without_slack(smooth), smooth.anchor, steps=STEPS))
+    return fit_summary.played(solve(held, start, without_slack(smooth), smooth.anchor, steps=STEPS))
 
 
 def with_levels(fit: Fit, told: dict[str, float]) -> Fit:
@@ -202,7 +202,7 @@ def added(
             values = np.stack([(with_all[c.name] - gone[c.name])[own] for c in channels_of], axis=1)
             first = channels_of[0]
             out.append(
-                Trace(at, part, gather.CHANNELS[part][0], first.unit, first.time[own], values, judge.noise[group])
+                Trace(at, part, fit_summary.CHANNELS[part][0], first.unit, first.time[own], values, judge.noise[group])
             )
     return tuple(out)
 

@@ -7,11 +7,11 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.correction.replay import DENSE
+from imubench.correction.sensor_chain import angle_read, at_place, read_by
 from imubench.diagnosis.evidence import Swing
-from imubench.diagnosis.gather import CHANNELS
-from imubench.diagnosis.misread import read
-from imubench.diagnosis.replay import DENSE
-from imubench.diagnosis.sensor_chain import angle_read, at_place, read_by
+from imubench.diagnosis.problem.encoder_calibration import read
+from imubench.diagnosis.residual_checks.fit_summary import CHANNELS
 from imubench.diagnosis.simulation.sim_model import SimModel
 from imubench.diagnosis.simulation.splice import played
 from imubench.jets import Jet

@@ -9,22 +9,15 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.budget import check
 from imubench.diagnosis.evidence import Comparison, Swing
-from imubench.diagnosis.excerpt import cut
-from imubench.diagnosis.fit import Fit
 from imubench.diagnosis.result import SimulatedChannel
-from imubench.diagnosis.simulation.channels import (
-    ENDS,
-    Channel,
-    channels,
-    dense_rate,
-    read_out,
-    simulated,
-)
+from imubench.diagnosis.simulation.channels import ENDS, Channel, channels, dense_rate, read_out, simulated
 from imubench.diagnosis.simulation.learned import Learned, Part, half_at
 from imubench.diagnosis.simulation.rollout import LEAST_S, Misfit, can_swing, horizon, refined
 from imubench.diagnosis.simulation.sim_model import SimModel, sim_model, state_at
 from imubench.diagnosis.simulation.splice import rolled_truth
-from imubench.diagnosis.simulation.windows import free
+from imubench.diagnosis.simulation.swing_windows import free
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.subset import cut
 from imubench.diagnosis.windows import Window, covered
 from imubench.recording import Recording
 

@@ -23,16 +23,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.equations import law_rows, scenes
-from imubench.diagnosis.fit import Fit, solve
-from imubench.diagnosis.heldout import told_by
-from imubench.diagnosis.hypothesis import State
-from imubench.diagnosis.linear import linearise
-from imubench.diagnosis.normal import Normal
-from imubench.diagnosis.settle import moved
-from imubench.diagnosis.swings import is_data
-from imubench.diagnosis.system import all_rows
-from imubench.diagnosis.threads import one_thread
+from imubench.diagnosis.criteria.cross_validation import told_by
+from imubench.diagnosis.problem.dynamics_factors import is_data
+from imubench.diagnosis.problem.hypothesis import State
+from imubench.diagnosis.problem.process_factors import law_rows, scenes
+from imubench.diagnosis.solve.gauss_newton import all_rows
+from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.linearize import linearise
+from imubench.diagnosis.solve.normal_equations import Normal
+from imubench.diagnosis.solve.retract import moved
+from imubench.diagnosis.solve.threads import one_thread
 from imubench.diagnosis.windows import Window, cut_out
 from imubench.effects.effect import Effect
 from imubench.recording import Recording, span_of

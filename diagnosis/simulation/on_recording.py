@@ -11,19 +11,19 @@ from pathlib import Path
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis import gather
+from imubench.correction.read_model import read_model
 from imubench.diagnosis.evidence import Swing
-from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.noise import declared_by
-from imubench.diagnosis.nominal import nominal_fit
-from imubench.diagnosis.read_model import read_model
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import declared_by
+from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import UNKNOWN, Simulation
-from imubench.diagnosis.samples import sampled
+from imubench.diagnosis.samples.screening import sampled
 from imubench.diagnosis.simulation.channels import channels, dense_rate, read_out
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Part
 from imubench.diagnosis.simulation.sim_model import SimModel, sim_model
 from imubench.diagnosis.simulation.splice import rolled_truth
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.errors import InputError
 from imubench.progress import Step, silent
 from imubench.recording import Recording, span_of
@@ -56,7 +56,7 @@ def judged_on(folder: Path, recording: Recording, step: Step = silent) -> OnReco
         samples = sampled(recording)
         known = samples.heard(recording)
         fit = nominal_fit(known, samples.masks, samples.humming, samples.wander)
-        levels = gather.weighed(fit, declared_by(recording), samples.white).levels
+        levels = fit_summary.weighed(fit, declared_by(recording), samples.white).levels
     with step("roll both models out"):
         simulation = beside_declared(fit, found, {level.group: level.used for level in levels}, told)
     return OnRecording(told, recording.name, simulation)

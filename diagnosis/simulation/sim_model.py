@@ -6,19 +6,19 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis import gather
+from imubench.correction.export import plays
+from imubench.correction.found_chain import chain_of
+from imubench.correction.found_rig import rig_of
+from imubench.correction.sensor_chain import Effects
+from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.evidence import Played
-from imubench.diagnosis.export import plays
-from imubench.diagnosis.findings import parameters
-from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.found_chain import chain_of
-from imubench.diagnosis.found_rig import rig_of
-from imubench.diagnosis.hypothesis import Hypothesis
-from imubench.diagnosis.kinematics import HINGE
-from imubench.diagnosis.misread import ERROR
+from imubench.diagnosis.problem.encoder_calibration import ERROR
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.rig_kinematics import HINGE
+from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import Finding, Interval
-from imubench.diagnosis.sensor_chain import Effects
-from imubench.diagnosis.terms import Unknown
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.verdict.findings import parameters
 from imubench.sim.rigs import Rig
 from imubench.sim.swing import Start
 
@@ -52,10 +52,10 @@ def playable(fit: Fit, h: Hypothesis) -> bool:
 
 def sim_model(fit: Fit) -> SimModel:
     """Return the model that a fit says, with its numbers and its motion."""
-    recording, motion = fit.model.recording, gather.played(fit)
+    recording, motion = fit.model.recording, fit_summary.played(fit)
     found = [finding_of(fit, h) for h in named(fit)]
     return SimModel(
-        rig_of(recording, gather.mounts(fit), found, motion.fitted),
+        rig_of(recording, fit_summary.mounts(fit), found, motion.fitted),
         chain_of(found, motion.fitted, recording),
         fit.model.start,
         motion,

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.correction.replay import END_ROWS, SplineMotion, dense_rows, played_through
+from imubench.correction.sensor_chain import Effects, moves_time
 from imubench.diagnosis.evidence import Played, Swing
-from imubench.diagnosis.replay import END_ROWS, SplineMotion, dense_rows, played_through
-from imubench.diagnosis.sensor_chain import Effects, moves_time
 from imubench.diagnosis.simulation.rollout import STEP, rolled_out
 from imubench.sim.play import play
 from imubench.sim.rigs import Rig

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.blocks import NotPositiveDefiniteError
 from imubench.diagnosis.budget import NUMBERS, Budget
 from imubench.diagnosis.evidence import Evidence
-from imubench.diagnosis.fit import Fit
-from imubench.diagnosis.regressors import regressors
+from imubench.diagnosis.residual_checks.localize import locate
+from imubench.diagnosis.residual_checks.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Simulation, Where
 from imubench.diagnosis.simulation.beside import beside
-from imubench.diagnosis.where import locate
+from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.errors import InputError
 
 UNPLAYED = "the simulation beside the recording"

@@ -8,9 +8,9 @@ from fuzz.mutate import csv, json, mjcf, toml
 from fuzz.reader import Reader
 from fuzz.seeds import models
 from imubench import format1
-from imubench.diagnosis.baseline import Learned, check_same_sensors, check_usable
-from imubench.diagnosis.model_folder import check_same, replay
 from imubench.diagnosis.result_read import read_diagnosis
+from imubench.diagnosis.sensor_errors.baseline import Learned, check_same_sensors, check_usable
+from imubench.diagnosis.simulation.model_folder import check_same, replay
 
 SELDOM = 200  # inputs to a whole command that fits a motion, which takes seconds
 

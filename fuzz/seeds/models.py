@@ -7,8 +7,8 @@ import numpy as np
 
 from fuzz.seeds import laid_out, recordings
 from imubench.answers import write_json
+from imubench.correction.export import write_model
 from imubench.diagnosis.evidence import Evidence, FittedEffect, Level, Played, Pose, Trace
-from imubench.diagnosis.export import write_model
 from imubench.diagnosis.result import (
     Baseline,
     Change,

@@ -1,0 +1,1 @@
+"""Where the fit begins with effects that are far from linear."""

@@ -1,0 +1,131 @@
+"""Mounts that give way at both ends of a hinge: geometry from the slow band, then the springs of both IMUs at once.
+
+Springs that both IMUs are on look like noise, and one sprung mount at a time takes in what both do: the other's motion
+goes into the geometry, which turns by tens of degrees and fits. Below some frequency both IMUs obey the hinge
+(`olsson2020-banded` finds it). The rigid model of what is left there has the mounts; held to these, the springs of both
+are fitted while the noise is still what the rigid model left, and the noise then falls to what they leave. Only then
+are the mounts free again.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.band import banded
+from imubench.diagnosis.criteria.cross_validation import SEED, foretold
+from imubench.diagnosis.criteria.effect_dynamics import led
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import fit_with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.samples.rest_noise import MOST
+from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.refit import extended
+from imubench.effects.soft_mounts import RockingMount, Sprung
+from imubench.errors import InputError
+from imubench.estimators.banded import chosen_fit
+from imubench.recording import Imu, Recording
+
+OVERSAMPLED = 6.0  # samples per period of the band that are kept: motion is below it
+BEGUN, DAMPED = 14.0, 0.2  # Hz and damping ratio that springs are begun with, while the noise is loose
+EXPLAINED = 0.25  # of the power that the rigid model left, at most: else it is not springs that the rest is made of
+HOPELESS = 2 * EXPLAINED  # after the first steps, mounts held: to follow the noise down and to free the mounts is less
+FIRST = 6  # steps
+ROUNDS = 2  # of the noise, mounts held
+
+
+def giving_way(fit: Fit) -> Fit | None:
+    """Return a fit with both IMUs of a hinge on springs, if that predicts what the rigid one leaves; else None."""
+    recording = fit.model.recording
+    if recording.rig != "hinge" or any(isinstance(h.effect, Sprung) for h in fit.model.hypotheses):
+        return None
+    if not louder_than_any(fit):
+        return None
+    hz = agreeing_band(recording)
+    if hz is None:
+        return None
+    sprung = on_springs(fit, hz)
+    if sprung is None or gyro_power(sprung) > EXPLAINED * gyro_power(fit):
+        return None
+    won = foretold(fit, sprung, np.random.default_rng(SEED))
+    return sprung if won.foretells() else None
+
+
+def gives_way(fit: Fit) -> bool:
+    """Return whether both IMUs are on springs and what these leave is still more than any gyroscope's noise.
+
+    Then something of the mounts is not as straight springs are, and nobody knows how large: a further effect would be
+    judged by noise that is none.
+    """
+    sprung = {h.at for h in fit.model.hypotheses if isinstance(h.effect, Sprung)}
+    return len(sprung) == 2 and louder_than_any(fit)
+
+
+def louder_than_any(fit: Fit) -> bool:
+    """Return whether two gyroscopes leave more than any gyroscope's noise, whatever is declared.
+
+    Their power together: of two that do not agree about one motion, either may get all of what they differ by.
+    """
+    return len(fit.model.recording.imus) == 2 and gyro_power(fit) > 2 * MOST["gyro"] ** 2
+
+
+def gyro_power(fit: Fit) -> float:
+    """Return the summed variances of all gyroscopes' noise, (rad/s)^2."""
+    return float(sum(fit.noise[f"{imu.name}.gyro"] ** 2 for imu in fit.model.recording.imus))
+
+
+def left_power(fit: Fit) -> float:
+    """Return the mean squared residual of all gyroscopes, (rad/s)^2, whatever the noise was taken for."""
+    gyros = [r.residual.value for r in fit.measured if r.name.endswith(".gyro")]
+    return float(sum(np.mean(x**2) for x in gyros))
+
+
+def agreeing_band(recording: Recording) -> float | None:
+    """Return the frequency in Hz below which both IMUs obey the hinge; None where all samples do, or none."""
+    try:
+        return chosen_fit(recording)[0].hz
+    except InputError:
+        return None
+
+
+def slow_recording(recording: Recording, hz: float) -> Recording:
+    """Return what both IMUs read below a frequency, as few samples as it needs, no noise declared."""
+
+    def thinned(imu: Imu) -> Imu:
+        every = max(1, int(imu.rate / (OVERSAMPLED * hz)))
+        few = slice(None, None, every)
+        return replace(
+            imu,
+            time=imu.time[few],
+            gyro=imu.gyro[few],
+            accel=imu.accel[few],
+            rate=imu.rate / every,
+            gyro_noise_std=None,
+            accel_noise_std=None,
+        )
+
+    slow = banded(recording, hz)
+    return replace(slow, imus=tuple(thinned(imu) for imu in slow.imus))
+
+
+def on_springs(fit: Fit, hz: float, rounds: int = ROUNDS) -> Fit | None:
+    """Return a fit whose IMUs are both on rocking springs, begun from the geometry below `hz` Hz.
+
+    None where the first steps of the springs leave most of what the rigid model left.
+    """
+    recording = fit.model.recording
+    slow = nominal_fit(slow_recording(recording, hz))
+    held = {n: v for n, v in slow.state.values.items() if n.endswith((".rotation", ".translation"))}
+    springs = tuple(Hypothesis(RockingMount(), imu.name) for imu in recording.imus)
+    guess: dict[str, Array] = {}
+    for h in springs:
+        guess |= {h.key("frequency"): np.full(3, np.log(BEGUN)), h.key("damping_ratio"): np.full(3, np.log(DAMPED))}
+    state = replace(fit.state, values=fit.state.values | held)
+    rigid = replace(fit, model=replace(fit.model, fixed=held), state=state)
+    rigid = fit_with_noise(rigid.model, rigid.state, rigid.noise, rigid.anchor, rounds=1)
+    begun = extended(rigid, (*fit.model.hypotheses, *springs), guess)
+    found = solve(begun.model, led(begun.model, begun.state, springs), begun.noise, fit.anchor, steps=FIRST)
+    if left_power(found) > HOPELESS * left_power(rigid):
+        return None
+    found = fit_with_noise(found.model, found.state, found.noise, fit.anchor, rounds=rounds)
+    return fit_with_noise(replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=ROUNDS)

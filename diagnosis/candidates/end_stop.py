@@ -1,0 +1,150 @@
+"""A stop that the swinging segment knocks against: every knock in a free swing begins at one hinge angle, the farthest.
+
+A contact lasts milliseconds, and where the segment comes to rest against the stop it knocks too faintly to be heard:
+neither a spline nor the equation of a free swing holds there. So the angle is read off where knocks begin, and what
+lies beyond it is left out. With the contacts in the fit the spline swings too far, without them not far enough; the
+angle lies between the two, its standard deviation half their difference.
+
+A pendulum's stop is at an angle of its swing about the world's y, and without a magnetometer no fit knows where y
+points: it is the level axis about which the knocks agree best. The other way round along it the angle has the other
+sign, and is the same stop. About an axis that it hardly swings about, all its angles agree: six of seven knocks of a
+pendulum's IMU did within 4 mrad, at 0.036 rad, which it passed by a third of all its swing about that axis.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from imubench.arrays import Array
+from imubench.diagnosis.problem.bspline import Moment
+from imubench.diagnosis.problem.rig_kinematics import HINGE
+from imubench.diagnosis.result import Finding, Interval, Parameter
+from imubench.diagnosis.samples.screening import Sampled
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.traits import STOP
+from imubench.diagnosis.windows import Window, covered, cut_out
+from imubench.jets import Jet
+
+FEWEST, FEWEST_ABOUT = 2, 4  # knocks that can agree, and about an axis that is sought for them
+HEADINGS = np.linspace(0.0, 2 * np.pi, 180, endpoint=False)  # rad, of the axis that a pendulum swings about
+SAME, OF_SWING = 0.02, 0.01  # rad, how closely they do, as a median; and of how far the joint swings: stops 0.003
+BEYOND, OVER = 0.15, 0.2  # rad that a smeared contact may seem to go beyond the stop, and of how far the joint swings
+HARD, SOON = 0.3, 0.1  # rad, so soon (s) after a knock that was heard: the spline turns round later than the segment
+NEAR, PAD = 0.02, 0.02  # rad before the stop and s around it that are left out with it
+FINE = 0.005  # s
+UNSETTLED = 0.1  # rad: an angle that is so little known without the knocks is none, it was chosen to suit them
+LEAST_STD, LEAST_ABOUT = 0.002, 0.03  # rad; about an axis that is sought: 0.007, 0.031, 0.031 and 0.041 off
+SURE = 0.95
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A stop and the parts of the recording in which the segment touches it."""
+
+    angle: float  # rad
+    std: float  # rad
+    knocks: Array  # (k,) s
+    windows: tuple[Window, ...]  # s
+    heading: float = 0.0  # rad, of the axis that a pendulum's angle is about, from the fit's y
+    least: float = LEAST_STD  # rad, that its angle's standard deviation is at least
+
+    def masks(self, fit: Fit, known: dict[str, NDArray[np.bool_]]) -> dict[str, NDArray[np.bool_]]:
+        """Return which samples count besides those in which the segment touches the stop."""
+        out = dict(known)
+        for name, stamps in fit.model.stamps.items():
+            free = ~covered(stamps, self.windows)
+            out[name] = known.get(name, np.ones(len(stamps), dtype=bool)) & free
+        return out
+
+    def swings(self, swings: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+        """Return free swings (start, end) s without the contacts."""
+        return cut_out(swings, self.windows)
+
+    def told(self, samples: Sampled) -> Sampled:
+        """Return what the samples say, the stop in the place of its knocks."""
+        angle = {"angle": Parameter(np.array(self.angle), np.array(self.std), "rad")}
+        said = Finding(STOP, "joint", SURE, angle, Interval(0.0, (0.0, 0.0)))
+        words = f"{len(self.knocks)} contacts begin at a joint's angle of {self.angle:.3f} rad, the farthest reached."
+        return replace(samples, findings=(*samples.findings, said), unless_stopped=(), notes=(*samples.notes, words))
+
+
+def stop_of(fit: Fit, samples: Sampled) -> Stop | None:
+    """Return the stop that the knocks of free swings tell of; none where they begin anywhere."""
+    ball = fit.model.recording.rig == "pendulum"
+    if not samples.unless_stopped or not (fit.model.rig.hinge or ball):
+        return None
+    start = fit.model.start
+    times = np.concatenate([np.atleast_1d(f.parameters["times"].value) for f in samples.unless_stopped])
+    if len(times) < (FEWEST_ABOUT if ball else FEWEST):
+        return None
+    knocks = times - start
+    heading = _agreed(fit, knocks) if ball else 0.0
+    at = angle_at(fit, knocks, heading)
+    angle = float(np.median(at))
+    side = 1.0 if angle > 0 else -1.0
+    first, last = fit.span
+    fine = np.arange(first, last, FINE)
+    free = covered(fine + start, fit.model.recording.free_swings)
+    away = side * (angle_at(fit, fine, heading) - angle)
+    since = fine - knocks[:, None]
+    soon = np.any((since >= 0) & (since < SOON), axis=0)
+    swing = float(np.ptp(away[free]))
+    apart = min(SAME, OF_SWING * swing)
+    beyond = np.any(away[free] > np.where(soon, HARD, min(BEYOND, OVER * swing))[free])
+    if beyond or np.median(np.abs(at - angle)) > apart:
+        return None
+    windows = left_out(fine + start, free & (away > -NEAR))
+    return Stop(angle, SAME, times, windows, heading, LEAST_ABOUT if ball else LEAST_STD)
+
+
+def left_out(time: Array, touching: NDArray[np.bool_]) -> tuple[Window, ...]:
+    """Return the stretches in s of evenly spaced times (n,) s in which a segment touches its stop, and beside them."""
+    wide = binary_dilation(touching, iterations=round(PAD / FINE))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], wide.astype(int), [0]])))
+    ends = time[np.minimum(edges, len(time) - 1)]
+    return tuple((float(a), float(b)) for a, b in zip(ends[::2], ends[1::2], strict=True))
+
+
+def settled_between(stop: Stop, without: Fit) -> Stop:
+    """Return the stop with its angle between that of the fit with the contacts and of one without them."""
+    other = float(np.median(angle_at(without, stop.knocks - without.model.start, stop.heading)))
+    return replace(stop, angle=(stop.angle + other) / 2, std=max(abs(stop.angle - other) / 2, stop.least))
+
+
+def _agreed(fit: Fit, knocks: Array) -> float:
+    """Return the heading in rad of the level axis about which a pendulum is at one angle, above 0, at every knock."""
+    angles = swing_of(limb_at(fit, knocks), HEADINGS[:, None])
+    middle = np.median(angles, axis=1)
+    spread = np.where(middle > 0, np.median(np.abs(angles - middle[:, None]), axis=1), np.inf)
+    return float(HEADINGS[int(np.argmin(spread))])
+
+
+def angle_at(fit: Fit, time: Array, heading: float = 0.0) -> Array:
+    """Return the angle (n,) rad at times (n,) s of the splines: a hinge's, or a pendulum's swing about a heading."""
+    if fit.model.rig.hinge:
+        return _moment(fit, time).track(HINGE).value[:, 0]
+    return swing_of(limb_at(fit, time), heading)
+
+
+def swing_of(limb: Array, heading: float | Array) -> Array:
+    """Return the angle in rad of a limb's z axis in the world (3, n) about level axes of some headings in rad."""
+    x, y, z = limb
+    return np.asarray(np.arctan2(np.cos(heading) * x + np.sin(heading) * y, z))
+
+
+def limb_at(fit: Fit, time: Array) -> Array:
+    """Return where a pendulum's z axis points in the world (3, n) at times (n,) s of the splines."""
+    return in_world(fit, time, np.array([[0.0, 0.0, 1.0]])).T
+
+
+def in_world(fit: Fit, time: Array, vectors: Array) -> Array:
+    """Return vectors (n, 3), or one (1, 3), of a pendulum's axes in the world's (n, 3), at times (n,) s of splines."""
+    turn = fit.model.last(fit.state, _moment(fit, time)).turn
+    assert turn is not None
+    return np.asarray(turn.forth(Jet(vectors)).value)
+
+
+def _moment(fit: Fit, time: Array) -> Moment:
+    return Moment(fit.model.tracks, fit.state.coefficients, Jet(time[:, None]))

@@ -1,0 +1,88 @@
+"""Effects that are far from linear in one parameter: where to begin with it.
+
+A hum's frequency is read off the residual's spectrum, the moment of a slip off what one at each moment would explain,
+a stop's angle off a grid of whole stops, where a spring rests off one of springs. From there the score and the refit go
+on.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from imubench.diagnosis.candidates.slips import slip
+from imubench.diagnosis.criteria.dynamic_score import driven
+from imubench.diagnosis.criteria.score_test import Score, score
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.schur import Base
+from imubench.diagnosis.solve.threads import one_thread
+from imubench.diagnosis.traits import HUM, SLIP
+
+NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
+REST = np.arange(-1.5, 1.6, 0.25)  # rad, angles of rest of a joint's spring
+ELSEWHERE = 1.0  # Hz off: another line than that of the raw samples
+LOWEST = 1.0  # Hz, under which a hum is part of the motion
+
+
+@one_thread
+def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
+    """Return hypotheses at their best starts, ready to be scored, and the scores of those that a score cannot judge."""
+    fit = base.fit
+    out, judged = [], []
+    for h in hypotheses:
+        if h.effect.name == HUM:
+            if found := hummed(fit, h.at):
+                out.append(replace(h, effect=h.effect.starting(frequency=found)))
+        elif h.effect.name == SLIP:
+            out.append(replace(h, effect=h.effect.starting(time=slip(base, h.at))))
+        elif h.effect.name == "joint_spring":
+            judged.append(rested(base, h))
+        elif h.effect.name == "end_stop":
+            found_stop = driven(base, h)
+            if found_stop is not None:
+                starts = {n.split(".", 1)[1]: v for n, v in found_stop.values.items()}
+                at = replace(h, effect=h.effect.starting(angle=starts["angle"]))
+                none = np.zeros(0)
+                judged.append(Score(at, found_stop.evidence, found_stop.evidence, none, none))
+        else:
+            out.append(h)
+    return out, judged
+
+
+def rested(base: Base, h: Hypothesis) -> Score:
+    """Return the score of a joint's spring at the best of some angles of rest, from which its refit begins.
+
+    Where it has no stiffness yet its angle of rest does nothing: on a swing whose equation held exactly the refit ended
+    with a stiffness at rest at 0, 240 nat short, and the spring was another inertia.
+    """
+    each = [replace(h, effect=h.effect.starting(q0=angle), tag=f"#{i}") for i, angle in enumerate(REST)]
+    best = score(base.fit, each, base)[0]
+    return replace(best, hypothesis=replace(best.hypothesis, tag=""))
+
+
+def hummed(fit: Fit, at: str) -> float:
+    """Return where a hum begins, in Hz: in the residual, but where the raw samples hum elsewhere.
+
+    A motion with 128 knots a second follows 53 Hz, and what it leaves of that is their image at 75 Hz.
+    """
+    left, raw = hum(fit, at), fit.model.humming.get(at)
+    return raw if left and raw and abs(left - raw) > ELSEWHERE else left
+
+
+def hum(fit: Fit, at: str) -> float:
+    """Return the frequency in Hz of the strongest line in an accelerometer's residual; 0 where there is none to see."""
+    rows = next((r for r in fit.measured if r.name == f"{at}.accel"), None)
+    if rows is None or len(rows.time) < 4 * NEIGHBOURS:
+        return 0.0
+    step = float(np.median(np.diff(rows.time)))
+    grid = np.arange(rows.time[0], rows.time[-1], step)
+    left = np.stack([np.interp(grid, rows.time, x) for x in rows.whitened.T], axis=1)
+    frequency = np.fft.rfftfreq(4 * len(grid), step)
+    power = np.sum(np.abs(np.fft.rfft(left * np.hanning(len(grid))[:, None], 4 * len(grid), axis=0)) ** 2, axis=1)
+    level = median_filter(power, 4 * NEIGHBOURS, mode="nearest")
+    ratio = np.where(frequency > LOWEST, power / np.maximum(level, 1e-12), 0.0)
+    return float(frequency[np.argmax(ratio)])
+
+
+__all__ = ["hum", "hummed", "placed", "rested"]

@@ -1,0 +1,1 @@
+"""What a model gains over another one: scores, evidence, cross-validation, equivalence."""

@@ -1,0 +1,151 @@
+"""What a refit with effects that have a life of their own is worth, and when such a fit is one."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.criteria.conditional_aic import weighed, worth
+from imubench.diagnosis.criteria.trial import NEEDED, Trial
+from imubench.diagnosis.noise.colour_bound import COLOUR, louder_where
+from imubench.diagnosis.noise.coloured import off_none
+from imubench.diagnosis.noise.nominal import rougher
+from imubench.diagnosis.noise.reml import LAW_FLOOR, with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State
+from imubench.diagnosis.problem.process_factors import state_rows
+from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.traits import FILTER
+
+DOUBTED, LEFT = 4.0, 0.05  # times a law's std, and of what drives it, that may be left; beyond, its state is a spline
+TIGHTER = 0.1  # of a law's level at its floor: tried as well
+DECIDED = 10.0  # times the freedoms: worth so much, a refit is not chosen or refused for them
+SAME = 1.0  # nat, which a tighter law may cost
+DELAYED = 15.0  # nat, that a filter must be worth by its delay alone
+TRIPLES = ("gyro", "accel")  # variants of a filter that delay one against the other: nothing else does
+IMPLAUSIBLE = 4.0  # of its prior's standard deviations, on every axis
+
+
+def against(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
+    """Return a refit beside the fit without its effects; where its freedoms decide, its laws as tight as it bears."""
+    loose, freedoms = judged(fit, hypotheses, tried)
+    if not -freedoms < loose.evidence < DECIDED * freedoms:
+        return loose
+    tight = tightened(tried, hypotheses)
+    return loose if tight is None else max(loose, judged(fit, hypotheses, tight)[0], key=lambda t: t.evidence)
+
+
+def tightened(fit: Fit, hypotheses: Sequence[Hypothesis]) -> Fit | None:
+    """Return a fit with tighter laws of some effects; None where none is at its floor.
+
+    There a state still follows some of the samples' noise, and the fit pays for that freedom: a soft mount of 43 Hz was
+    worth -137 nat so, and 70 with a tenth of its law's level.
+    """
+    told = law_levels(fit, hypotheses)
+    lower = {n: TIGHTER * fit.noise[n] for n in told if LAW_FLOOR / 2 < fit.noise[n] < 2 * LAW_FLOOR}
+    return with_noise(replace(fit, noise=fit.noise | lower), 2) if lower else None
+
+
+def law_levels(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[str]:
+    """Return the names of the noise levels of some effects' laws."""
+    return [n for h in hypotheses for n in fit.noise if n.startswith(f"{h.name}.")]
+
+
+def as_tight(fit: Fit) -> Fit:
+    """Return a fit with every law as tight as it bears."""
+    for h in [h for h in fit.model.hypotheses if h.effect.lawful]:
+        with suppress(NotPositiveDefiniteError):
+            tight = tightened(fit, [h])
+            if tight is not None and worth(fit, tight) > -SAME:
+                fit = tight
+    return fit
+
+
+def judged(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> tuple[Trial, float]:
+    """Return a refit beside the fit without its effects, less what a spline without a law may have of slow noise.
+
+    With it come the freedoms that it pays for.
+
+    A filter must explain something beside a rougher motion too: knowing which frequencies do not pass, it takes from
+    the fit the freedom to follow noise there (233 freedoms and 14 nat of a clean pendulum, -216 beside the rougher).
+    """
+    won, freedoms = weighed(fit, tried)
+    if won > NEEDED and any(h.effect.name == FILTER for h in hypotheses):
+        beside = worth(rougher(fit), rougher(tried))
+        won = won if beside > NEEDED else min(won, beside)
+    if won > 0 and not any(h.effect.lawful for h in hypotheses):
+        won -= min(of_colour(tried, hypotheses, freedoms), won * 2 * COLOUR / max(taken(fit, tried), COLOUR))
+    return Trial(hypotheses[0], tried, won, tuple(hypotheses[1:])), freedoms
+
+
+def taken(before: Fit, after: Fit) -> float:
+    """Return how much noise power a sensor has lost at most from one fit to the other, over what is left.
+
+    What a spline gains grows faster than the power that it takes: noise that is at most half as coloured gives it at
+    most half of that. A pivot that moved took 2.2 times the accelerometer's noise, which no colour is.
+    """
+    return max((before.noise[r.name] / after.noise[r.name]) ** 2 - 1 for r in after.measured)
+
+
+def of_colour(fit: Fit, hypotheses: Sequence[Hypothesis], freedoms: float) -> float:
+    """Return the nat that splines may gain of noise as coloured as it may be without being a mismatch.
+
+    Noise of `COLOUR` of the white one's power adds that share of a sample's freedom at each sample and each of their
+    columns, however it is spread; and no more than their freedoms, each as loud as where they move the readings.
+    """
+    signals = added(fit, hypotheses)
+    width = sum(s.width for h in hypotheses for s in h.effect.states)
+    samples = float(np.median([len(time) for _, time, _ in signals]))
+    return min(COLOUR * samples * width, freedoms * (louder_where(signals, {}, {}) - 1))
+
+
+def added(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[str, Array, Array]]:
+    """Return what the states of some effects add to the samples: a group, its times (n,), whitened (n m, 1)."""
+    without = {r.name: r for r in fit.model.measured(at_rest(fit, hypotheses))}
+    moved = {r.name: r.residual.value - without[r.name].residual.value for r in fit.rows if r.name in without}
+    return [(name, without[name].time, x.reshape(-1, 1) / fit.noise[name]) for name, x in moved.items()]
+
+
+def at_rest(fit: Fit, hypotheses: Sequence[Hypothesis]) -> State:
+    """Return the fit's state with those of some effects at nought."""
+    coefficients = fit.state.coefficients.copy()
+    for h in hypotheses:
+        for s in h.effect.states:
+            coefficients[:, fit.model.tracks.columns(h.key(s.name))] = 0.0
+    return replace(fit.state, coefficients=coefficients)
+
+
+def resolved(trial: Trial) -> bool:
+    """Return whether every law holds, with plausible numbers, and a rate in Hz that its sensor's samples can show.
+
+    A filter's cutoff must be known: what it delays by, 1 / (2 pi cutoff), is no more than nothing where that is not.
+    Three clean pendulums had filters of 30 to 134 nat, with cutoffs known within 64 to 97 %.
+    """
+    fit, rates = trial.fit, {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
+    found = (trial.hypothesis, *trial.also)
+    for h in found:
+        apart = h.effect.variant in TRIPLES  # what delays one triple against the other is that, however quick
+        for p in [p for p in h.effect.parameters if p.log]:
+            value = fit.state.values[h.key(p.name)]
+            most = rates.get(h.at, np.inf) / (2 if h.effect.name == FILTER else 1)  # above is a delay, which has a name
+            unseen = p.unit == "Hz" and float(np.exp(value).min()) > most  # not on any axis
+            if not apart and (unseen or np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std)):
+                return False
+            if h.effect.name == FILTER and 0.5 * off_none(fit, h.key(p.name)) ** 2 < DELAYED:
+                return False
+    return all(left < max(DOUBTED, LEFT * drive) for left, drive in laws(fit, found))
+
+
+def laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, float]]:
+    """Return what is left of each law of some effects, and what drives it (were their states at rest), in its stds.
+
+    Foam is no linear spring: its law leaves several stds, which is little of what rocks an IMU on it.
+    """
+    rest = at_rest(fit, hypotheses)
+    rows = [r for h in hypotheses for r in state_rows(fit.model, rest, h)]
+    return [(fit.noise[r.name], float(np.sqrt(np.mean(r.whitened**2)))) for r in rows if r.name in fit.noise]
+
+
+__all__ = ["against", "as_tight", "judged", "law_levels", "laws", "resolved", "tightened"]

@@ -1,0 +1,183 @@
+"""What a recording cannot tell apart: effects that, in another's place, would explain it as well.
+
+What an effect adds to the measurements is held against what a rival can make of them once the motion, the
+geometry and the other effects have followed. With M the information of both after that, a the effect's own
+column (its mark, as fitted), r the rival's parameters and L its prior's information, the rival would cost
+the fit (M_aa - M_ar (M_rr + L)^-1 M_ra) / 2 nat.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.criteria.delays import filters, late, left_by
+from imubench.diagnosis.criteria.signatures import MARK, Columns, Joint, joint, mark
+from imubench.diagnosis.noise.colour_bound import louder_where
+from imubench.diagnosis.noise.coloured import Spectra, noise_spectra
+from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State
+from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.refit import extended, guess_of, log_evidence, refit
+from imubench.diagnosis.traits import CLOCKS, FILTER, HUM
+from imubench.effects import EFFECTS, possible
+
+LIKE = 5.0  # nat, up to which a rival counts as equal: odds of 150
+DOUBT = 0.2  # of what an effect explains: a rival that would lose less is refitted, for laws are not linear
+DULL, DULL_DOUBT = 1.5, 0.6  # times white noise, from where on more is in doubt: a rival has its own part of the noise
+REFITTED = 3  # rivals at most
+SCALE = "accel_scale"
+
+
+@dataclass(frozen=True)
+class Rival:
+    """An effect that could stand in another's place."""
+
+    effect: str
+    at: str
+    loss: float  # nat, what the fit would lose
+    exact: bool = False  # refitted, not only expected
+
+
+@dataclass(frozen=True)
+class Instead:
+    """One effect in the place of some that a fit has."""
+
+    hypothesis: Hypothesis
+    loss: float  # nat
+    share: float  # of what they explain
+    guess: dict[str, Array]  # its parameters
+
+
+def alternatives(model: Model, h: Hypothesis) -> list[Hypothesis]:
+    """Return what could stand in an effect's place: every law that is near linear, and the other clock."""
+    recording = model.recording
+    taken = {other.name for other in model.hypotheses}
+    out = [Hypothesis(effect, at) for effect, at in possible(recording) if effect.parameters and not effect.states]
+    if h.effect.name in CLOCKS:
+        out += [Hypothesis(h.effect, i.name) for i in recording.imus]
+    out = [r for r in out if r.name not in taken and not r.effect.grid(1.0)]
+    out.sort(key=lambda r: r.effect.name != SCALE)  # first, all in one piece: they stand in for gravity together
+    return list({r.name: r for r in out}.values())
+
+
+def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
+    """Return what every other effect would lose in the place of `h`, a kept effect of the fit, the closest first.
+
+    `sure`: the closest few are refitted exactly, for a law far from linear seems to lose more than it does.
+    """
+    bare, still, added = mark(fit, fit.state, [h])
+    slow = late(fit, h)
+    stands = State(still.coefficients, fit.state.values)
+    smooth = filters(bare, stands, *slow, fit.noise) if slow else {}
+    both, wanted, single = _against(fit, (bare, still, added), alternatives(fit.model, h), smooth)
+    found = [Rival(one.hypothesis.effect.name, one.hypothesis.at, one.loss) for one in single]
+    scales = [one.hypothesis for one in single if one.hypothesis.effect.name == SCALE]
+    if h.effect.name == "gravity" and scales:
+        loss, _ = both.explained(wanted, both.along(*(r.name for r in scales)).sum(axis=1, keepdims=True))
+        found += [Rival(r.effect.name, r.at, loss) for r in scales]
+    if slow and smooth:
+        loss = min(left_by(both, wanted, both.along(n)[:, 0]) for n in smooth)
+        found.append(Rival(FILTER, slow[0].name, loss))
+    if sure:
+        shown = noise_spectra(fit)
+        doubt = DULL_DOUBT if louder(fit, added, shown) > DULL else DOUBT
+        close = [one for one in single if one.loss > LIKE and one.share < doubt][:REFITTED]
+        asked = {one.hypothesis: one.guess for one in close} | elsewhere(fit, h)
+        tried = [_refitted(fit, h, other, guess, shown) for other, guess in asked.items()]
+        found += [t for t in tried if t is not None]
+    best: dict[tuple[str, str], Rival] = {}
+    for rival in sorted(found, key=lambda r: r.loss):
+        best.setdefault((rival.effect, rival.at), rival)
+    best.pop((h.effect.name, h.at), None)
+    return sorted(best.values(), key=lambda r: r.loss)
+
+
+def elsewhere(fit: Fit, h: Hypothesis) -> dict[Hypothesis, dict[str, Array]]:
+    """Return a hum at the other IMUs, with its parameters at its own: a motion that is free carries it there."""
+    if h.effect.name != HUM:
+        return {}
+    taken = {other.name for other in fit.model.hypotheses}
+    others = [replace(h, at=i.name) for i in fit.model.recording.imus]
+    keys = [p.name for p in h.effect.parameters]
+    return {o: {o.key(k): fit.state.values[h.key(k)] for k in keys} for o in others if o.name not in taken}
+
+
+def _refitted(
+    fit: Fit, h: Hypothesis, other: Hypothesis, guess: dict[str, Array], shown: Mapping[str, Spectra]
+) -> Rival | None:
+    """Return what the fit, or its evidence, really loses with another effect, from a guess, in the place of `h`.
+
+    In noise of the colour that is `shown`: what the two leave differs by a signal, and beside noise louder than white
+    at its frequencies that tells so much less.
+    """
+    rest = tuple(kept for kept in fit.model.hypotheses if kept != h)
+    try:
+        tried = refit(fit, (*rest, other), guess)
+    except NotPositiveDefiniteError:
+        return None
+    before = {r.name: r.residual.value for r in fit.rows}
+    off = {r.name: r.residual.value - before[r.name] for r in tried.measured if r.name in before}
+    worse = tried.cost - fit.cost
+    # the evidence, because parameters of `h` that only fitted noise are no loss
+    easier = min(log_evidence(fit) - log_evidence(tried) - worse, 0.0)
+    lost = worse / louder(fit, off, shown) + easier
+    return Rival(other.effect.name, other.at, max(lost, 0.0), exact=True)
+
+
+def louder(fit: Fit, signals: Mapping[str, Array], shown: Mapping[str, Spectra]) -> float:
+    """Return how much louder than white a fit's noise is where signals (n, m), in their units, have their power."""
+    seen = [r for r in fit.measured if r.name in signals]
+    return louder_where([(r.name, r.time, signals[r.name] / r.std) for r in seen], shown, {})
+
+
+def alike(fit: Fit, h: Hypothesis) -> list[Rival]:
+    """Return what the recording cannot tell from `h`, a kept effect of the fit, the closest first."""
+    found = {(r.effect, r.at): r for r in rivals(fit, h) if r.loss < LIKE}
+    scales = [other for other in fit.model.hypotheses if other.effect.name == SCALE]
+    if h in scales and len(scales) == len(fit.model.recording.imus):
+        loss = _all_scaled(fit, scales)
+        if loss < LIKE:
+            found[("gravity", "world")] = Rival("gravity", "world", loss)
+    return sorted(found.values(), key=lambda r: r.loss)
+
+
+def _all_scaled(fit: Fit, scales: Sequence[Hypothesis]) -> float:
+    """Return what is lost when another gravity stands for the scales of all accelerometers."""
+    recording = fit.model.recording
+    if "gravity" not in EFFECTS or "world" not in EFFECTS["gravity"].places(recording):
+        return np.inf
+    weight = Hypothesis(EFFECTS["gravity"].suited(recording), "world")
+    if weight.name in {h.name for h in fit.model.hypotheses}:
+        return np.inf
+    return instead(fit, scales, [weight])[0].loss
+
+
+def instead(fit: Fit, gone: Sequence[Hypothesis], others: Sequence[Hypothesis]) -> list[Instead]:
+    """Return what each of some effects is expected to lose in the place of kept ones, the closest first."""
+    return _against(fit, mark(fit, fit.state, gone), others)[2]
+
+
+def _against(
+    fit: Fit,
+    marked: tuple[Model, State, dict[str, Array]],
+    others: Sequence[Hypothesis],
+    columns: Columns | None = None,
+) -> tuple[Joint, Array, list[Instead]]:
+    """Return the information of all and of what was taken out, its direction, effects by their loss in its place."""
+    bare, still, added = marked
+    begun = extended(replace(fit, model=bare, state=still), (*bare.hypotheses, *others))
+    both = joint(begun.model, begun.state, fit, others, {MARK: added} | (columns or {}))
+    wanted = both.along(MARK)[:, 0]
+    total = max(0.5 * float(wanted @ both.information @ wanted), 1e-9)
+    out = []
+    for r in others:
+        loss, size = both.explained(wanted, both.along(r.name))
+        start = np.concatenate([p.centre for p in r.effect.parameters])
+        out.append(Instead(r, loss, loss / total, guess_of(r, start + size)))
+    return both, wanted, sorted(out, key=lambda one: one.loss)
+
+
+__all__ = ["LIKE", "Instead", "Rival", "alike", "alternatives", "instead", "rivals"]

@@ -1,0 +1,103 @@
+"""Every candidate effect scored from one fit: what it would explain, before anything is fitted anew.
+
+With g the gradient of the cost by an effect's parameters and M their information once the motion,
+the geometry and the effects already in the model are free to move, the quadratic model of the cost
+promises a gain of g' (M + L)^-1 g / 2, L the prior's information; its Laplace evidence subtracts
+log det(I + L^-1 M) / 2, the price of the freedom. (M + L)^-1 is also the Cramer-Rao bound.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.problem.batch_model import started
+from imubench.diagnosis.problem.bspline import Tracks
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.residuals import Parameters
+from imubench.diagnosis.solve.gauss_newton import all_rows
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.linearize import linearise
+from imubench.diagnosis.solve.schur import Base, promise
+from imubench.diagnosis.solve.threads import one_thread
+from imubench.jets import derivatives_by
+
+AT_ONCE = 48  # numbers whose columns are held together, where these
+HELD = 8_000_000  # numbers, are not exceeded
+
+
+@dataclass(frozen=True)
+class Score:
+    """What a hypothesis promises."""
+
+    hypothesis: Hypothesis
+    gain: float  # nat, of the log likelihood and prior
+    evidence: float  # nat, the gain less the price of its freedom
+    estimate: Array  # (k,) the parameters it would take, one linear step from the fit
+    bound: Array  # (k,) their standard deviations
+
+
+@one_thread
+def score(fit: Fit, candidates: list[Hypothesis], base: Base | None = None) -> list[Score]:
+    """Return the scores of effects without states, best evidence first; `base` has the fit's factored equations.
+
+    Some at a time: the columns of all, of a long recording, would be more than all the rest that is held.
+    """
+    if not candidates:
+        return []
+    out = []
+    for h, information, force in each(base or Base.of(fit), candidates):
+        found = promise(information, force, prior_std(h))
+        out.append(Score(h, found.gain, found.evidence, found.step, found.bound))
+    return sorted(out, key=lambda s: -s.evidence)
+
+
+def each(base: Base, candidates: Iterable[Hypothesis]) -> Iterator[tuple[Hypothesis, Array, Array]]:
+    """Yield effects without states with the information (k, k) and the gradient (k,) of their own parameters."""
+    for some in together(candidates, at_once(base)):
+        shared, information, force = reduced(base, some)
+        for h in some:
+            here = shared.places([h.key(p.name) for p in h.effect.parameters])
+            yield h, information[np.ix_(here, here)], force[here]
+
+
+def prior_std(h: Hypothesis) -> Array:
+    """Return the standard deviation (k,) that the prior of an effect has for each of its numbers."""
+    return np.concatenate([np.full(p.width, p.std) for p in h.effect.parameters])
+
+
+def reduced(base: Base, some: Sequence[Hypothesis]) -> tuple[Parameters, Array, Array]:
+    """Return the parameters of some effects without states, their information (k, k) and gradient (k,).
+
+    Once motion, geometry and the effects of the fit have followed.
+    """
+    fit = base.fit
+    model = fit.model.with_effects((*fit.model.hypotheses, *some))
+    shared = Parameters({h.key(p.name): p.width for h in some for p in h.effect.parameters})
+    with derivatives_by(shared.widths):
+        rows = all_rows(model, started(model, fit.state), fit.noise, fit.anchor, fit.loose)
+    only = Tracks(model.tracks.knots, {})
+    moved = (r for r in rows if r.name in base.parts and r.residual.blocks)
+    columns = ((r.name, linearise(r, only, shared).border) for r in moved)
+    return shared, *base.reduced(columns, shared.count)
+
+
+def at_once(base: Base) -> int:
+    """Return how many parameters' columns may be held together: as many numbers each as a fit has coefficients."""
+    tracks = base.fit.model.tracks
+    return min(AT_ONCE, HELD // max(tracks.knots.count * tracks.width, 1))
+
+
+def together(candidates: Iterable[Hypothesis], most: int) -> Iterator[list[Hypothesis]]:
+    """Yield effects so many at a time that they have `most` numbers, or one that has more."""
+    some: list[Hypothesis] = []
+    count = 0
+    for h in candidates:
+        if some and count + h.effect.numbers > most:
+            yield some
+            some, count = [], 0
+        some.append(h)
+        count += h.effect.numbers
+    if some:
+        yield some

@@ -1,0 +1,148 @@
+"""A drift, a jump or a walk of a sensor: told apart by their shape, beside noise as coloured as it may be.
+
+A slow error over T s is a sum of w_j sqrt(2) cos(pi j t / T), in standard deviations of white noise. With M what a fit
+knows of all w, motion, geometry and effects free to follow, and g the gradient of its likelihood by them::
+
+    g ~ N(M w, R M R),   R^2 = 1 + a L(j / 2T)    noise louder by what is of first order: `slow_noise`, a <= 0.2
+    w ~ N(0, P),         P = s^2 c c'             of a drift or a jump, c its cosines
+                         P = s^2 diag(1 / j^2)    of a walk: Brownian motion less its mean, by Karhunen and Loeve
+
+so that ln N(g; 0, R M R + M P M) is what a shape is worth, at its best size s, colour a and corner, in all channels or
+one; a constant is free. Noise that may be as loud as all of a curve need not be so: white noise of which three cosines
+are loud, as those of a jump are, is not coloured noise. A jump of 15 deviations from any drift was worth 6 nat where
+all noise was as loud as it may be at most, and 35 so.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from imubench.arrays import Array
+from imubench.diagnosis.criteria.score_at_size import at_best_size
+from imubench.diagnosis.criteria.score_test import each
+from imubench.diagnosis.discrepancy.candidate_terms import Maker
+from imubench.diagnosis.discrepancy.term_scores import JUMPS, SIZES, hypothesis_of
+from imubench.diagnosis.discrepancy.terms import Term
+from imubench.diagnosis.noise.colour_bound import COLOUR, powers
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.schur import Base
+from imubench.diagnosis.solve.threads import one_thread
+
+TOP, MOST = 1.5, 60  # Hz of the quickest cosine, and how many there are at most
+SHARES = (0.15 * COLOUR, 0.5 * COLOUR, COLOUR)  # of the white noise's power, that coloured noise may have
+KNOWN = 1e-6  # of the best known combination of cosines: of one less known the recording says nothing
+FREE = 100.0  # standard deviations of white noise, of a constant
+
+
+@dataclass(frozen=True)
+class Beside:
+    """The same beside noise of one colour, and a constant, that have been made white."""
+
+    alone: float  # log likelihood of no slow error at all
+    reach: Array  # (r, 3 k) what a cosine does
+    pull: Array  # (r,) what there is
+
+    def worth(self, spread: Array) -> float:
+        """Return the log likelihood of errors whose cosines are `spread` (3 k, q) times q numbers of the best size."""
+        reached = self.reach @ spread
+        values, vectors = np.linalg.eigh(reached.T @ reached)
+        pull = (vectors.T @ (reached.T @ self.pull)) ** 2
+        return self.alone + at_best_size(values, pull, SIZES)[0]
+
+
+@dataclass(frozen=True)
+class Slow:
+    """What a fit knows of slow errors of one triple, in r combinations of 3 k cosines that it knows anything of."""
+
+    cosines: Array  # (n, k) at the sensor's samples
+    beside: tuple[Beside, ...]  # beside noise of each colour
+
+    @classmethod
+    def of(cls, fit: Fit, term: Term) -> "Slow":
+        """Return what a fit knows of slow errors of a term's triple."""
+        time, seconds = term.time, float(term.time[-1] - term.time[0])
+        cosines = cosines_at((time - time[0]) / seconds, min(int(2 * seconds * TOP), MOST) + 1)
+        every = Maker(term.at, term.part, time, fit.noise[f"{term.at}.{term.part}"]).every(term.goes_with, cosines)
+        ((_, information, force),) = each(Base.of(fit), [hypothesis_of(every, 1.0)])
+        return cls.told(cosines, seconds, information, force)
+
+    @classmethod
+    def told(cls, cosines: Array, seconds: float, information: Array, force: Array) -> "Slow":
+        """Return it from the information (3 k, 3 k) of all cosines over so many seconds, and the gradient (3 k,)."""
+        n, count = cosines.shape
+        values, vectors = np.linalg.eigh(information)
+        seen = vectors[:, values > KNOWN * values[-1]].T
+        reach = seen @ information
+        constants = FREE * reach[:, ::count]
+        out = []
+        for louder in (np.ones(count), *colours(np.arange(count) / (2 * seconds), seconds / (n - 1))):
+            noisy = seen * np.sqrt(np.tile(louder, 3))
+            factor = np.linalg.cholesky(noisy @ information @ noisy.T + constants @ constants.T)
+            pull = solve_triangular(factor, seen @ force, lower=True)
+            alone = -float(np.log(np.diag(factor)).sum()) - 0.5 * float(pull @ pull)
+            out.append(Beside(alone, solve_triangular(factor, reach, lower=True), pull))
+        return cls(cosines, tuple(out))
+
+    def worth(self, spread: Array) -> float:
+        """Return the log likelihood of errors whose cosines in a channel are `spread` (k, q), beside the best colour.
+
+        In all channels or one.
+        """
+        spreads = [np.kron(channels, spread) for channels in ALL_OR_ONE]
+        return max(beside.worth(s) for beside, s in product(self.beside, spreads))
+
+    def none(self) -> float:
+        """Return the same of no slow error at all."""
+        return max(beside.alone for beside in self.beside)
+
+    def drift(self) -> float:
+        """Return the same of a straight line."""
+        return self.worth(self.projected(np.linspace(-1, 1, len(self.cosines))))
+
+    def walk(self) -> float:
+        """Return the same of a walk."""
+        wave = np.arange(1, self.cosines.shape[1])
+        return self.worth(np.diag(np.concatenate([[0.0], 1 / wave])))
+
+    def jump(self, signal: Array) -> float:
+        """Return the same of a signal (n,) that is a jump, its moment one of many."""
+        return self.worth(self.projected(signal)) - float(np.log(JUMPS))
+
+    def beyond(self, term: Term) -> float:
+        """Return by how much more the shape of a term, a jump or a walk, is worth than a drift or nothing."""
+        shape = self.jump(1.0 * np.any(term.signals[term.part], axis=(1, 2))) if term.jumps else self.walk()
+        return shape - max(self.drift(), self.none())
+
+    def projected(self, signal: Array) -> Array:
+        """Return the cosines (k, 1) of a signal (n,)."""
+        return np.asarray(self.cosines.T @ signal[:, None] / len(signal))
+
+
+ALL_OR_ONE = (np.eye(3), *np.eye(3)[:, :, None])
+
+
+@one_thread
+def beyond_a_drift(fit: Fit, term: Term) -> float:
+    """Return the nat by which a term's shape, a jump or a walk, is likelier than a drift of the same triple or none.
+
+    `fit` has none of the three, or a drift.
+    """
+    return Slow.of(fit, term).beyond(term)
+
+
+def cosines_at(share: Array, count: int) -> Array:
+    """Return the first cosines (n, count), of an RMS of 1, at shares (n,) of the time."""
+    wave = np.arange(count)
+    return np.asarray(np.cos(np.pi * share[:, None] * wave) * np.where(wave > 0, np.sqrt(2), 1.0))
+
+
+def colours(frequencies: Array, step: float) -> Iterator[Array]:
+    """Yield by how much noise may be louder than white (k,), of samples every `step` s."""
+    for power, share in product(powers(frequencies, step)[::2], SHARES):
+        yield 1 + share * power
+
+
+__all__ = ["Slow", "beyond_a_drift"]

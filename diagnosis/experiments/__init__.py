@@ -1,0 +1,1 @@
+"""Which motion would tell effects apart that a recording cannot."""

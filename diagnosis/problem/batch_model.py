@@ -1,0 +1,278 @@
+"""The model that a recording is held against: splines, geometry, hypothesised effects, and the rows they make."""
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imubench.arrays import Array
+from imubench.diagnosis.problem.bspline import Moment, Tracks
+from imubench.diagnosis.problem.encoder_calibration import ERROR, misreads, read, spread
+from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis, Prior, State, segment_of
+from imubench.diagnosis.problem.pose_factors import pose_errors, slopes
+from imubench.diagnosis.problem.residuals import Parameters, Rows
+from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS, POSITION, SWING_AXIS, Rig, swing
+from imubench.diagnosis.samples.pose_correlation import Wander
+from imubench.effects.effect import Reading, Scene, Values
+from imubench.jets import CONSTANT, Jet, Turn, rotation, variable
+from imubench.links import Link, Motion
+from imubench.recording import Imu, Recording
+
+FURTHEST = 30.0  # of a logarithm: a step that leads beyond is taken back anyhow
+HELD = 1e-6  # of its prior: how far a parameter moves that is fixed
+UNKNOWN_POSITION, UNKNOWN_ROTATION = 0.3, 1.0  # m, rad: priors of a mount that nobody declared
+
+
+@dataclass(frozen=True)
+class Model:
+    """A recording's model; `rows` compares it with the measurements."""
+
+    recording: Recording
+    rig: Rig
+    tracks: Tracks
+    mounts: dict[str, Geometry]  # per IMU
+    start: float  # s, the stamp that counts as zero
+    least: Mapping[str, float] = field(default_factory=dict)  # noise std that each IMU has at least, by group
+    hypotheses: tuple[Hypothesis, ...] = ()
+    offsets: tuple[str, ...] = ()  # sensors whose clock may be off against the first's
+    masks: dict[str, NDArray[np.bool_]] | None = None  # per "imu1.gyro" and so on: samples (n,) that count
+    humming: Mapping[str, float] = field(default_factory=dict)  # IMUs whose raw samples hum, and at how many Hz
+    wander: Mapping[str, Wander] = field(default_factory=dict)  # "pose1" and so on whose errors last, and how
+    fixed: dict[str, Array] | None = None  # parameters that are known and not to be moved
+    tilts: dict[str, Prior] | None = None  # pulls on parameters (diagnosis/noise/debias.py), no knowledge about them
+
+    def with_effects(self, hypotheses: tuple[Hypothesis, ...]) -> "Model":
+        """Return the same model with other effects in it, and their states among the splines."""
+        widths = dict(self.rig.widths)
+        for h in hypotheses:
+            widths |= {h.key(s.name): s.width for s in h.effect.states}
+        return replace(self, hypotheses=hypotheses, tracks=Tracks(self.tracks.knots, widths))
+
+    @property
+    def judged(self) -> tuple[Hypothesis, ...]:
+        """The effects that a diagnosis asks of whether they are there: all that are not known beforehand."""
+        return tuple(h for h in self.hypotheses if not h.effect.given)
+
+    @cached_property
+    def priors(self) -> dict[str, Prior]:
+        """Every parameter's prior, by name."""
+        out: dict[str, Prior] = {}
+        for imu in self.recording.imus:
+            for part, declared, missing in (
+                ("translation", imu.mount_position_std, UNKNOWN_POSITION),
+                ("rotation", imu.mount_rotation_std, UNKNOWN_ROTATION),
+            ):
+                std = max(missing if declared is None else declared, 1e-6)
+                out[f"{imu.name}.{part}"] = Prior(np.zeros(3), np.full(3, std))
+        for name in self.offsets:
+            out[f"{name}.offset"] = Prior(np.zeros(1), np.full(1, 0.05))
+        if misreads(self.recording):
+            out[ERROR] = Prior(np.zeros_like(spread()), spread())
+        for h in self.hypotheses:
+            for p in h.effect.parameters:
+                out[h.key(p.name)] = Prior(p.centre, np.full(p.width, p.std))
+        for name, value in (self.fixed or {}).items():
+            out[name] = Prior(value, HELD * out[name].std)
+        return out
+
+    @cached_property
+    def stamps(self) -> dict[str, Array]:
+        """The stamps (n,) s of every group of measurements."""
+        recording = self.recording
+        out = {f"{i.name}.{part}": i.time for i in recording.imus for part in ("gyro", "accel")}
+        for encoder in recording.encoders:
+            out["encoder.angle"] = encoder.time
+        for i, pose in enumerate(recording.poses):
+            out |= {f"pose{i + 1}.position": pose.time, f"pose{i + 1}.rotation": pose.time}
+        return out
+
+    @cached_property
+    def slopes(self) -> dict[str, dict[str, Array]]:
+        """The measured velocities and rates (n, 3) of poses whose errors last."""
+        named = {f"pose{i + 1}": pose for i, pose in enumerate(self.recording.poses)}
+        return {name: slopes(named[name]) for name in self.wander}
+
+    @property
+    def parameters(self) -> Parameters:
+        """Their places in one vector."""
+        return Parameters({name: len(prior.start) for name, prior in self.priors.items()})
+
+    def values(self, h: Hypothesis, state: State) -> Values:
+        """Return an effect's parameters as jets."""
+        out = {}
+        for p in h.effect.parameters:
+            jet = variable((h.key(p.name), CONSTANT), state.values[h.key(p.name)])
+            if p.log:
+                grown = np.exp(np.clip(jet.value, -FURTHEST, FURTHEST))
+                jet = jet.through(grown, grown)
+            out[p.name] = jet
+        return out
+
+    def at(self, place: str) -> Iterator[Hypothesis]:
+        """Yield the effects at a place."""
+        return (h for h in self.hypotheses if h.at == place)
+
+    def moment(self, state: State, stamps: Array, sensor: str) -> Moment:
+        """Return the splines at a sensor's stamps (n,), its clock's error taken out."""
+        time = Jet((stamps - self.start)[:, None])
+        if sensor in self.offsets:
+            time = time - variable((f"{sensor}.offset", CONSTANT), state.values[f"{sensor}.offset"])
+        for h in self.at(sensor):
+            time = h.effect.clock(time, self.values(h, state))
+        return Moment(self.tracks, state.coefficients, time)
+
+    def blind(self, h: Hypothesis, state: State) -> tuple[tuple[float, float], ...]:
+        """Return when an effect acts as its law does not say, (from, to) s on the splines."""
+        return h.effect.blind({p.name: state.values[h.key(p.name)] for p in h.effect.parameters})
+
+    def gravity(self, state: State) -> Jet:
+        """Return the world's gravity (1, 3) m/s^2."""
+        gravity = Jet(self.rig.gravity[None])
+        for h in self.at("world"):
+            gravity = h.effect.gravity(gravity, self.values(h, state))
+        return gravity
+
+    def scene(self, moment: Moment, segment: Motion) -> Scene:
+        """Return what an effect may ask of the rig, but for what is its own."""
+        time = moment.time
+        if self.rig.hinge:
+            angle, rate, accel = (moment.track(HINGE, order) for order in range(3))
+            axis = np.eye(3)[[HINGE_AXIS]]
+            return Scene(time, segment, angle, rate, accel, rate.at(axis.T), Jet(axis))
+        if self.recording.rig == "pendulum" and segment.turn is not None:
+            return Scene(time, segment, *swing(segment), segment.rate, segment.turn.back(np.eye(3)[[SWING_AXIS]]))
+        return Scene(time, segment)
+
+    @staticmethod
+    def own(scene: Scene, h: Hypothesis, moment: Moment, mount: Link | None = None) -> Scene:
+        """Return the scene with an effect's own states in it, and the sensor on its segment."""
+        return replace(scene, mount=mount, state=lambda name, order: moment.track(h.key(name), order))
+
+    def carrier(self, state: State, moment: Moment, imu: str) -> Motion:
+        """Return the motion of the segment that carries an IMU."""
+        return self.segment(state, moment, segment_of(imu))
+
+    def segment(self, state: State, moment: Moment, name: str) -> Motion:
+        """Return the motion of one segment."""
+        if self.rig.hinge and name == "segment1":
+            return self.rig.first(moment, self.gravity(state))
+        return self.last(state, moment)
+
+    def segments(self, state: State, moment: Moment) -> dict[str, Motion]:
+        """Return the motion of every segment."""
+        first = self.rig.first(moment, self.gravity(state))
+        last = self.last(state, moment, first)
+        return {"segment1": first, "segment2": last} if self.rig.hinge else {"segment1": last}
+
+    def last(self, state: State, moment: Moment, first: Motion | None = None) -> Motion:
+        """Return the motion beyond the joint; `first` is what holds it, where that is known already."""
+        first = first or self.rig.first(moment, self.gravity(state))
+        return first.child(self.joint_link(state, moment, first))
+
+    def joint_link(self, state: State, moment: Moment, first: Motion) -> Link:
+        """Return the joint: segment 2 on segment 1 (a pendulum's segment on its pivot), whose motion is `first`."""
+        link = self.rig.joint(moment)
+        scene = self.scene(moment, first)
+        for h in self.at("joint"):
+            link = h.effect.joint(link, self.own(scene, h, moment), self.values(h, state))
+        return link
+
+    def mount(self, imu: Imu, state: State, moment: Moment, segment: Motion) -> Link:
+        """Return an IMU on its segment."""
+        base = self.mounts[imu.name]
+        turn = Turn(base.turn[None]) @ rotation(
+            variable((f"{imu.name}.rotation", CONSTANT), state.values[f"{imu.name}.rotation"])
+        )
+        moved = variable((f"{imu.name}.translation", CONSTANT), state.values[f"{imu.name}.translation"])
+        link = Link(turn, offset=moved + base.position)
+        scene = self.scene(moment, segment)
+        for h in self.at(imu.name):
+            link = h.effect.mount(link, self.own(scene, h, moment, link), self.values(h, state))
+        return link
+
+    def reading(self, imu: Imu, state: State, moment: Moment, segment: Motion) -> Reading:
+        """Return what an IMU would report."""
+        link = self.mount(imu, state, moment, segment)
+        sensor = segment.child(link)
+        reading = Reading(sensor.rate, sensor.force, moment.time)
+        scene = self.scene(moment, segment)
+        for h in self.at(imu.name):
+            reading = h.effect.filtered(reading, self.own(scene, h, moment, link), self.values(h, state))
+        errors = [h.effect.error(reading, self.values(h, state)) for h in self.at(imu.name)]
+        gyro = sum((e.gyro for e in errors if e.gyro is not None), reading.gyro)
+        accel = sum((e.accel for e in errors if e.accel is not None), reading.accel)
+        return Reading(gyro, accel, reading.time)
+
+    def joint_angle(self, state: State, moment: Moment) -> Jet:
+        """Return what an encoder of the hinge would report (n, 1) rad."""
+        angle = moment.track(HINGE)
+        if any(True for _ in self.at("joint")):
+            scene = self.scene(moment, self.rig.first(moment, self.gravity(state)))
+            for h in self.at("joint"):
+                angle = h.effect.encoder(angle, self.own(scene, h, moment), self.values(h, state))
+        if misreads(self.recording):
+            angle = read(angle, variable((ERROR, CONSTANT), state.values[ERROR]))
+        return angle
+
+    def measured(self, state: State, alone: Collection[str] = ()) -> Iterator[Rows]:
+        """Yield the rows of every sensor, or of some IMUs alone, in their own unit (std 1).
+
+        None of a triple of which no sample counts, as of one that clips throughout.
+        """
+        yield from (rows for rows in self._all(state, alone) if rows.time.size)
+
+    def _all(self, state: State, alone: Collection[str]) -> Iterator[Rows]:
+        for imu in self.recording.imus:
+            if alone and imu.name not in alone:
+                continue
+            moment = self.moment(state, imu.time, imu.name)
+            segment = self.carrier(state, moment, imu.name)
+            reading = self.reading(imu, state, moment, segment)
+            place = moment.time.value[:, 0]
+            for part, model, got in (("gyro", reading.gyro, imu.gyro), ("accel", reading.accel, imu.accel)):
+                yield self._masked(f"{imu.name}.{part}", place, model - got)
+        if alone:
+            return
+        for encoder in self.recording.encoders:
+            moment = self.moment(state, encoder.time, "encoder")
+            residual = self.joint_angle(state, moment) - (encoder.angle + encoder.zero)[:, None]
+            yield self._masked("encoder.angle", moment.time.value[:, 0], residual)
+        for i, pose in enumerate(self.recording.poses):
+            moment = self.moment(state, pose.time, f"pose{i + 1}")
+            segment = self.segment(state, moment, pose.segment)
+            place = moment.time.value[:, 0]
+            name = f"pose{i + 1}"
+            lasting = (self.wander[name], self.slopes[name]) if name in self.wander else None
+            velocity = moment.track(POSITION, 1) if lasting and POSITION in self.tracks.widths else None
+            for part, residual, seen in pose_errors(pose, segment, velocity, lasting):
+                yield self._masked(f"{name}.{part}", place, residual, seen)
+
+    def _masked(self, name: str, time: Array, residual: Jet, measured: Array | None = None) -> Rows:
+        mask = np.ones(len(time), dtype=bool)
+        if self.masks is not None and name in self.masks:
+            mask = self.masks[name]
+        if measured is not None:
+            mask = mask & np.isfinite(measured).all(axis=1)
+        if not mask.all():
+            time, residual = time[mask], _pick(residual, mask)
+        return Rows(name, time, residual, np.ones(residual.value.shape[1]))
+
+
+def _pick(jet: Jet, mask: NDArray[np.bool_]) -> Jet:
+    """Return the rows of a jet that count."""
+    n = len(mask)
+    blocks = {key: d[mask] if d.shape[0] == n else d for key, d in jet.blocks.items()}
+    return Jet(jet.value[mask], blocks)
+
+
+def started(model: Model, state: State) -> State:
+    """Return the state with every parameter and spline of `model`, the missing ones at their start."""
+    values = {name: state.values.get(name, prior.start.copy()) for name, prior in model.priors.items()}
+    missing = model.tracks.width - state.coefficients.shape[1]
+    extra = np.zeros((len(state.coefficients), missing))
+    return State(np.concatenate([state.coefficients, extra], axis=1), values)
+
+
+__all__ = ["Model", "started"]

@@ -1,0 +1,139 @@
+"""What a fit holds to be plausible before it sees a measurement, as rows."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.bspline import Moment
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State
+from imubench.diagnosis.problem.residuals import Rows
+from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, FORCE, HINGE, POSITION, VELOCITY
+from imubench.diagnosis.problem.sensor_axes import sensor_turn, turned
+from imubench.jets import CONSTANT, Jet, cross, dot, variable
+
+TILT = "tilt."
+SMOOTH = {FORCE: 2}  # order of the derivative that is taken for white:
+SMOOTH_ELSE = 4  # accelerations fall with the square of the frequency
+UNIT = 0.1  # how closely an attitude's quaternion keeps its norm; only holds a direction without meaning
+PACE = 1.0  # m/s, how fast a joint centre that nobody measured moves, a second later being another draw
+DRIFT = 0.05  # m/s^2, how closely its velocity follows its specific force; over a second 0.005
+NEAR = 1e-4  # of its std: a heavy-tailed residual that is straight there
+HEADING = 0.03  # half the angle in rad about the vertical from the first attitude of the start: nothing may see it
+
+
+def middles(model: Model) -> Array:
+    """Return the middles (n,) s of the intervals between knots."""
+    knots = model.tracks.knots
+    return np.asarray(knots.start + knots.step * (np.arange(knots.count - 5) + 0.5), dtype=float)
+
+
+def inside(model: Model) -> Array:
+    """Return the middles (n,) s of the intervals between the first and the last sample, as stamped.
+
+    Only there a law is asked: before the first sample a damped spring's state grows backwards, by e^5 in the 0.3 s that
+    the splines go on, and with a phase that every change of its frequency turns; steps were a thirtieth of what they
+    are without.
+    """
+    time, stamps = middles(model), model.stamps.values()
+    first, last = min(float(t[0]) for t in stamps) - model.start, max(float(t[-1]) for t in stamps) - model.start
+    return time[(time >= first) & (time <= last)]
+
+
+def states_inside(model: Model, state: State, h: Hypothesis) -> dict[str, Array]:
+    """Return an effect's states (n, width) in the middle of every interval that has samples."""
+    moment = Moment(model.tracks, state.coefficients, Jet(inside(model)[:, None]))
+    return {s.name: moment.track(h.key(s.name)).value for s in h.effect.states}
+
+
+def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Array | None) -> Iterator[Rows]:
+    """Yield the rows of every prior: parameters, smoothness, norm, heading, a pace that stays within bounds.
+
+    `anchor` (4,) is the first attitude of the start. `noise` has each spline's roughness under "smooth.NAME".
+    """
+    for name, prior in model.priors.items():
+        jet = variable((name, CONSTANT), state.values[name]) - prior.start
+        yield Rows(f"prior.{name}", np.zeros(1), jet, prior.std, counts=False)
+    for name, tilt in (model.tilts or {}).items():
+        if name in model.priors and name not in (model.fixed or {}):
+            jet = variable((name, CONSTANT), state.values[name]) - tilt.start
+            yield Rows(f"{TILT}{name}", np.zeros(1), jet, tilt.std, counts=False)
+    yield from smooth_rows(model, state, noise, [name for name in model.tracks.widths if name != VELOCITY])
+    time, step = middles(model), model.tracks.knots.step
+    moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
+    if ATTITUDE in model.tracks.widths:
+        q = moment.track(ATTITUDE)
+        yield Rows("norm", time, off_one(dot(q, q)), np.full(1, UNIT), False)
+        if anchor is not None:
+            first = Moment(model.tracks, state.coefficients, Jet(time[:1, None])).track(ATTITUDE)
+            w, x, y, z = anchor
+            yield Rows("heading", time[:1], dot(first, np.array([-z, -y, x, w])), np.full(1, HEADING), False)
+    yield from pace_rows(model, state)
+    for h in model.hypotheses:
+        for s in h.effect.states:
+            name = h.key(s.name)
+            yield Rows(f"size.{name}", time, moment.track(name), np.full(s.width, s.std / np.sqrt(step)), False)
+
+
+def smooth_rows(model: Model, state: State, noise: dict[str, float], names: Iterable[str]) -> Iterator[Rows]:
+    """Yield the rows that hold some splines as smooth as `noise` says."""
+    time, step = middles(model), model.tracks.knots.step
+    moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
+    sensor = sensor_turn(model, state)
+    jumpy = {h.key(s.name) for h in model.hypotheses for s in h.effect.states if s.jumps}
+    for name in names:
+        density = np.full(model.tracks.widths[name], noise[f"smooth.{name}"] / np.sqrt(step))
+        curved = moment.track(name, SMOOTH.get(name, SMOOTH_ELSE))
+        if name == FORCE:
+            curved = sensor.back(curved)
+        elif name == ATTITUDE:
+            curved = turned(curved, sensor)
+        elif name in jumpy:
+            curved = heavy_tailed(curved, density)
+        yield Rows(f"smooth.{name}", time, curved, density, False)
+
+
+def off_one(square: Jet) -> Jet:
+    """Return sinh(log n) (n, 1) of squares n of a quaternion's norm: n - 1 where it is near one, endless at nought.
+
+    Through nought an attitude turns over between two samples, which no sample sees.
+    """
+    n = square.value
+    return square.through((n - 1 / n) / 2, (1 + n**-2) / 2)
+
+
+def heavy_tailed(x: Jet, std: Array) -> Jet:
+    """Return x (n, m) as a residual of normal errors whose cost is that of errors of Cauchy's: log(1 + (x / std)^2).
+
+    What rests on one side and falls to the other is smooth but for moments. One roughness for both let a joint's play
+    of 2 mrad follow noise at rest and rounded its falls: 1,200 nat where there are 2,537.
+    """
+    u = x.value / std
+    cost = np.log1p(u * u)
+    root = np.sign(u) * np.sqrt(2 * cost)
+    slope = 2 * u / (1 + u * u) / np.where(np.abs(u) > NEAR, root, 1.0)
+    return x.through(root * std, np.where(np.abs(u) > NEAR, slope, np.sqrt(2.0)))
+
+
+def pace_rows(model: Model, state: State) -> Iterator[Rows]:
+    """Yield the rows that keep the pace of a joint centre that nobody measured within bounds, where there is one."""
+    if VELOCITY in model.tracks.widths:
+        time = middles(model)
+        moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
+        base, sensor = model.rig.first(moment, model.gravity(state)), sensor_turn(model, state)
+        assert base.turn is not None
+        velocity = moment.track(VELOCITY)
+        gravity = base.turn.back(model.gravity(state))
+        drift = moment.track(VELOCITY, 1) + cross(base.rate, velocity) - base.force - gravity
+        yield Rows("drift", time, sensor.back(drift), np.full(3, DRIFT), False)
+        pace = np.full(3, PACE / np.sqrt(model.tracks.knots.step))
+        yield Rows("pace", time, sensor.back(velocity), pace, False)
+
+
+START_SMOOTH = {
+    ATTITUDE: 300.0,
+    POSITION: 300.0,
+    FORCE: 300.0,
+    HINGE: 300.0,
+}  # per s^4 (s^2) and root Hz, a first guess

@@ -1,0 +1,52 @@
+"""Laws as rows: what effects' states obey between the knots, and the equation of motion inside free swings."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.bspline import Moment
+from imubench.diagnosis.problem.dynamics_factors import swing_rows
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State, segment_of
+from imubench.diagnosis.problem.motion_prior import inside, middles
+from imubench.diagnosis.problem.residuals import Rows
+from imubench.effects.effect import Scene
+from imubench.jets import Jet
+
+
+def equation_rows(model: Model, state: State) -> Iterator[Rows]:
+    """Yield the rows of every law; none is a measurement."""
+    yield from state_rows(model, state)
+    yield from swing_rows(model, state, middles(model))
+
+
+def state_rows(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[Rows]:
+    """Yield what the states of every effect, or of one, obey; one row an interval that has samples."""
+    for h, scene in scenes(model, state, only):
+        yield from law_rows(model, state, h, scene)
+
+
+def law_rows(model: Model, state: State, h: Hypothesis, scene: Scene) -> Iterator[Rows]:
+    """Yield what the states of an effect obey, with a scene that is known already."""
+    for law in h.effect.equations(scene, model.values(h, state)):
+        residual = law.residual
+        std = np.full(residual.value.shape[1], law.std)
+        yield Rows(h.key(law.name), inside(model), residual, std, counts=False)
+
+
+def scenes(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[tuple[Hypothesis, Scene]]:
+    """Yield every effect with states, or one, and what it may ask of the rig, where its law is asked."""
+    hypotheses = [h for h in model.hypotheses if h.effect.states and only in (None, h)]
+    if not hypotheses:
+        return
+    moment = Moment(model.tracks, state.coefficients, Jet(inside(model)[:, None]))
+    segments = model.segments(state, moment)
+    for h in hypotheses:
+        imu = next((i for i in model.recording.imus if i.name == h.at), None)
+        segment = segments[segment_of(h.at)]
+        scene = model.own(model.scene(moment, segment), h, moment)
+        if imu is not None:
+            link = model.mount(imu, state, moment, segment)
+            scene = replace(scene, mount=link, sensor=segment.child(link))
+        yield h, scene

@@ -1,0 +1,58 @@
+"""Measurements as rows of a least-squares problem."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imubench.arrays import Array
+from imubench.jets import Jet
+
+CHANNELS = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z")}
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Residuals of one kind, model minus measurement, whitened: `std` is one standard deviation."""
+
+    name: str  # as "imu1.gyro"
+    time: Array  # (n,) s, where on the splines
+    residual: Jet  # (n, m), in the unit of `std`
+    std: Array  # (m,) or (n, m)
+    counts: bool = True  # False: a prior, not a measurement
+
+    @property
+    def whitened(self) -> Array:
+        """Residuals (n, m) over their standard deviation."""
+        return self.residual.value / self.std
+
+    @property
+    def cost(self) -> float:
+        """Half the sum of the squares."""
+        return 0.5 * float(np.sum(self.whitened**2))
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The numbers that the whole recording shares, by name: where each lies in one vector."""
+
+    widths: dict[str, int]
+
+    @property
+    def count(self) -> int:
+        """How many numbers there are."""
+        return sum(self.widths.values())
+
+    def places(self, names: Sequence[str]) -> NDArray[np.intp]:
+        """Return where the numbers of some parameters lie in the vector, in this order."""
+        return np.concatenate([np.r_[self.columns(name)] for name in names])
+
+    def columns(self, name: str) -> slice:
+        """Return where a parameter lies in the vector."""
+        at = 0
+        for known, width in self.widths.items():
+            if known == name:
+                return slice(at, at + width)
+            at += width
+        raise KeyError(name)

@@ -1,0 +1,1 @@
+"""What a fit leaves: where it exceeds the noise, what it goes with, and how loud it is."""

@@ -1,0 +1,49 @@
+"""What the segments did, as magnitudes that a mismatch may go with."""
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.problem.rig_kinematics import HINGE
+from imubench.diagnosis.residual_checks.localize import Regressors
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+
+RATE = 200.0  # Hz, of the grid that they are given on
+REVERSAL = 0.05  # s, half width of the bump about a reversal
+MOVING = 0.1  # of the RMS rate: a reversal has to go from this to this, the other way
+
+
+def regressors(fit: Fit) -> dict[str, Regressors]:
+    """Return angular rate, angular acceleration, specific force beyond its mean, hinge angle and reversals by IMU."""
+    model = fit.model
+    out = {}
+    for imu in model.recording.imus:
+        time = np.arange(imu.time[0], imu.time[-1], 1 / RATE)
+        moment = model.moment(fit.state, time, imu.name)
+        segments = model.segments(fit.state, moment)
+        sensor = segments[f"segment{1 if imu.name == 'imu1' else 2}"].child(
+            model.mount(imu, fit.state, moment, segments[f"segment{1 if imu.name == 'imu1' else 2}"])
+        )
+        size = {
+            "angular rate": sensor.rate.value,
+            "angular acceleration": sensor.accel.value,
+            "specific force": sensor.force.value - sensor.force.value.mean(axis=0),
+        }
+        values = {name: np.broadcast_to(np.linalg.norm(x, axis=1), time.shape) for name, x in size.items()}
+        if model.rig.hinge:
+            angle, rate = (moment.track(HINGE, order).value[:, 0] for order in range(2))
+            values["hinge angle"] = np.abs(angle - np.median(angle))
+            values["hinge reversals"] = reversals(time, rate)
+        out[imu.name] = Regressors(time, values)
+    return out
+
+
+def reversals(time: Array, rate: Array) -> Array:
+    """Return bumps (n,) of height 1 where a rate (n,) changes its sign, small wavering left out."""
+    least = MOVING * float(np.sqrt(np.mean(rate**2)))
+    moving = np.flatnonzero(np.abs(rate) > least)
+    turned = np.flatnonzero(rate[moving[1:]] * rate[moving[:-1]] < 0)
+    at = 0.5 * (time[moving[turned]] + time[moving[turned + 1]])
+    if not len(at):
+        return np.zeros_like(time)
+    near = np.searchsorted(0.5 * (at[1:] + at[:-1]), time)
+    return np.exp(-0.5 * ((time - at[near]) / REVERSAL) ** 2)

@@ -1,0 +1,1 @@
+"""What the raw samples of a recording say before any fit."""

@@ -1,0 +1,148 @@
+"""Measured poses whose errors last: taken as independent, hundreds a second would outweigh every IMU.
+
+An optical record is smoothed by its maker, and often given more densely than it was measured. Its samples then agree
+with one another to micrometres, and are a tenth of a millimetre wrong. Beside a gyroscope this shows: between samples
+i and i + k the pose turns by conj(q_i) q_(i + k), the gyroscope's integral by c, and::
+
+    e_k = log(conj(c) conj(q_i) q_(i + k)) = r_(i + k) - r_i,  less what is linear in log(c), in the change of the rate,
+                                                               and constant: mount, scale, clock and bias
+
+For independent errors r the RMS of e_k, less the gyroscope's declared noise, is the same for every k; it grows with k
+while they last. Samples that are closer than that count once.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from imubench.arrays import Array
+from imubench.jets import Jet
+from imubench.recording import Imu, Pose, Recording
+from imubench.rotations import conjugate, exp, log, multiply
+
+LASTS = 1.1  # times as large half a second apart as where they were taken to be independent: they are not
+GROWS = 1.2  # times as large at twice the distance: the errors last
+LONGEST = 0.06  # s between the samples that count, at most
+DECLARED = 1.5  # times a declared noise, from which it is not what is there
+SMOOTH = 1.5  # times as large at twice the distance: they change smoothly; steps that are independent grow by 1.41
+FURTHEST = 0.5  # s, over which it is seen whether errors that last end
+RATES = (0.5, 50.0)  # per s
+MATCHED = 0.015  # s of turning from which mount, scale, clock and bias are read
+FEWEST = 200  # pairs of samples to tell by
+
+
+@dataclass(frozen=True)
+class Wander:
+    """How a measured pose's errors last."""
+
+    rate: float  # a, per s
+    step: float  # s between the samples that count
+
+    @property
+    def scale(self) -> float:
+        """By what r' + a r is multiplied, in s, so that its standard deviation is that of r."""
+        return float(np.sqrt(self.step / (2 * self.rate)))
+
+    def whitened(self, error: Jet, change: Jet) -> Jet:
+        """Return a row of r and r' (n, 3)."""
+        return (change + self.rate * error) * self.scale
+
+
+def lasting(recording: Recording) -> tuple[dict[str, NDArray[np.bool_]], dict[str, Wander]]:
+    """Return which samples (n,) of every measured pose count whose errors last, and of those that wander how."""
+    imus = {f"segment{imu.name[-1]}": imu for imu in recording.imus}
+    masks: dict[str, NDArray[np.bool_]] = {}
+    wander: dict[str, Wander] = {}
+    for i, pose in enumerate(recording.poses):
+        imu = imus.get(pose.segment)
+        every, how = apart(pose, imu) if imu is not None else (1, None)
+        if every > 1:
+            counts = np.arange(pose.time.size) % every == 0
+            masks |= {f"pose{i + 1}.{part}": counts for part in ("position", "rotation")}
+        if how is not None:
+            wander[f"pose{i + 1}"] = how
+    return masks, wander
+
+
+def apart(pose: Pose, imu: Imu) -> tuple[int, Wander | None]:
+    """Return how many samples apart the errors of a pose count, and how they wander."""
+    step = float(np.median(np.diff(pose.time)))
+    spans, k = errors(pose, imu, FURTHEST), 1
+    told = pose.rotation_noise_std
+    if told and spans and spans[0] < DECLARED * told and spans[0] > told / DECLARED:
+        return 1, None
+    for now, later in pairwise(spans):
+        if later <= GROWS * now or 2 * k * step > LONGEST:
+            break
+        k *= 2
+    return (k, None) if k == 1 or pose.segment != "segment1" else wandering(spans, step, k)
+
+
+def wandering(spans: list[float], step: float, k: int) -> tuple[int, Wander | None]:
+    """Return how many samples apart the changes of errors are independent, and how they wander; else `k` and none.
+
+    `spans` as from `errors`, the samples `step` s apart. They wander where they still grow from k samples on.
+    """
+    at = k.bit_length() - 1
+    if spans[-1] <= LASTS * spans[at]:
+        return k, None
+    quick = [i for i, (now, later) in enumerate(pairwise(spans[: at + 1])) if later > SMOOTH * now]
+    first = quick[-1] + 1 if quick else 0
+    lags, power = step * 2.0 ** np.arange(first, len(spans)), 2 * np.log(spans[first:])
+    rates = np.geomspace(*RATES, 200)
+    off = np.array([np.var(power - np.log(-np.expm1(-a * lags))) for a in rates])
+    return 2**first, Wander(float(rates[np.argmin(off)]), step * 2**first)
+
+
+def errors(pose: Pose, imu: Imu, longest: float) -> list[float]:
+    """Return the RMS of r in rad, were it independent, from samples 1, 2, 4 and so on apart, up to `longest` s."""
+    inside = (pose.time >= imu.time[0]) & (pose.time <= imu.time[-1])
+    if pose.quaternion is None or inside.sum() < FEWEST:
+        return []
+    time, q = pose.time[inside], pose.quaternion[inside]
+    rate = CubicSpline(imu.time, imu.gyro)
+    step, noise = float(np.median(np.diff(time))), imu.gyro_noise_std or 0.0
+    steps, faster = np.diff(rate.antiderivative()(time), axis=0), np.diff(rate(time), axis=0)
+    k = max(round(MATCHED / step), 1)
+    turned = over(exp(steps), k)
+    error = between(turned, q, k)
+    good = np.isfinite(error).all(axis=1)
+    if good.sum() < FEWEST:
+        return []
+    quicker = np.cumsum(np.vstack([np.zeros(3), faster]), axis=0)
+    known = np.column_stack([log(turned), quicker[k:] - quicker[:-k], np.ones(len(error))])
+    law = np.linalg.lstsq(known[good], error[good], rcond=None)[0]
+    turned = exp(steps + np.column_stack([steps, faster, np.full(len(steps), 1 / k)]) @ law)
+    out: list[float] = []
+    k = 1
+    while k * step <= longest and len(turned) >= FEWEST:
+        error = between(turned, q, k)
+        good = np.isfinite(error).all(axis=1)
+        if good.sum() < FEWEST:
+            break
+        known = np.column_stack([log(turned), np.ones(len(error))])[good]
+        error = error[good]
+        error = error - known @ np.linalg.lstsq(known, error, rcond=None)[0]
+        of_gyro = noise**2 * k * step / float(imu.rate)
+        out.append(float(np.sqrt(max(float(np.mean(error**2)) - of_gyro, 0.0) / 2)))
+        turned, k = multiply(turned[:-k], turned[k:]), 2 * k
+    return out
+
+
+def over(turned: Array, k: int) -> Array:
+    """Return the turns (n - k + 1, 4) over k steps of turns over one (n, 4)."""
+    out = turned[: len(turned) - k + 1]
+    for j in range(1, k):
+        out = multiply(out, turned[j : len(turned) - k + 1 + j])
+    return out
+
+
+def between(turned: Array, q: Array, k: int) -> Array:
+    """Return what attitudes (n + k, 4) turn in k samples less turns (n, 4), in rad; NaN where unseen."""
+    return log(multiply(conjugate(turned), multiply(conjugate(q[:-k]), q[k:])))
+
+
+__all__ = ["Wander", "lasting"]

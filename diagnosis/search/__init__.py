@@ -1,0 +1,1 @@
+"""Which effects the fit needs, and what none of them explains."""

@@ -1,0 +1,74 @@
+"""Which effects with states a round of the search tries, and what they must promise."""
+
+from collections.abc import Collection
+
+from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Trial, kind, misfit
+from imubench.diagnosis.noise.coherence import RELATED, follows_motion
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.refit import evidence_over
+from imubench.diagnosis.traits import CLOCK, FILTER
+
+JUMPS = ("dry_friction", "end_stop")  # torques with a jump
+HINTED = 30.0  # nat that a screening must promise where nothing else says that a sensor moves on its own
+SHARE = 0.08  # of what is left
+TWICE = 2.0  # times what effects without states explain: from there a spline without a law comes before them
+
+
+def stateful(
+    fit: Fit, left: list[Hypothesis], moving: bool, rivalled: bool, heard: Collection[str] = ()
+) -> list[Hypothesis]:
+    """Return the effects with states that a round tries: all where something seems to have a motion of its own.
+
+    Else those that obey a law: a mount on stiff springs leaves 1.05 of the noise, and goes with the motion no more than
+    what is misaligned does. Springs alone where they have a rival without states: they seem to be one, gyroscope scales
+    of 40 nat for a rocking mount of 79. None beside another at an IMU, which leaves more than its law says: foam had a
+    soft mount of 28 nat beside the rocking one of 47,000. No filter beside a clock's offset that leaves little: it
+    would take the delay too, and is held against it in the end (diagnosis/search/moves/swap_clock_for_filter.py); but
+    those `heard`, worth much beside it before something else came in, are. None beside a torque that jumps either,
+    while little is left: a spline rounds the corners of such a motion as a filter would its readings.
+    """
+    delayed = any(h.effect.name in (CLOCK, *JUMPS) for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
+    there = {kind(h) for h in fit.model.hypotheses}
+    alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic" and kind(h) not in there]
+    untold = delayed or (rivalled and not moving)
+    alive = [h for h in alive if not (untold and h.effect.name == FILTER and h.name not in heard)]
+    if moving:
+        return alive
+    taken = any(h.effect.states and (h.effect.free or h.effect.place == "imu") for h in fit.model.hypotheses)
+    return [] if taken else [h for h in alive if h.effect.lawful]
+
+
+def promised_by_law(fit: Fit) -> float:
+    """Return the nat that springs must promise, and be worth, beside a pose whose errors wander: a share of the misfit.
+
+    What the IMUs leave is a half a number, whatever it is, for their noise is not known. On real segments springs took
+    2 to 4 % of it where the IMU is screwed on and 18 to 33 % on foam. Quick turns of a screwed-on one promised 2,000
+    nat of a rocking mount that was worth 506 once fitted, with no damping that was known.
+    """
+    imus = {i.name for i in fit.model.recording.imus}
+    left = sum(r.cost for r in fit.measured if r.name.split(".")[0] in imus)
+    return SHARE * left if fit.model.wander else 0.0
+
+
+def suspicious(fit: Fit) -> bool:
+    """Return whether a sensor or a joint may have a motion of its own that the fit does not know.
+
+    Once such a motion is in, what is left must be more than its law's approximations. Beside a pose whose errors wander
+    neither tells: such errors go with the attitude, and a real sensor at rest is quieter than one that is moved.
+    """
+    if fit.model.wander:
+        return False
+    if misfit(fit) > UNEXPLAINED:
+        return True
+    alive = any(h.effect.states for h in fit.model.hypotheses)
+    return not alive and max(follows_motion(fit).values(), default=0.0) > RELATED
+
+
+def before_plain(lively: Trial, fit: Fit, further: Fit) -> bool:
+    """Return whether an effect with states explains more than those without that made `further` of the fit."""
+    plainly = evidence_over(fit, further)
+    return lively.evidence > max(NEEDED, plainly if lively.hypothesis.effect.lawful else TWICE * plainly)
+
+
+__all__ = ["HINTED", "before_plain", "promised_by_law", "stateful", "suspicious"]

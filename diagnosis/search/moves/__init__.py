@@ -1,0 +1,1 @@
+"""Steps of the search: add, drop, merge or replace an effect."""

@@ -1,0 +1,111 @@
+"""Named effects that only stand in for something without a name: held against terms in their place."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.cross_validation import SEED, foretold
+from imubench.diagnosis.criteria.equivalence import LIKE
+from imubench.diagnosis.criteria.score_at_size import saved
+from imubench.diagnosis.criteria.trial import breaks_its_law
+from imubench.diagnosis.discrepancy.drift_tests import beyond_a_drift
+from imubench.diagnosis.discrepancy.fitted_terms import MOST, Fitted, fitted
+from imubench.diagnosis.discrepancy.term_scores import promising
+from imubench.diagnosis.noise.nominal import certain, rougher
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.term_rivals import (
+    SLIP,
+    a_filter_is,
+    comes_late,
+    groups,
+    is_a_drift,
+    margins,
+    nearly_a_filter,
+    only_wanders,
+    rivals,
+    takes_place,
+    together,
+    wanders,
+)
+from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.refit import evidence_over, refit_without
+from imubench.diagnosis.traits import MOVED, SLOW
+
+NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
+
+
+@dataclass(frozen=True)
+class Displaced:
+    """What terms did to the names of a fit."""
+
+    terms: list[Fitted]
+    fit: Fit  # with these in the place of the names that they explain more than
+    doubted: tuple[Hypothesis, ...]  # names beside which a term explains as much, and not surely more
+    likely: tuple[tuple[Fitted, tuple[Hypothesis, ...]], ...] = ()  # of such terms what mostly is there, and its equals
+
+
+def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displaced:
+    """Return terms that explain more than named effects, the fit with them instead, and the names that they equal.
+
+    What goes with shaking has a mean, and reads as a bias until it is held against one. A series holds a filter: it
+    must explain much more, or a tenth more and gain more on left-out data, where a filter pays for no noise that its
+    states follow. What else explains more than a filter is not its like. A few weights that explain as much as
+    a spline without a law are the simpler answer: of them a tie is enough, of one that breaks its law a hundredth less,
+    and of a slow curve a fifth, where a joint's play never comes back or a pivot is pushed one way for seconds.
+    """
+    terms: list[Fitted] = []
+    doubted: list[Hypothesis] = []
+    likelier: list[tuple[Fitted, tuple[Hypothesis, ...]]] = []
+    for names in groups([h for h in fit.model.judged if h.effect.name not in certain(fit.model)]):
+        if len(terms) == MOST or not set(names) <= set(fit.model.hypotheses):
+            continue
+        slow = only_wanders(fit, names[0])
+        on_average = (h for h in fit.model.hypotheses if slow and h.effect.name in MOVED)
+        gone = (*names, *on_average)
+        say(f"looking whether something without a name explains more than {' and '.join(h.name for h in gone)}")
+        with suppress(NotPositiveDefiniteError):
+            without = refit_without(fit, gone, steps=4)
+            over = worth if any(h.effect.states for h in gone) else evidence_over
+            lost = over(without, fit)
+            if terms and lost < 0:  # what came in for another name explains this one's part too
+                fit = with_noise(without)
+                continue
+            guesses, tried = promising(without)
+            price = float(np.log(max(tried / NAMES, 1)))
+            won: list[tuple[bool, float, Fitted]] = []
+            free = any(h.effect.free for h in names)
+            strained = together(names) and breaks_its_law(fit, names[0])
+            least = {timed: margins(lost, slow and timed, free, strained, len(gone)) for timed in (False, True)}
+            likely = [g for g in guesses if g.white > least[g.term.timed][0]]
+            likely = [g for g in likely if not g.term.holds(gone[0].effect.name)]
+            asked = list(rivals(likely, fit, gone, slow))
+            freer = rougher(fit) if asked else fit
+            for guess in asked:
+                done = fitted(without, guess, price)
+                more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
+                if guess.term.drift and is_a_drift(gone):
+                    more = max(more, beyond_a_drift(without, guess.term))
+                if done.heldout.foretells() and more > -least[guess.term.timed][1]:
+                    taken = takes_place(done, more, lost, names, free, strained)
+                    if taken and nearly_a_filter(done, more, lost, gone):
+                        taken = foretold(without, fit, np.random.default_rng(SEED)).value < done.heldout.value
+                    won.append((taken, more, done))
+            taken, more, best = max(won, key=lambda w: w[:2], default=(False, 0.0, None))
+            if taken and best:
+                surely = free or strained
+                equal = () if surely or more > LIKE + saved(without, gone, lost) else tuple(gone)
+                terms, fit = [*terms, best if surely else replace(best, evidence=more, equal=equal)], best.fit
+            elif (best and not a_filter_is(best, gone[0])) or wanders(guesses, gone, lost):
+                doubted += gone
+                likelier += [(best, gone)] if best and comes_late(best.term, gone[0]) else []
+    at = {h.at for h in doubted if h.effect.name in SLOW}
+    slips = [h for h in fit.model.hypotheses if h.effect.name == SLIP and h.at in at]  # what wanders jumps as well
+    return Displaced(terms, fit, (*doubted, *slips), tuple(likelier))
+
+
+__all__ = ["Displaced", "displaced"]

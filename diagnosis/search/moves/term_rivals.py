@@ -1,0 +1,169 @@
+"""Names that may only stand in for something without one: which are held against terms, against which, how strictly."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from imubench.diagnosis.criteria.equivalence import alike
+from imubench.diagnosis.discrepancy.basis_functions import drifts
+from imubench.diagnosis.discrepancy.fitted_terms import NEEDED, Fitted
+from imubench.diagnosis.discrepancy.term_scores import Guess
+from imubench.diagnosis.discrepancy.terms import LATE, SERIES, Term
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.motion_prior import inside, states_inside
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.traits import DRIFTS, FILTER, FRICTION, SLIP, SLOW
+
+MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
+NEARLY = 0.25  # of what a filter is worth: a series worth no more than that more must gain more on left-out data
+CLOSE = 0.01  # of what a name explains: an unfitted promise says no less (what it goes with, 10 ms late, is nearly it)
+WANDERS = 0.2  # of what a spline explains that only wanders: a slow curve may explain so much less
+LEFT = {  # of its power: what a slow curve leaves of a spline without a law that only wanders
+    "joint_play": 0.1,  # of two creeping mounts 0.002 and 0.005, of play 0.6
+    "moving_pivot": 0.6,  # of an accelerometer's walk 0.4, of three that rectify 0.2 to 0.6, of pivots 0.98 to 1.02
+}
+DELAYED = ("time_offset", "gyro_scale", "accel_scale")  # what a filter leaves to others, where it is none
+
+
+def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
+    """Return what a term may displace: splines without a law, filters, effects of one triple alone, and all of it.
+
+    Laws of friction are displaced together: each alone is worth little beside another. So are a filter and what it left
+    to a delay and a scale at its IMU: hysteresis does some of all three. Last come all names of a fit: a dead zone
+    was a filter at the other IMU, a scale and play, none of which could be spared.
+    """
+    plain = [h for h in hypotheses if not h.effect.states]
+    free = [h for h in hypotheses if h.effect.free or (h.effect.states and h.effect.name == FILTER)]
+    triples: dict[tuple[str, str], list[Hypothesis]] = {}
+    for h in plain:
+        triples.setdefault((h.at, h.effect.name.split("_")[0]), []).append(h)
+    rubbing = tuple(h for h in plain if h.effect.name in FRICTION)
+    lone = [h for h in plain if h not in rubbing]
+    beside = [(f, *(h for h in plain if h.at == f.at and h.effect.name in DELAYED)) for f in free if f.effect.lawful]
+    several = [g for g in (*beside, *(tuple(some) for some in triples.values())) if len(g) > 1]
+    out = [*((h,) for h in (*free, *lone)), *([rubbing] if rubbing else []), *several]
+    return out if len(hypotheses) < 2 or any(len(g) == len(hypotheses) for g in out) else [*out, tuple(hypotheses)]
+
+
+def margins(lost: float, slow: bool, free: bool, strained: bool, names: int = 1) -> tuple[float, float]:
+    """Return the nat that a term must promise in the place of what names are worth, and by how many it may fall short.
+
+    Short once it is fitted: a curve of time in the place of what only wanders, names without a law, or that break it,
+    and several names of which one does more than one alone. A curve is fitted that promises less by twice as much: play
+    that a creeping mount was, worth 2,324 nat, of which a curve promised 1,782, was 98 % a curve of time.
+    """
+    if slow:
+        return (1 - 2 * WANDERS) * lost, WANDERS * lost
+    if free or strained:
+        return (1 - MUCH) * lost, NEEDED if free else (CLOSE if names == 1 else MUCH) * lost
+    return (1 + CLOSE) * lost, 0.0
+
+
+def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis], slow: bool = False) -> Iterator[Guess]:
+    """Yield the best term where effects are, and the best one elsewhere if an effect could as well be there.
+
+    What is slow may be the noise's colour, or a drift, which has a name: such a term is held against that name alone. A
+    jump is held against splines without a law as well, for three numbers and a time are no curve, and a slow curve of a
+    gyroscope's, which is nothing that a joint does; where the spline is slow, one of an accelerometer's too.
+    """
+    own = {seen_at(h) for h in gone}
+    if is_a_drift(gone):
+        yield from [g for g in guesses if g.term.drift and g.term.at in own][:1]
+    steady = [g for g in guesses if not g.term.drift]
+    if any(h.effect.states for h in gone):  # it takes what is at either IMU
+        if gone[0].effect.free:
+            yield from [g for g in guesses if g.term.jumps][:1]
+            curves = [g for g in guesses if g.term.drift and not g.term.jumps]
+            yield from [g for g in curves if g.term.part == "gyro"][:1]
+            yield from [g for g in curves if slow and g.term.part == "accel"][:1]
+        yield from (next(g for g in steady if g.term.at == at) for at in dict.fromkeys(g.term.at for g in steady))
+        return
+    best = next((g for g in steady if g.term.at in own), None)
+    if best:
+        yield best
+    if steady and steady[0] is not best and len(gone) == 1:
+        (h,) = gone
+        if (h.effect.name, steady[0].term.at) in {(r.effect, r.at) for r in alike(fit, h)}:
+            yield steady[0]
+
+
+def takes_place(
+    found: Fitted, more: float, lost: float, names: Sequence[Hypothesis], free: bool, strained: bool
+) -> bool:
+    """Return whether a term that explains so much more than names of `lost` nat takes their place.
+
+    A tie is enough where that has no law, or breaks its own. What could be its like must explain a tenth more: not a
+    line's curve, whose bend is all its own, nor beside a filter what does not go with what the sensor read.
+    """
+    series = found.term.goes_with in SERIES
+    if free or (strained and not series):
+        return True
+    filtered = names[0].effect.name == FILTER and together(names)
+    unlike = found.term.drift or (filtered and not series)
+    return more > max(NEEDED, 0.0 if unlike else MUCH * lost / found.louder)
+
+
+def nearly_a_filter(found: Fitted, more: float, lost: float, names: Sequence[Hypothesis]) -> bool:
+    """Return whether a term is a series that explains little more than a filter alone, of `lost` nat, in its place."""
+    return len(names) == 1 and a_filter_is(found, names[0]) and more < NEARLY * lost
+
+
+def together(names: Sequence[Hypothesis]) -> bool:
+    """Return whether some names are at one place."""
+    return len({h.at for h in names}) == 1
+
+
+def is_a_drift(gone: Sequence[Hypothesis]) -> bool:
+    """Return whether what may be displaced is one drift."""
+    return len(gone) == 1 and gone[0].effect.name in DRIFTS
+
+
+def a_filter_is(found: Fitted, h: Hypothesis) -> bool:
+    """Return whether a term is what a filter does anyway."""
+    return h.effect.name == FILTER and found.term.goes_with in SERIES
+
+
+def comes_late(term: Term, h: Hypothesis) -> bool:
+    """Return whether a term is what the axes of a misalignment read a little later."""
+    return h.effect.name.endswith("_misalignment") and term.goes_with.endswith(LATE) and term.at == h.at
+
+
+def seen_at(h: Hypothesis) -> str:
+    """Return where a term that stands for an effect would be: at its IMU, or in the torque of a swing."""
+    return h.at if h.effect.place == "imu" else "joint"
+
+
+def wanders(guesses: Sequence[Guess], gone: Sequence[Hypothesis], lost: float) -> bool:
+    """Return whether a curve of time explains as much, were the noise white, as an offset or a drift of `lost` nat.
+
+    Noise as coloured as it may be forbids to believe the curve; it does not make the straight line sure.
+    """
+    if len(gone) > 1 or gone[0].effect.name not in SLOW:
+        return False
+    (at, part) = (gone[0].at, gone[0].effect.name.split("_")[0])
+    return any(
+        g.term.timed and g.term.drift and (g.term.at, g.term.part) == (at, part) and g.white > lost for g in guesses
+    )
+
+
+def only_wanders(fit: Fit, h: Hypothesis) -> bool:
+    """Return whether what a joint does of its own is slow: play goes to and fro with the motion, a pivot with a hand.
+
+    A mount that creeps is a slow turn. Where a slip is in the fit it has taken a step from the turn, or given it one. A
+    pivot that is pushed one way for seconds would be metres off; an accelerometer's bias may wander so.
+    """
+    if h.effect.name not in LEFT:
+        return False
+    turned = np.concatenate([*states_inside(fit.model, fit.state, h).values()], axis=1)
+    time = inside(fit.model)
+    slips = [fit.state.values[o.key("time")] for o in fit.model.hypotheses if o.effect.name == SLIP]
+    slow = np.column_stack([drifts(time), *(time > t for t in slips)])
+    off = turned - turned[:1]
+    left = off - slow @ np.linalg.lstsq(slow, off, rcond=None)[0]
+    return float(np.sum(left**2)) < LEFT[h.effect.name] * float(np.sum((turned - turned.mean(axis=0)) ** 2))
+
+
+__all__ = [
+    "MUCH", "NEARLY", "SLIP", "a_filter_is", "comes_late", "groups", "is_a_drift", "margins",
+    "nearly_a_filter", "only_wanders", "rivals", "takes_place", "together", "wanders",
+]  # fmt: skip

@@ -1,0 +1,1 @@
+"""The solution of the least-squares problem, its start and its covariance."""

@@ -1,0 +1,106 @@
+"""How far clocks are apart before any fit, from what two sensors must both see."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from imubench.alignment import gyro_delay
+from imubench.arrays import Array
+from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
+from imubench.errors import InputError
+from imubench.recording import Imu, Pose, Recording
+
+COARSE, COARSE_POSE = 0.004, 0.001
+"""s, clock offsets that a linear score could not judge any more. A pose that is late against the only IMU seems to be
+noise of the IMU, and its own noise the motion: so it is sooner."""
+ALIKE = 0.5  # correlation of two signals, under which they tell nothing of the clocks
+LAG = 0.25  # s, the largest clock offset that is looked for
+LAG_WIDTH = 0.02  # s, standard deviation of the window over which an encoder's rate is taken
+
+
+def late(model: Model) -> dict[str, float]:
+    """Return by how much the stamps of IMUs are late, in s, against an encoder, a measured pose or the first IMU."""
+    recording, rig, imus = model.recording, model.rig, {i.name: i for i in model.recording.imus}
+    out: dict[str, float] = {}
+    if rig.hinge and len(imus) == 2:
+        out["imu2"] = clock_offset(model, imus["imu1"], imus["imu2"])
+    if rig.hinge and recording.encoders and "imu2" in imus:
+        every = encoder_offset(model, imus, out.get("imu2", 0.0))
+        out = {n: out.get(n, 0.0) + every for n in imus if rig.turns or n == "imu2"}
+    if recording.poses and "imu1" in imus and "imu2" not in imus:
+        out["imu1"] = pose_offset(imus["imu1"], recording.poses[0])
+    return out
+
+
+def coarse(recording: Recording) -> float:
+    """Return from which offset on, in s, a clock is in the fit from the start."""
+    return COARSE_POSE if recording.poses and len(recording.imus) == 1 else COARSE
+
+
+def on_segment(model: Model, imu: Imu, grid: Array, offset: float) -> tuple[Array, Array]:
+    """Return rate and specific force of an IMU in segment axes, on the grid."""
+    stamps = imu.time - model.start - offset
+    turn = model.mounts[imu.name].turn
+    gyro, accel = (np.stack([np.interp(grid, stamps, x) for x in y.T], axis=1) for y in (imu.gyro, imu.accel))
+    return gyro @ turn.T, accel @ turn.T
+
+
+def on_segments(model: Model, grid: Array, offsets: Mapping[str, float]) -> dict[str, tuple[Array, Array]]:
+    """Return rate and specific force of every IMU in segment axes, on the grid, where stamps are late by `offsets`."""
+    return {i.name: on_segment(model, i, grid, offsets.get(i.name, 0.0)) for i in model.recording.imus}
+
+
+def clock_offset(model: Model, one: Imu, two: Imu) -> float:
+    """Return by how much the second IMU's stamps are late, in s, from what a hinge leaves equal: |w x j|."""
+    step = 0.2 / max(one.rate, two.rate)
+    grid = np.arange(0.0, min(one.time[-1], two.time[-1]) - model.start, step)
+    gyros = [on_segment(model, imu, grid, 0.0)[0] for imu in (one, two)]
+    a, b = (np.linalg.norm(np.delete(g, HINGE_AXIS, axis=1), axis=1) for g in gyros)
+    return lag(a, b, step)
+
+
+def encoder_offset(model: Model, imus: Mapping[str, Imu], behind: float) -> float:
+    """Return by how much all IMUs' stamps are late, in s, against an encoder, the second's `behind` more."""
+    encoder, step = model.recording.encoders[0], 0.2 / max(i.rate for i in imus.values())
+    first = max(t[0] for t in (encoder.time, *(i.time for i in imus.values())))
+    last = min(t[-1] for t in (encoder.time, *(i.time for i in imus.values())))
+    grid = np.arange(first, last, step) - model.start
+    about = {n: on_segment(model, i, grid, behind if n == "imu2" else 0.0)[0][:, HINGE_AXIS] for n, i in imus.items()}
+    still = np.zeros(len(grid))
+    turned = np.interp(grid, encoder.time - model.start, encoder.angle)
+    width = round(LAG_WIDTH / step)  # an encoder's steps are no motion
+    rate = np.gradient(gaussian_filter1d(turned, width), step)
+    return lag(rate, gaussian_filter1d(about["imu2"] - about.get("imu1", still), width), step)
+
+
+def lag(one: Array, two: Array, step: float) -> float:
+    """Return by how much the second of two signals (n,) is late, in s; 0 where they are not alike enough to tell."""
+    a, b = (x - x.mean() for x in (one, two))
+    lags = np.arange(-int(LAG / step), int(LAG / step) + 1)
+    edge = len(lags)
+    if len(a) < 3 * edge:
+        return 0.0
+    inner = a[edge:-edge]
+    shifted = [b[edge + k : len(b) - edge + k] for k in lags]
+    apart = np.array([np.var(inner - x) for x in shifted])  # a product would grow with what else comes into the window
+    best = int(np.argmin(apart))
+    if best in (0, len(lags) - 1) or not np.corrcoef(inner, shifted[best])[0, 1] > ALIKE:
+        return 0.0
+    y = apart[best - 1 : best + 2]
+    curve = y[0] - 2 * y[1] + y[2]
+    return float((lags[best] + (0.5 * (y[0] - y[2]) / curve if curve else 0.0)) * step)
+
+
+def pose_offset(imu: Imu, pose: Pose) -> float:
+    """Return by how much an IMU's stamps are late, in s, against a measured attitude; 0 where that is not enough."""
+    if pose.quaternion is None:
+        return 0.0
+    with suppress(InputError):
+        return gyro_delay(imu, pose.time, pose.quaternion)[0]
+    return 0.0
+
+
+__all__ = ["LAG", "clock_offset", "coarse", "late", "on_segments", "pose_offset"]

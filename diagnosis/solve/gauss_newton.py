@@ -1,0 +1,65 @@
+"""All rows of the motion fit, their normal equations, and the step that these ask for."""
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.hypothesis import State
+from imubench.diagnosis.problem.motion_prior import prior_rows
+from imubench.diagnosis.problem.process_factors import equation_rows
+from imubench.diagnosis.problem.residuals import Rows
+from imubench.diagnosis.solve.bordered import Solution, solve_arrow
+from imubench.diagnosis.solve.linearize import Linear, linearise
+from imubench.diagnosis.solve.normal_equations import Normal
+
+
+def all_rows(
+    model: Model,
+    state: State,
+    noise: dict[str, float],
+    anchor: Array | None,
+    loose: float = 1.0,
+    alone: Collection[str] = (),
+) -> list[Rows]:
+    """Return every row of the problem, or of all sensors some IMUs' alone; `loose` widens the measurements' noise."""
+    out = [replace(r, std=r.std * noise[r.name] * loose) for r in model.measured(state, alone)]
+    out += [replace(r, std=r.std * noise.get(r.name, 1.0) * loose) for r in equation_rows(model, state)]
+    return out + list(prior_rows(model, state, noise, anchor))
+
+
+def assemble(model: Model, rows: list[Rows]) -> tuple[Normal, list[Linear]]:
+    """Return the normal equations and the rows that made them."""
+    linear = [linearise(r, model.tracks, model.parameters) for r in rows]
+    return Normal.of(model.tracks, model.parameters, linear), linear
+
+
+def factored(model: Model, rows: list[Rows]) -> tuple[Normal, Solution, list[Linear]]:
+    """Return the normal equations, their band gone into the factored ones beside them, and the rows that made them."""
+    normal, linear = assemble(model, rows)
+    return normal, solve_arrow(normal.band, normal.border, normal.corner), linear
+
+
+@dataclass(frozen=True)
+class Step:
+    """A damped Gauss-Newton step, and the factored equations that it was solved from."""
+
+    splines: Array  # (blocks, b)
+    values: Array  # (p,)
+    promised: float  # of the cost
+    damping: float
+    solution: Solution
+    linear: list[Linear]
+
+    @classmethod
+    def of(cls, model: Model, rows: list[Rows], damping: float = 0.0) -> "Step":
+        """Return the step that rows ask for."""
+        normal, linear = assemble(model, rows)
+        normal.damp(damping)
+        corner = normal.corner + damping * np.diag(np.diag(normal.corner))
+        solution = solve_arrow(normal.band, normal.border, corner)
+        x, values = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
+        promised = -0.5 * float(np.vdot(normal.gradient, x) + normal.corner_gradient @ values[:, 0])
+        return cls(x[:, :, 0], values[:, 0], promised, damping, solution, linear)

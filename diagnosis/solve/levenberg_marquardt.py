@@ -1,0 +1,135 @@
+"""The motion fit: Levenberg-Marquardt on splines and parameters together, noise levels estimated on the way."""
+
+from dataclasses import dataclass, field
+
+from imubench.arrays import Array
+from imubench.diagnosis.budget import check
+from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.hypothesis import State
+from imubench.diagnosis.problem.residuals import Rows
+from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
+from imubench.diagnosis.solve.gauss_newton import Step, all_rows
+from imubench.diagnosis.solve.retract import DAMPED, followed, moved, paced, settled
+from imubench.diagnosis.solve.threads import one_thread
+
+ENOUGH = 1e-4  # of the cost per measured number: a smaller gain ends the search
+STEPS = 40
+AGAIN = 3  # steps after every change of the noise
+FORETOLD = 0.25  # of that gain: a step that gained what it promised but for so much was the last
+LEAST, MOST = 1e-14, 1e3  # of the damping; it begins at what holds the own splines of effects
+FREE = 1e-11  # of the damping: what moves together by far, a mount and a skin's slide, does so from the first step
+FINE, LONG = 1e-6, 30  # `enough` and steps of a fit that numbers are read off
+EASED = 3.0  # by what a whole step lowers it and a shortened one raises it
+LENGTHS = (1.0, 0.5, 0.2, 0.05)  # of a Gauss-Newton step, tried before it is damped
+BENT = 0.2  # the shortest of which the splines follow where it leads astray
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A model, its best state, and what the noise was taken to be; one is another's equal only if it is that."""
+
+    model: Model
+    state: State
+    noise: dict[str, float]  # std of each group of rows, in its unit
+    cost: float
+    steps: int
+    anchor: Array | None = None
+    loose: float = 1.0
+    rows: list[Rows] = field(default_factory=list, repr=False)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time of the measurements, in s on the splines."""
+        return min(float(r.time.min()) for r in self.measured), max(float(r.time.max()) for r in self.measured)
+
+    @property
+    def measured(self) -> list[Rows]:
+        """The rows of measurements."""
+        return [r for r in self.rows if r.counts]
+
+
+def at_noise_of(fit: Fit, other: Fit) -> Fit:
+    """Return a fit solved again at the noise levels of one with more in its model, to be compared with that."""
+    return solve(fit.model, fit.state, {n: other.noise[n] for n in fit.noise}, fit.anchor, steps=AGAIN)
+
+
+def converged(fit: Fit) -> Fit:
+    """Return the fit at its least cost: what a search needs of it is less than what its numbers need.
+
+    Skin that slides was 50 nat above the least and 4 standard deviations off: its slide and the mount of its sensor
+    move together by far, and cost next to nothing on the way.
+    """
+    return search(fit.model, fit.state, fit.noise, fit.anchor, LONG, FINE, FREE)[0]
+
+
+def solve(
+    model: Model,
+    state: State,
+    noise: dict[str, float],
+    anchor: Array | None = None,
+    steps: int = STEPS,
+    enough: float = ENOUGH,
+) -> Fit:
+    """Return the state of least cost, from `state`."""
+    return search(model, state, noise, anchor, steps, enough)[0]
+
+
+@one_thread
+def search(
+    model: Model,
+    state: State,
+    noise: dict[str, float],
+    anchor: Array | None = None,
+    steps: int = STEPS,
+    enough: float = ENOUGH,
+    damping: float = DAMPED,
+) -> tuple[Fit, Step | None]:
+    """Return the state of least cost, from `state`, and the step that led to it, where one did.
+
+    With a `damping` below the usual one it takes long steps in what moves together, and the splines follow these.
+    """
+    taken, follow, step = 0, damping < DAMPED, None
+    rows = all_rows(model, state, noise, anchor)
+    cost = sum(r.cost for r in rows)
+    least = enough * sum(r.residual.value.size for r in rows if r.counts)
+    while taken < steps:
+        taken += 1
+        before, step = cost, None
+        while damping < MOST:
+            check()
+            try:
+                step = Step.of(model, rows, damping)
+            except NotPositiveDefiniteError:
+                damping *= 10
+                continue
+            for length in LENGTHS:
+                check()
+                led = moved(model, state, length * step.splines, length * step.values)
+                trial, trial_rows, trial_cost = _arrived(model, led, noise, anchor)
+                if follow and length >= BENT and trial_cost >= cost:
+                    led = followed(model, trial, trial_rows, damping)
+                    trial, trial_rows, trial_cost = _arrived(model, led, noise, anchor)
+                if trial_cost < cost:
+                    break
+            else:
+                damping *= 100
+                continue
+            state, rows, cost = trial, trial_rows, trial_cost
+            damping = max(damping / EASED, LEAST) if length == LENGTHS[0] else damping * EASED
+            break
+        gained = before - cost
+        if gained < least or (step and abs(gained - step.promised) < FORETOLD * least):
+            break
+    return Fit(model, state, noise, cost, taken, anchor, rows=rows), step
+
+
+def _arrived(
+    model: Model, state: State, noise: dict[str, float], anchor: Array | None
+) -> tuple[State, list[Rows], float]:
+    """Return where a step has led once what follows from the rest is solved for, with its rows and its cost."""
+    state = settled(model, paced(model, state), noise, anchor)
+    rows = all_rows(model, state, noise, anchor)
+    return state, rows, sum(r.cost for r in rows)
+
+
+__all__ = ["AGAIN", "ENOUGH", "Fit", "at_noise_of", "converged", "search", "solve"]

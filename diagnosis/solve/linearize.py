@@ -1,0 +1,180 @@
+"""Rows by the knots that they touch, whitened, with their Jacobian: what normal equations are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imubench.arrays import Array
+from imubench.diagnosis.problem.bspline import SUPPORT, Tracks
+from imubench.diagnosis.problem.residuals import Parameters, Rows
+from imubench.diagnosis.solve.threads import side_by_side
+from imubench.jets import CONSTANT
+
+Whole = NDArray[np.int64]
+Place = tuple[Whole, Whole]
+Some = Whole | NDArray[np.bool_] | slice
+
+CHUNK = 128  # knots whose products are formed at once: what stays in the cache
+PIECE = 1024  # rows' samples whose Jacobian is held at once
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Rows by the knots they touch: first one (n,), border (n, m, p), residual (n, m).
+
+    Their Jacobian by the splines is made for some samples at a time. All of it, a hundred numbers for each of thirty
+    rows at every knot, would be most of what the fit of a long recording holds.
+    """
+
+    first: Whole
+    border: Array
+    residual: Array
+    scale: Array  # (n, m), one over the standard deviations
+    blocks: tuple[tuple[slice, int, Array], ...]  # of the splines: columns of a knot, order, derivative (n or 1, m, k)
+    weights: dict[int, Array]  # (n, 6) of every order
+    width: int  # numbers per knot
+
+    def of(self, some: Some) -> Linear:
+        """Return some of the samples' rows."""
+        n = len(self.first)
+        blocks = tuple((at, order, d[some] if len(d) == n else d) for at, order, d in self.blocks)
+        weights = {order: w[some] for order, w in self.weights.items()}
+        border, residual, scale = (x[some] for x in (self.border, self.residual, self.scale))
+        return Linear(self.first[some], border, residual, scale, blocks, weights, self.width)
+
+    def local(self, some: Some) -> Array:
+        """Return the Jacobian (k, m, 6 width) of some samples by the splines that they touch."""
+        n, m = self.residual.shape
+        scale = self.scale[some].T
+        out = np.zeros((m, SUPPORT, self.width, scale.shape[1]))  # samples next to each other, as in jets
+        for columns, order, block in self.blocks:
+            slope = (block[some] if len(block) == n else block).transpose(1, 2, 0) * scale[:, None]
+            out[:, :, columns] += slope[:, None] * self.weights[order][some].T[None, :, None]
+        return out.reshape(m, SUPPORT * self.width, -1).transpose(2, 0, 1)
+
+    def along(self, knots: Array) -> Array:
+        """Return J times columns of the splines (knots, width, r), as (n, m, r)."""
+        out = np.zeros((*self.residual.shape, knots.shape[2]))
+        if not self.blocks:
+            return out
+        reach = np.arange(SUPPORT)
+        for begin in range(0, len(out), PIECE):
+            some = slice(begin, begin + PIECE)
+            near = knots[self.first[some, None] + reach].reshape(-1, SUPPORT * self.width, knots.shape[2])
+            out[some] = np.matmul(np.ascontiguousarray(self.local(some)), near)
+        return out
+
+    def by_knot(self, columns: Array) -> Iterator[tuple[int, Array]]:
+        """Yield J' of further columns (n, m, r) of the samples that start at a knot, (knots, 6, width, r), by pieces.
+
+        J is the splines' Jacobian; the first knot of a piece comes before it.
+        """
+        wide, r = SUPPORT * self.width, columns.shape[2]
+        stack = Stack([replace(self, border=columns)])
+
+        def products(begin: int) -> Array:
+            tall, _ = stack.piece(begin)
+            both = np.matmul(np.swapaxes(tall[:, :, :wide], 1, 2), tall[:, :, wide : wide + r])
+            return both.reshape(len(tall), SUPPORT, self.width, r)
+
+        yield from zip(stack.begins, side_by_side(products, stack.begins), strict=True)
+
+    def scatter(self, columns: Array, target: Array) -> None:
+        """Add J' of further columns (n, m, r) to `target` (knots, width, r), J the splines' Jacobian."""
+        for begin, products in self.by_knot(columns):
+            for s in range(SUPPORT):
+                target[begin + s : begin + s + len(products)] += products[:, s]
+
+
+def linearise(rows: Rows, tracks: Tracks, parameters: Parameters) -> Linear:
+    """Return whitened Jacobian and residual of `rows`."""
+    n, m = rows.residual.value.shape
+    n = max(n, len(rows.time))
+    scale = 1 / np.broadcast_to(rows.std, (n, m))
+    known = {name: block for (name, order), block in rows.residual.blocks.items() if order == CONSTANT}
+    known = {name: block for name, block in known.items() if name in parameters.widths}
+    border = np.broadcast_to(0.0, (n, m, parameters.count))
+    if known:
+        border = np.zeros(border.shape)
+        for name, block in known.items():
+            border[:, :, parameters.columns(name)] += block
+        border *= scale[:, :, None]
+    blocks = tuple(
+        (tracks.columns(name), order, block)
+        for (name, order), block in rows.residual.blocks.items()
+        if order != CONSTANT and name in tracks.widths
+    )
+    first: Whole = np.zeros(n, dtype=np.int64)
+    if tracks.width:
+        first, _ = tracks.knots.weights(rows.time, 0)
+    weights = {order: tracks.knots.weights(rows.time, order)[1] for order in {order for _, order, _ in blocks}}
+    residual = np.broadcast_to(rows.residual.value, (n, m)) * scale
+    return Linear(first, border, residual, scale, blocks, weights, tracks.width)
+
+
+@dataclass(frozen=True)
+class Order:
+    """Samples by the knot they start at."""
+
+    samples: Whole | None  # (n,) sorted by their knot, None where they are so already
+    slot: Whole  # (n,) their places among those of their knot
+    starts: Whole  # (knots + 1,) the first sample of every knot
+    knot: Whole  # (n,) sorted
+
+    @classmethod
+    def of(cls, first: Whole) -> Order:
+        """Return the order of samples that start at knots (n,)."""
+        sorted_already = bool(np.all(first[1:] >= first[:-1]))
+        samples = None if sorted_already else np.argsort(first, kind="stable").astype(np.int64)
+        knot = first if samples is None else first[samples]
+        starts: Whole = np.searchsorted(knot, np.arange(int(knot[-1]) + 2 if len(knot) else 1)).astype(np.int64)
+        return cls(samples, np.arange(len(knot), dtype=np.int64) - starts[knot], starts, knot)
+
+    @property
+    def knots(self) -> int:
+        """How many knots there are up to the last that a sample starts at."""
+        return len(self.starts) - 1
+
+    def among(self, begin: int, end: int) -> tuple[Whole | slice, Whole, Whole]:
+        """Return the samples that start at knots begin..end, their knot from there, their place at it."""
+        low, high = (int(self.starts[min(k, self.knots)]) for k in (begin, end))
+        some = slice(low, high) if self.samples is None else self.samples[low:high]
+        return some, self.knot[low:high] - begin, self.slot[low:high]
+
+
+class Stack:
+    """Rows of several kinds, by knots: those that start at some knots are one tall matrix for each of these."""
+
+    def __init__(self, parts: Sequence[Linear]) -> None:
+        self.parts = [(part, Order.of(part.first)) for part in parts]
+        self.knots = max((order.knots for _, order in self.parts), default=0)
+        first = min((int(order.knot[0]) for _, order in self.parts if len(order.knot)), default=0)
+        self.begins = range(first - first % CHUNK, self.knots, CHUNK)  # the first knots of the pieces
+
+    def piece(self, begin: int) -> tuple[Array, list[tuple[Whole | slice, Place]]]:
+        """Return the rows at some knots from one of `begins` on, (knots, rows, 6 width + p + 1), the residual last.
+
+        With them for each kind which of its samples these are, and where their rows lie: knot and row, (k, m).
+        """
+        end = min(begin + CHUNK, self.knots)
+        chosen = [(part, *order.among(begin, end)) for part, order in self.parts]
+        filled = np.zeros(end - begin, dtype=np.int64)  # rows at every knot so far: where two samples meet, a few more
+        rows = []
+        for part, _, knot, slot in chosen:
+            m = part.residual.shape[1]
+            rows.append((filled[knot] + slot * m)[:, None] + np.arange(m))
+            filled += m * np.bincount(knot, minlength=len(filled))
+        wide, p = SUPPORT * self.parts[0][0].width, self.parts[0][0].border.shape[2]
+        tall = np.zeros((end - begin, int(filled.max(initial=0)), wide + p + 1))
+        places = []
+        for (part, some, knot, _), row in zip(chosen, rows, strict=True):
+            place = (knot[:, None], row)
+            tall[(*place, slice(0, wide))] = part.local(some)
+            tall[(*place, slice(wide, wide + p))] = part.border[some]
+            tall[(*place, wide + p)] = part.residual[some]
+            places.append((some, place))
+        return tall, places

@@ -1,0 +1,42 @@
+"""Names that may be what a finding without one is: as far as the recording tells, its equals."""
+
+from collections.abc import Collection, Sequence
+
+from imubench.diagnosis.criteria.equivalence import LIKE
+from imubench.diagnosis.criteria.trial import NEEDED
+from imubench.diagnosis.result import Finding, Rejected
+
+
+def with_likes(rest: Sequence[Finding], named: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return findings without a name; those that a name equals are equalled by what the recording cannot tell from it.
+
+    An accelerometer's misalignment was doubted for what its axes read a little later. It was none of both, but the
+    gyroscope's at the other IMU, which equals the misalignment.
+    """
+
+    def likes(u: Finding) -> list[Rejected]:
+        equal = {(r.effect, r.at) for r in u.equivalent}
+        return [r for f in named if (f.effect, f.at) in equal for r in f.equivalent]
+
+    return tuple(u.equalled_by(likes(u)) for u in rest)
+
+
+def with_refused(
+    rest: Sequence[Finding], named: Sequence[Finding], refused: Collection[Rejected]
+) -> tuple[Finding, ...]:
+    """Return findings without a name, each equalled by what was refused at its place and gained as much as it does.
+
+    A rocking mount of free swings gained 70 nat and was refused; what its gyroscope reads a little later stood in for
+    it, and gained 53. A name that is found after all is no equal: it stands beside.
+    """
+    found = {(f.effect, f.at) for f in named}
+    names = [r for r in refused if (r.effect, r.at) not in found]
+
+    def as_good(u: Finding) -> list[Rejected]:
+        least = max(u.heldout_gain.value - LIKE, NEEDED)
+        return [r for r in names if r.at == u.at and r.heldout_gain > least]
+
+    return tuple(u.equalled_by(as_good(u)) for u in rest)
+
+
+__all__ = ["with_likes", "with_refused"]

@@ -1,0 +1,146 @@
+"""By how much two fits of one recording differ in what a user asks for.
+
+At times t_k spread over the recording, in s of the world. Of a fit, R_i(t) and p_i(t) are the pose of IMU i on its
+segment (sensor -> segment, m), S_j(t) segment j in the world, J(t) and d(t) segment 2 on segment 1, q(t) the hinge
+angle; effects on mounts and at the joint are in all of these. Then
+
+    axis of the hinge in sensor axes    a_1 = R_1^T e_y,  a_2 = R_2^T J^T e_y
+    joint centre in sensor axes         c_1 = R_1^T (d - p_1),  c_2 = -R_2^T p_2
+    up in segment axes                  u_j = S_j^T e_z
+
+With ' for the other fit and rms over the t_k::
+
+    joint_axis            rms angle(a_i, a_i')                                 deg, by IMU
+    joint_centre          rms |A_i (c_i - c_i')|,  A_i = 1 - a_i a_i^T         mm, by IMU
+    hinge_angle           rms (q - q' - m),  m the circular mean of q - q'     deg RMS
+    hinge_angle_constant  |m|                                                  deg
+    orientation           rms angle(u_j, u_j')                                 deg RMS, by segment
+
+Of a hinge any point on its axis is a centre, and nothing tells them apart: both sensors a little farther along it read
+the same. A pendulum has one centre, A_i = 1, and no axis. A free body has no centre either, but its pose may be
+measured: `mount_rotation` is rms angle(R_i^T R_i') in deg, `lever` rms |p_i - p_i'| in mm.
+
+Nothing measures a heading without a magnetometer, so an orientation's is left out; beside a measured orientation, or on
+a base that stands still, `orientation` is rms angle(S_j^T S_j') instead.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.problem.hypothesis import segment_of
+from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS
+from imubench.diagnosis.result import Move
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.verdict.reference_motion import apart, mean_angle, rms
+from imubench.recording import Recording
+from imubench.rotations import angle_between
+
+MOST = 2000  # times at most: an RMS over a minute does not change by more
+DEG, MM = 180 / np.pi, 1e3
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a user asks of a fit, at some times; rotations (n, 3, 3), vectors (n, 3)."""
+
+    mounts: list[tuple[Array, Array]]  # by IMU: sensor -> segment, and its place in the segment in m
+    axes: list[Array]  # by IMU: the hinge's axis in sensor axes
+    centres: list[Array]  # by IMU: from the sensor to the joint centre in m, sensor axes
+    segments: list[Array]  # by segment: segment -> world
+    angle: Array | None  # (n,) rad, hinge angle
+
+    def placed_as(self, other: "Asked") -> "Asked":
+        """Return this motion with another's sensors on its segments."""
+        return replace(self, mounts=other.mounts, axes=other.axes, centres=other.centres)
+
+
+def times(fit: Fit) -> Array:
+    """Return times (n,) s, as stamped, that are spread over what a fit has measured."""
+    first, last = fit.span
+    return np.asarray(fit.model.start + np.linspace(first, last, min(fit.model.tracks.knots.count, MOST)))
+
+
+def asked(fit: Fit, time: Array) -> Asked:
+    """Return what a fit says of its rig at times (n,) s."""
+    model, state, n = fit.model, fit.state, len(time)
+    moment = model.moment(state, time, "")
+    motions = model.segments(state, moment)
+    link = model.joint_link(state, moment, motions["segment1"])
+    across = np.broadcast_to(np.eye(3)[HINGE_AXIS], (n, 3))
+    mounts, axes, centres = [], [], []
+    for imu in model.recording.imus:
+        segment = segment_of(imu.name)
+        mount = model.mount(imu, state, moment, motions[segment])
+        turn = np.broadcast_to(mount.turn.matrix, (n, 3, 3))
+        place = np.broadcast_to(mount.offset.value, (n, 3))
+        mounts.append((turn, place))
+        first = model.rig.hinge and segment == "segment1"
+        centre = link.offset.value if first else np.zeros((1, 3))
+        axis = across if first else back(np.broadcast_to(link.turn.matrix, (n, 3, 3)), across)
+        axes.append(back(turn, axis))
+        centres.append(back(turn, centre - place))
+    turns = [m.turn.matrix for m in motions.values() if m.turn is not None]
+    angle = moment.track(HINGE).value[:, 0] if model.rig.hinge else None
+    return Asked(mounts, axes, centres, [np.broadcast_to(t, (n, 3, 3)) for t in turns], angle)
+
+
+def moved(one: Asked, other: Asked, recording: Recording) -> dict[str, Move]:
+    """Return by how much two fits of a recording differ in what its rig can be asked for."""
+    out: dict[str, Move] = {}
+    pairs = list(zip(one.mounts, other.mounts, strict=True))
+    if pairs and recording.rig == "hinge":
+        out["joint_axis"] = Move(_each(angle_between, one.axes, other.axes) * DEG, "deg")
+    if pairs and recording.rig == "free":
+        out["mount_rotation"] = Move(np.array([rms(turned(a[0], b[0])) for a, b in pairs]) * DEG, "deg")
+        out["lever"] = Move(np.array([rms(norm(a[1] - b[1])) for a, b in pairs]) * MM, "mm")
+    elif pairs:
+        between = [a - b for a, b in zip(one.centres, other.centres, strict=True)]
+        if recording.rig == "hinge":
+            between = [x - a * np.sum(a * x, axis=1, keepdims=True) for x, a in zip(between, one.axes, strict=True)]
+        out["joint_centre"] = Move(np.array([rms(norm(x)) for x in between]) * MM, "mm")
+    if one.angle is not None and other.angle is not None:
+        off = apart(one.angle, other.angle)
+        mean = mean_angle(off)
+        out["hinge_angle"] = Move(np.array(rms(apart(off, mean)) * DEG), "deg RMS")
+        out["hinge_angle_constant"] = Move(np.array(abs(mean) * DEG), "deg")
+    differing = turned if heading_known(recording) else tilted
+    out["orientation"] = Move(_each(differing, one.segments, other.segments) * DEG, "deg RMS")
+    return out
+
+
+def heading_known(recording: Recording) -> bool:
+    """Return whether anything says where a segment heads."""
+    fixed = recording.rig == "hinge" and recording.base == "fixed"
+    return fixed or any(pose.quaternion is not None for pose in recording.poses)
+
+
+def _each(differing, ones: list[Array], others: list[Array]) -> Array:  # type: ignore[no-untyped-def]
+    return np.array([rms(differing(a, b)) for a, b in zip(ones, others, strict=True)])
+
+
+def back(turn: Array, vector: Array) -> Array:
+    """Return R^T v (n, 3) of rotations (n, 3, 3) and vectors (n, 3)."""
+    return np.asarray(np.einsum("nji,nj->ni", turn, vector))
+
+
+def turned(a: Array, b: Array) -> Array:
+    """Return the angles (n,) rad of the rotations between two (n, 3, 3)."""
+    across = np.einsum("nji,njk->nik", a, b)
+    skew = np.stack([across[:, 2, 1] - across[:, 1, 2], across[:, 0, 2] - across[:, 2, 0],
+                     across[:, 1, 0] - across[:, 0, 1]], axis=1)  # fmt: skip
+    return np.asarray(np.arctan2(norm(skew), np.trace(across, axis1=1, axis2=2) - 1))
+
+
+def tilted(a: Array, b: Array) -> Array:
+    """Return the angles (n,) rad by which up differs in two frames (n, 3, 3) -> world."""
+    return angle_between(a[:, 2], b[:, 2])
+
+
+def norm(x: Array) -> Array:
+    """Return the lengths (n,) of vectors (n, 3)."""
+    return np.asarray(np.linalg.norm(x, axis=1))
+
+
+__all__ = ["Asked", "asked", "moved", "times"]

@@ -1,0 +1,161 @@
+"""What a selection found, in the words of diagnosis.json."""
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.criteria.equivalence import Rival, alike
+from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Kept, Passed, misfit
+from imubench.diagnosis.experiments.design import separation
+from imubench.diagnosis.noise.coloured import parameter_std
+from imubench.diagnosis.noise.intervals import with_springs
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.motion_prior import states_inside
+from imubench.diagnosis.residual_checks.excess_noise import left_over
+from imubench.diagnosis.residual_checks.implausible import STRAINED_SURE, strained
+from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
+from imubench.diagnosis.search.confidence import MOST_SURE, confidence
+from imubench.diagnosis.search.moves.swap_for_rival import SHARE, TIE
+from imubench.diagnosis.search.selection import Selection
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.refit import information
+from imubench.diagnosis.verdict.unobservable import seen_of, unseen_in_words, widened, with_directions
+from imubench.effects import EFFECTS
+from imubench.recording import Recording
+
+EVEN = 0.6  # the confidence at most of a law beside which another was worth as much
+FREE_SURE = 0.65
+"""Of splines without a law, which take what they can of anything: 14 of 25 in 600 blind trials were true. And of a law
+beside which the fit leaves too much: of 6 such springs none was of the kind, of 8 beside less 7 were."""
+OPEN_SURE = 0.6
+OPEN = 0.1
+"""Of what all names leave: one beside a stronger one that is worth less says so much. 2 of 7 in 515 blind trials were
+true; of those worth more, but less than all that was left, 14 of 15."""
+
+
+def findings(selection: Selection, measured: Recording | None = None, briefly: bool = False) -> tuple[Finding, ...]:
+    """Return the effects that stay, strongest first.
+
+    `measured` is the recording as it came, where the fit's is another: what of a hum wanders is not in that. `briefly`:
+    where there is no time, with the search's own numbers, and without equivalents of the same law of the recording or
+    the motions that would tell them apart.
+    """
+    numbers = selection.fit if briefly else selection.numbers
+    covariance, white = information(numbers)
+    std = white if briefly else with_springs(numbers, parameter_std(numbers))
+    covariance = widened(numbers, covariance, white, std)
+    recording = selection.fit.model.recording
+    loose, small, odd = loosely(selection.fit), overshadowed(selection), strained(selection.fit)
+    out = []
+    for kept in strongest_first(selection):
+        h, gain = kept.hypothesis, kept.heldout
+        others = [] if briefly else alike(selection.fit, h)
+        same = [Rejected(r.effect, r.at, gain.value - r.loss) for r in others]
+        springs = like(kept)
+        same += [Rejected(t.hypothesis.effect.name, h.at, gain.value - kept.evidence + t.evidence) for t in springs]
+        told = {(r.effect, r.at) for r in same}
+        ties = [Rejected(t.hypothesis.effect.name, h.at, gain.value + t.evidence) for t in kept.ties]
+        ties = [r for r in ties if (r.effect, r.at) not in told]
+        most = EVEN if springs else OPEN_SURE if h in small else FREE_SURE if h in loose else MOST_SURE
+        most = STRAINED_SURE if h.at in odd else most
+        out.append(
+            Finding(
+                h.effect.name,
+                h.at,
+                min(confidence(kept.evidence, NEEDED), most),
+                with_directions(parameters(h, numbers, std, measured), seen := seen_of(numbers, h, covariance)),
+                Interval(gain.value, (gain.low, gain.high)),
+                (*same, *ties),
+                "" if briefly else separation(selection.fit, h, [_rival(r, recording) for r in others]),
+                unseen=unseen_in_words(numbers, h, seen),
+            )
+        )
+    return tuple(out)
+
+
+def _rival(r: Rival, recording: Recording) -> Hypothesis:
+    return Hypothesis(EFFECTS[r.effect].suited(recording), r.at)
+
+
+def like(kept: Kept) -> list[Passed]:
+    """Return the other laws of its IMU that were worth as much as the kept one: soft springs for rocking ones."""
+    h, least = kept.hypothesis, kept.evidence - max(TIE, SHARE * kept.evidence)
+    laws = [t for t in kept.rivals if t.hypothesis.effect.lawful and t.hypothesis.at == h.at and t.evidence > least]
+    return [t for t in laws if h.effect.lawful and t.hypothesis.effect.name != h.effect.name]
+
+
+def overshadowed(selection: Selection) -> list[Hypothesis]:
+    """Return the effects beside a stronger one that are worth next to nothing of what all together leave of the noise.
+
+    What is wrong in a model is made up for by whatever is at hand: a filter that was not found left 55 % beyond the
+    noise, and two names beside a drift explained 2 % of that. The strongest stands by itself.
+    """
+    left = left_over(selection.fit, 1.0)
+    weaker = strongest_first(selection)[1:]
+    return [k.hypothesis for k in weaker if (k.heldout.value or k.evidence) < OPEN * left]
+
+
+def strongest_first(selection: Selection) -> list[Kept]:
+    """Return the effects that stay by what they gain on held-out data."""
+    return sorted(selection.kept, key=lambda k: -k.heldout.value)
+
+
+def loosely(fit: Fit) -> list[Hypothesis]:
+    """Return the effects of a fit whose states are held by no law, or by one beside which too much is left."""
+    lawful = misfit(fit) <= UNEXPLAINED
+    return [h for h in fit.model.hypotheses if h.effect.states and not (h.effect.lawful and lawful)]
+
+
+def parameters(
+    h: Hypothesis, fit: Fit, std: dict[str, Array], measured: Recording | None = None
+) -> dict[str, Parameter]:
+    """Return an effect's parameters, of the shapes that it declares, with their standard deviations."""
+    out, recording = {}, measured or fit.model.recording
+    values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
+    changing = h.effect.changing(values, recording.imu(h.at)) if h.effect.place == "imu" else {}
+    for p in h.effect.parameters:
+        if p.reported:
+            value, error = values[p.name], np.hypot(std[h.key(p.name)], changing.get(p.name, 0.0))
+            if p.log:
+                value = np.exp(value)
+                error = error * value
+            out[p.name] = Parameter(value.reshape(p.shape), error.reshape(p.shape), p.unit)
+    if h.effect.found:
+        states = states_inside(fit.model, fit.state, h)
+        read = h.effect.read(values, states, fit.model.tracks.knots.step)
+        units = {f.name: f.unit for f in h.effect.found}
+        errors = h.effect.read_error(values, states, fit.model.tracks.knots.step)
+        if not h.effect.states:
+            errors = carried(h, values, std, fit.model.tracks.knots.step) | errors
+        for name, value in read.items():
+            out[name] = Parameter(value, errors.get(name, np.abs(value) * READ_STD), units[name])
+    return out
+
+
+def carried(h: Hypothesis, values: dict[str, Array], std: dict[str, Array], step: float) -> dict[str, Array]:
+    """Return the standard deviations of what is read off fitted numbers, each of these moved by a part of its own."""
+    told = h.effect.read(values, {}, step)
+    variance = {name: np.zeros_like(value) for name, value in told.items()}
+    for key, value in values.items():
+        for i, own in enumerate(std[h.key(key)]):
+            moved = value + TINY * own * (np.arange(value.size) == i)
+            for name, x in h.effect.read(values | {key: moved}, {}, step).items():
+                variance[name] += ((x - told[name]) / TINY) ** 2
+    return {name: np.sqrt(v) for name, v in variance.items()}
+
+
+TINY = 1e-3  # of a standard deviation
+READ_STD = 0.05  # of a value that is read off the states: their range over the recording, no variance is carried yet
+
+
+def rejected(selection: Selection) -> tuple[Rejected, ...]:
+    """Return what was tried and not kept, with what it gains in nat."""
+    kept = {k.hypothesis.name for k in selection.kept}
+    lost = {(h.effect.name, h.at): v for h, v in selection.rejected if h.effect.name in EFFECTS}
+    for k in selection.kept:
+        for t in k.rivals:
+            if t.hypothesis.name not in kept and np.isfinite(t.evidence):  # the nominal fit's clock was never judged
+                lost.setdefault((t.hypothesis.effect.name, t.hypothesis.at), t.evidence - k.evidence)
+    return tuple(Rejected(name, at, float(v)) for (name, at), v in lost.items())
+
+
+__all__ = ["findings", "like", "overshadowed", "parameters", "rejected"]

@@ -1,0 +1,110 @@
+"""Knocks that the raw samples doubt, held against the fit.
+
+Peaks that a quick hand may have made are left out of the fit and not called knocks. What moves segment and sensor
+together the fit explains; a knock is in one sensor, and no motion. So the fit is solved with the peaks in it, and with
+as many stretches of other samples left out (`unmoved`). Peaks beyond chance are knocks where none of the other
+stretches is beyond it: a real hand's peaks have a Q of 10 and 30 beside others of 3, and are no knocks. Nor are those
+of a swing that turns round beside dry friction. Several too faint to be left out are held against the fit together.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imubench.arrays import Array
+from imubench.diagnosis.criteria.impact_test import BESIDE, counted, knocks, solved
+from imubench.diagnosis.noise.nominal import as_smooth
+from imubench.diagnosis.problem.dynamics_factors import turning
+from imubench.diagnosis.result import Finding, Interval, Parameter
+from imubench.diagnosis.samples.check_findings import SURE_OF_KNOCKS, UNITS, joined
+from imubench.diagnosis.samples.faint_impacts import faint_knocks
+from imubench.diagnosis.search.confidence import DOUBTFUL
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.traits import KNOCKING
+from imubench.diagnosis.windows import Window, covered
+from imubench.recording import Imu
+
+Mask = NDArray[np.bool_]
+
+DRY = "dry_friction"
+INSIDE = 9  # moments of a stretch that are looked at
+TOGETHER = 0.1  # s: nearer peaks are one
+FEWEST = 2  # samples of a peak; a single wild one is none
+LOST, ROUNDED = "dropouts", "quantisation"
+
+
+def struck_again(
+    fit: Fit, struck: Mapping[str, Mask], named: Sequence[Finding], sprung: Collection[str] = ()
+) -> tuple[Finding, ...]:
+    """Return knocks among the peaks `struck` ("imu1" -> (n,) samples) that the fit has not seen and cannot explain.
+
+    Not where `named` has what knocks by itself, nor at an IMU of which the raw samples told some. Doubted where springs
+    (`sprung`, of IMUs) explained much and foretold nothing: a mount that rings after a push does so in one sensor too.
+    """
+    if any(f.effect in KNOCKING for f in named):
+        return ()
+    told = {f.at for f in named if f.effect == "impacts"}
+    out = []
+    for imu in (i for i in fit.model.recording.imus if i.name not in told):
+        samples = struck.get(imu.name, np.zeros(imu.time.size, dtype=bool))
+        peaks = joined(imu.time[samples], TOGETHER, FEWEST)
+        if any(f.effect == DRY for f in named):
+            peaks = tuple(p for p in peaks if not turns_round(fit, p))
+        peaks = tuple(p for p in peaks if not slips(fit, imu.name, p))
+        times = knocks(fit, imu.name, samples, peaks) if peaks else np.array([])
+        if not times.size:
+            times = faint(fit, imu, samples, named)
+        if times.size:
+            parameters = {"times": Parameter(times, np.full(times.size, 1 / imu.rate), "s")}
+            sure = min(SURE_OF_KNOCKS[times.size > 1], DOUBTFUL if imu.name in sprung else 1.0)
+            out.append(Finding("impacts", imu.name, sure, parameters, Interval(0.0, (0.0, 0.0))))
+    return tuple(out)
+
+
+def faint(fit: Fit, imu: Imu, struck: Mask, named: Sequence[Finding]) -> Array:
+    """Return when knocks (s) begin that are too faint for the raw samples; none where samples are lost or swing freely.
+
+    What a gap is filled with is no sample, and the equation of a swing does not know what may hold a segment up. Beside
+    a pose whose errors wander nobody knows an IMU's noise: a phone's quick turns had peaks that no motion explained.
+    Nothing but an IMU itself tells how a lone body is pushed, and a free motion follows its knocks. So that is held as
+    smooth as it is elsewhere: peaks are 4 to 12 times the noise then, other stretches 0.4 to 1.0, and a hand's strokes
+    are too much for the others as well.
+    """
+    unsure = fit.model.wander or fit.model.recording.body is not None
+    if unsure or any((f.effect, f.at) == (LOST, imu.name) for f in named):
+        return np.array([])
+    known = counted(fit, imu.name)
+    steps = [f.parameters["step"] for f in named if (f.effect, f.at) == (ROUNDED, imu.name)]
+    step = max([0.0, *(float(s.value) for s in steps if s.unit == UNITS["accel"])])
+    peaks = faint_knocks(imu, ~(np.logical_and.reduce([*known.values()]) | struck), step)
+    peaks = tuple(p for p in peaks if not slips(fit, imu.name, p))
+    if len(peaks) < FEWEST:
+        return np.array([])
+    if fit.model.rig.placed and len(fit.model.recording.imus) == 1:
+        fit = solved(as_smooth(fit), {})
+    inside = covered(imu.time, peaks)
+    pushed = f"{imu.name}.accel"  # what is struck reads a force
+    apart = solved(fit, {pushed: known[pushed] & ~inside})
+    return knocks(apart, imu.name, inside, peaks, together=True)
+
+
+def turns_round(fit: Fit, window: Window) -> bool:
+    """Return whether a swing turns round in a stretch (s): dry friction jumps there, and no spline follows a jump."""
+    body, (start, end) = fit.model.recording.body, window
+    if body is None or not any(a <= end and b >= start for a, b in fit.model.recording.free_swings):
+        return False
+    return bool(turning(fit.model, body, np.linspace(start, end, INSIDE) - fit.model.start).any())
+
+
+def slips(fit: Fit, imu: str, window: Window) -> bool:
+    """Return whether a stretch (s) is where an effect of the fit acts as its law does not say, as a mount that slips.
+
+    Beside it too: it is where a peak begins that such a moment is known by.
+    """
+    start, end = (t - fit.model.start for t in window)
+    windows = [w for h in fit.model.at(imu) for w in fit.model.blind(h, fit.state)]
+    return any(a - BESIDE <= end and b + BESIDE >= start for a, b in windows)
+
+
+__all__ = ["struck_again"]

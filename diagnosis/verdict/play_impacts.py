@@ -1,0 +1,63 @@
+"""Knocks that are a joint's play: a limb that falls from one side of it to the other strikes along one line.
+
+Free to turn by phi about an axis e across the joint's, segment 2 has phi'' (e x r) at an IMU r from the joint's centre.
+Play of half a milliradian is over to the other side within two samples: nothing of phi itself is seen, and phi'' is a
+knock. What strikes a sensor from outside does so from anywhere. So knocks at the second IMU of a hinge, each with the
+direction u of what is above 15 Hz for 0.07 s from its beginning, are called play where the u of all lie on one line (of
+the mean of u u' that line has `ALONG`) that stands across r. Impacts stay as an equal; of two knocks, which lie so once
+in twenty, they are the name and play the equal.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.diagnosis.result import Finding, Rejected
+from imubench.diagnosis.samples.high_band import CUT
+from imubench.diagnosis.verdict.findings import FREE_SURE
+from imubench.recording import Imu, Recording
+
+PLAY, KNOCKS = "joint_play", "impacts"
+FEWEST, ENOUGH = 2, 3  # knocks that may be play, and that are called so
+BEGIN, END = -0.01, 0.06  # s from the beginning of a knock, within which it is
+ALONG = 0.9  # of the mean u u': 0.97 of the play of an unseen trial; 0.49 to 0.66 of three limbs that were struck
+ACROSS = 0.25  # cosine of the line and r, at most
+
+
+def rattling(named: Sequence[Finding], recording: Recording) -> tuple[Finding, ...]:
+    """Return the findings, knocks at the second IMU of a hinge called play where they all lie along one line."""
+    if recording.rig != "hinge" or len(recording.imus) < 2 or any(f.effect == PLAY for f in named):
+        return tuple(named)
+    imu = recording.imus[1]
+
+    def told(f: Finding) -> Finding:
+        times = np.atleast_1d(f.parameters["times"].value) if (f.effect, f.at) == (KNOCKS, imu.name) else np.array([])
+        if not across(imu, times):
+            return f
+        sure = min(f.confidence, FREE_SURE)  # as of any joint that moves without a law
+        if len(times) < ENOUGH:
+            return replace(f, confidence=sure, equivalent=(Rejected(PLAY, "joint", 0.0),))
+        return Finding(PLAY, "joint", sure, {}, f.heldout_gain, (Rejected(KNOCKS, imu.name, 0.0),))
+
+    return tuple(told(f) for f in named)
+
+
+def across(imu: Imu, times: Array) -> bool:
+    """Return whether knocks that begin at `times` (k,) s are all along one line across the sensor's lever arm."""
+    lever = rotations.rotate_back(imu.mount_quaternion, imu.mount_position)
+    if len(times) < FEWEST or not np.any(lever):
+        return False
+    quick = sosfiltfilt(butter(2, CUT, "high", fs=imu.rate, output="sos"), imu.accel, axis=0)
+    spread = np.zeros((3, 3))
+    for start in times:
+        u = quick[(imu.time >= start + BEGIN) & (imu.time <= start + END)]
+        spread += u.T @ u / np.sum(u**2)
+    shares, lines = np.linalg.eigh(spread / len(times))
+    return bool(shares[-1] > ALONG and abs(lines[:, -1] @ lever) < ACROSS * np.linalg.norm(lever))
+
+
+__all__ = ["rattling"]

@@ -1,0 +1,161 @@
+"""What is said in the end: findings of the fit and of the raw samples together, and what no recording could show."""
+
+from collections.abc import Collection
+
+import numpy as np
+
+from imubench.diagnosis.discrepancy.terms import LATE
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.residuals import CHANNELS
+from imubench.diagnosis.problem.rig_kinematics import Rig
+from imubench.diagnosis.result import Finding, Unseen, Verdict
+from imubench.diagnosis.samples.screening import Sampled
+from imubench.diagnosis.search.confidence import DOUBTFUL, STRANGE, at_most
+from imubench.diagnosis.traits import HUM, KNOCKING, MOVED
+from imubench.effects import EFFECTS
+from imubench.effects.soft_mounts import Sprung
+from imubench.recording import Recording
+
+LOUD = "accel_noise"
+FOUND = 0.5  # the confidence from which on a name is one
+STILL = 0.05  # rad/s RMS, under which a sensor does not turn
+SHORT = 5.0  # s
+MUCH = 0.1  # of what a name is worth on held-out data
+SURELY = 0.9  # confidence from which on a finding stands before what is doubted
+
+
+def with_samples(fitted: tuple[Finding, ...], samples: Sampled, rest: tuple[Finding, ...] = ()) -> tuple[Finding, ...]:
+    """Return what the fit found, and what the raw samples show that it did not find itself.
+
+    A hum is doubted beside a torque without a name, which may hum: cogs at the rate that they pass; and at an IMU that
+    has something without one, for a mount that is on no straight springs rings too.
+    """
+    same = {(f.effect, f.at) for f in fitted}
+    knocking = any(f.effect in KNOCKING for f in fitted)
+    raw = samples.findings if knocking else (*samples.findings, *samples.unless_stopped)
+    if knocking:
+        raw = tuple(f for f in raw if f.effect != "impacts")
+    strange = {u.at for u in rest}
+    raw = tuple(at_most(f, DOUBTFUL) if f.effect == HUM and strange & {f.at, "joint"} else f for f in raw)
+    return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
+
+
+def beside(
+    named: tuple[Finding, ...],
+    rest: tuple[Finding, ...],
+    doubted: Collection[Hypothesis] = (),
+    certain: Collection[str] = (),
+) -> tuple[Finding, ...]:
+    """Return named findings, doubted where something without a name explains as much.
+
+    So do `doubted`, and those at whose place something without a name is worth much: it may be all. A state without a
+    law explains what is anywhere, and what is worth more than a name may be at the other IMU and seem to be at this;
+    what is worth much of it may be a part of that (another inertia beside cross-talk, of 674 nat beside 143). What
+    gains less than nothing on held-out data was found by what it spares the motion: how much of a name it would take is
+    not known. Springs beside a joint's spline that is worth more may ring of what it rounds off (play jumps) and a
+    mount be turned by what it cannot hold. A misalignment beside what its axes read a little later may be that too, as
+    cross-talk is. Effects that are there whatever else is (`certain`) are not doubted.
+    """
+    equalled = {(h.effect.name, h.at) for h in doubted}
+    loose = max((f.heldout_gain.value for f in named if f.at == "joint" and _free(f)), default=0.0)
+
+    def sure(f: Finding) -> float:
+        if f.effect in certain:
+            return 1.0
+        worth = [(u.heldout_gain.value, MUCH if _free(f) or u.at == f.at else 1.0) for u in rest]
+        if any(gain > share * f.heldout_gain.value for gain, share in worth):
+            return STRANGE
+        held = isinstance(EFFECTS.get(f.effect), Sprung) or f.effect in MOVED
+        spared = any(u.at == f.at and u.heldout_gain.value < 0 for u in rest)
+        part = any(gain > MUCH * f.heldout_gain.value for gain, _ in worth) or (held and loose > f.heldout_gain.value)
+        return DOUBTFUL if part or spared or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
+
+    return tuple(at_most(f, sure(f)) for f in named)
+
+
+def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """Return louder noises, doubted at an accelerometer that hums: a steady line leaves what of a hum wanders.
+
+    A hum of 150 times the noise left 2.7 times it.
+    """
+    humming = {f.at for f in named if f.effect == HUM}
+    return tuple(at_most(f, DOUBTFUL) if f.effect == LOUD and f.at in humming else f for f in noises)
+
+
+def _late(f: Finding, rest: tuple[Finding, ...]) -> bool:
+    """Return whether something without a name is what the axes of a misalignment read, a little later."""
+    if not f.effect.endswith("_misalignment"):
+        return False
+    channels = CHANNELS[f.effect.removesuffix("_misalignment")]
+    places = [u.where for u in rest if u.at == f.at and u.where is not None]
+    return any(w.depends_on.endswith(LATE) and any(c in channels for c in w.channels) for w in places)
+
+
+def _free(f: Finding) -> bool:
+    effect = EFFECTS.get(f.effect)
+    return effect is not None and effect.free
+
+
+def surest_first(named: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """Return findings in their order, those that are doubted behind those that are sure.
+
+    What stands in for something without a name, or for another name, gains whatever that would: a pivot that moves, at
+    0.65, gained more than the stop that it was beside.
+    """
+    return tuple(sorted(named, key=lambda f: f.confidence < SURELY))
+
+
+def verdict_of(
+    named: tuple[Finding, ...], rest: tuple[Finding, ...], noise_unknown: Collection[str] = (), doubted: bool = False
+) -> Verdict:
+    """Return the verdict that goes with findings by name, of which some may be all but refuted, and without one.
+
+    Beside sensors whose noise nobody knows (`noise_unknown`) what is left cannot be said to be noise alone. A model
+    that is `doubted` explains nothing to the end.
+    """
+    if any(f.confidence >= FOUND for f in named):
+        return "partly explained" if rest or noise_unknown or doubted else "explained"
+    return "unexplained" if rest else "no mismatch"
+
+
+def noise_not_shown(noise_unknown: Collection[str]) -> Unseen:
+    """Return that a recording cannot show whether what is left of some triples is their noise."""
+    sensors = ", ".join(noise_unknown)
+    return Unseen(
+        f"whether what is left is only noise: nobody declares that of {sensors}, and no rest shows it",
+        "the same with the sensors lying still for 3 s, or with their noise declared",
+    )
+
+
+def missing(recording: Recording) -> tuple[Unseen, ...]:
+    """Return what the recording is too poor in sensors, too still or too short to show."""
+    out = []
+    rig = Rig.of(recording)
+    unknown = 3 * rig.turns + 3 * rig.moves + rig.hinge
+    poses = sum(3 * (p.position is not None) + 3 * (p.quaternion is not None) for p in recording.poses)
+    channels = 6 * len(recording.imus) + len(recording.encoders) + poses
+    if channels <= unknown and not recording.free_swings:
+        out.append(
+            Unseen(
+                f"any mismatch: {channels} channels leave nothing to check once {unknown} motions are found from them",
+                "the same with a second IMU, an encoder or a measured pose, or a declared free swing",
+            )
+        )
+    stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
+    seconds = max(t[-1] for t in stamps) - min(t[0] for t in stamps)
+    if seconds < SHORT:
+        out.append(Unseen(f"anything that takes longer than {seconds:.1f} s to show", "20 s or more of motion"))
+    if recording.imus and all(np.sqrt(np.mean(np.sum(i.gyro**2, axis=1))) < STILL for i in recording.imus):
+        out.append(Unseen("mounts, scales and everything that shows with motion", "turns about every axis, 2 rad/s"))
+    return tuple(out)
+
+
+__all__ = [
+    "FOUND",
+    "beside",
+    "beside_hum",
+    "missing",
+    "noise_not_shown",
+    "verdict_of",
+    "with_samples",
+]

@@ -1,0 +1,118 @@
+"""Whether the numbers of a model that was found may be believed, where no reference tells.
+
+A fit in the wrong basin has a low residual, and numbers that one half of the recording takes from another cause than
+the other half does. Each half's numbers are one Gauss-Newton step from those of the whole (`heldout`), with the
+covariance of that half, as wide as the residuals' colour makes it. With d the difference of the halves' numbers and s
+its standard deviation, a number is doubted where |d| > `APART` s and |d| is more than it could be off and still serve.
+
+A number is doubted as well where it is far outside what nature has, and the model as a whole where the declared one
+predicts better what neither was fitted to. That it predicts worse than noise allows is no doubt: it does not explain
+everything (`allowed`).
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from imubench.arrays import Array
+from imubench.diagnosis.criteria.cross_validation import block_of
+from imubench.diagnosis.discrepancy.terms import Unknown
+from imubench.diagnosis.noise.coloured import parameter_std
+from imubench.diagnosis.problem.dynamics_factors import is_data
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks.fit_summary import Weighed
+from imubench.diagnosis.result import Doubt
+from imubench.diagnosis.solve.bordered import solve_arrow
+from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.linearize import linearise
+from imubench.diagnosis.solve.normal_equations import Normal
+from imubench.diagnosis.solve.refit import information
+from imubench.diagnosis.solve.threads import one_thread
+
+APART = 4.0  # standard deviations: of fifty numbers, one recording in 300 has one that far apart by chance
+PREDICTION = "prediction"  # of the model as a whole
+UNNATURAL = 4.0  # standard deviations of a number's prior, which holds what is plausible
+SERVES = {"rotation": 0.05, "translation": 0.02}  # rad, m, of a mount: in the end the whole counts, not a half
+SHARE = 0.3  # of an effect's number, or vector: one that is so far off still takes away 0.9 of the effect's power
+DAMPING = "damping_ratio"  # may be as near to none as it likes: springs without are no oddity, only overdamped ones are
+HELD_OUT = 1.2  # misfit of samples each predicted from all others; 1 is noise, coloured noise adds up to 0.2
+MISDECLARED = 1 / 0.85**2  # times the power that is declared: a declared std is right within 15 %
+
+
+def doubts(fit: Fit, before: Weighed, after: Weighed) -> tuple[Doubt, ...]:
+    """Return what speaks against a model that was found.
+
+    Args:
+        fit: whose numbers are reported.
+        before: the declared model's fit, its residuals beside the noise.
+        after: that of the model that was found.
+    """
+    worse = after.left_out > max(before.left_out, allowed(after))  # within what noise may have neither is better
+    beaten = (Doubt(PREDICTION, "the declared model predicts better"),) if worse else ()
+    return (*beaten, *implausible(fit), *of_two_minds(fit))
+
+
+def allowed(after: Weighed) -> float:
+    """Return the misfit that noise may have on samples that are each predicted from all others."""
+    return HELD_OUT * (MISDECLARED if any(level.declared is not None for level in after.levels) else 1.0)
+
+
+def implausible(fit: Fit) -> tuple[Doubt, ...]:
+    """Return numbers of effects that are far outside what their priors hold for plausible."""
+    found = []
+    for h in lawful(fit):
+        for p in h.effect.parameters:
+            prior, value = fit.model.priors[h.key(p.name)], fit.state.values[h.key(p.name)]
+            away = (value - prior.start) / prior.std
+            off = float(np.max(away if p.name == DAMPING else np.abs(away)))
+            if off > UNNATURAL:
+                found.append(Doubt(h.key(p.name), f"{off:.1f} standard deviations from what is plausible"))
+    return tuple(found)
+
+
+def of_two_minds(fit: Fit) -> tuple[Doubt, ...]:
+    """Return numbers in which the halves of the recording differ by more than chance and by more than serves."""
+    _, white = information(fit)
+    coloured = parameter_std(fit)
+    named = {h.key(p.name) for h in lawful(fit) for p in h.effect.parameters}
+    logarithms = {h.key(p.name) for h in lawful(fit) for p in h.effect.parameters if p.log}
+    found = []
+    for name, (apart, std) in halves(fit).items():
+        if "@" in name and name not in named:
+            continue  # of a term without a name: it may be anything
+        wide = std * np.maximum(coloured[name] / white[name], 1.0)
+        serves = SHARE if name in logarithms else SHARE * np.linalg.norm(fit.state.values[name]) if "@" in name else 0.0
+        serves = np.maximum(serves, SERVES.get(name.rpartition(".")[2], 0.0))
+        beyond = np.abs(apart) / np.maximum(APART * wide, serves)
+        k = int(np.argmax(beyond))
+        if beyond[k] > 1:
+            found.append(Doubt(name, f"the halves of the recording differ by {apart[k]:.3g} +- {wide[k]:.2g}"))
+    return tuple(found)
+
+
+def lawful(fit: Fit) -> Iterator[Hypothesis]:
+    """Yield the effects of a fit that have a name."""
+    yield from (h for h in fit.model.hypotheses if not (isinstance(h.effect, Unknown) or h.effect.given))
+
+
+@one_thread
+def halves(fit: Fit) -> dict[str, tuple[Array, Array]]:
+    """Return by how much every parameter (k,) differs between both halves of the recording, and the white-noise std."""
+    start, end = fit.span
+    model = fit.model
+    rows = [(r, linearise(r, model.tracks, model.parameters)) for r in fit.rows]
+    told = []
+    for half in (0, 1):
+        own = [part.of(block_of(r.time, start, end, np.inf, 2) == half) if is_data(r) else part for r, part in rows]
+        normal = Normal.of(model.tracks, model.parameters, own)
+        solution = solve_arrow(normal.band, normal.border, normal.corner)
+        _, step = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
+        told.append((step[:, 0], np.diag(np.linalg.inv(solution.schur))))
+        del normal, solution  # with their factors: memory
+    (one, variance1), (two, variance2) = told
+    apart, std = two - one, np.sqrt(variance1 + variance2)
+    columns = model.parameters.columns
+    return {name: (apart[columns(name)], std[columns(name)]) for name in model.priors}
+
+
+__all__ = ["allowed", "doubts", "halves", "implausible", "of_two_minds"]
