@@ -21,7 +21,7 @@ from scipy.special import logsumexp
 
 from benchmarks.silence import Silence, recordings
 from benchmarks.table import Row
-from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.candidates.grids import placed
 from imubench.diagnosis.criteria.score_test import each, prior_std
 from imubench.diagnosis.criteria.trial import NEEDED
@@ -78,7 +78,7 @@ def asked(one: Faint) -> Faint:
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(scratch) / "r"
         make_aimed(out, one.made.rig, effects, one.made.seed, [BOUNDS] * len(effects), "medium", **one.made.options)
-        fit = begun(read(out)[0]).fit
+        fit = begin(read(out)[0]).fit
     base, promised = Base.of(fit), {}
     taken = {h.name for h in fit.model.hypotheses}
     plain, _ = placed(base, [h for h in candidates(fit.model) if not h.effect.states and h.name not in taken])

@@ -21,7 +21,7 @@ from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.result import SURE, UNKNOWN, Diagnosis, Finding
-from imubench.diagnosis.samples.screening import heard, sampled
+from imubench.diagnosis.samples.screening import check_samples, with_sample_noise
 from imubench.diagnosis.sensor_errors.baseline import whole
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.initialize import model_of
@@ -95,7 +95,7 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
     done = tuple(Done(f.effect, f.at, words(f)) for f in every)
     loose = springs_that_leave_more(diagnosis)
     out, keep = recording, {i.name: np.ones(i.time.size, dtype=bool) for i in recording.imus}
-    masks = sampled(recording).masks if any(f.effect in LEFT_OUT for f in found) else {}
+    masks = check_samples(recording).masks if any(f.effect in LEFT_OUT for f in found) else {}
     for name, part in ((f.at, part) for f in found if f.effect in LEFT_OUT for part in ("gyro", "accel")):
         keep[name] &= masks.get(f"{name}.{part}", True)
     if any(t.hypothesis.effect.name not in STAYING for t, *_ in laws):
@@ -111,7 +111,7 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
         for t, *_ in laws:
             if t.hypothesis.at in keep:
                 keep[t.hypothesis.at] &= ~moving(t, fit.model)
-    out = redeclared(heard(out, found), [t for t, *_ in laws])
+    out = redeclared(with_sample_noise(out, found), [t for t, *_ in laws])
     out = replace(out, imus=tuple(some(i, keep[i.name]) for i in out.imus))
     if (hz := lowest(diagnosis, loose)) is not None:
         out = banded(out, hz)

@@ -7,15 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.conditional_aic import tallied, won
-from imubench.diagnosis.criteria.effect_dynamics import led
+from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, tally
+from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import LAW_FLOOR, LOOSENED, fit_with_noise
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.process_factors import state_rows
 from imubench.diagnosis.result import Finding
-from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.search.moves.dynamic_refits import calm_for_laws
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended, log_evidence
@@ -93,7 +93,7 @@ def explained_fit(recording: Recording, findings: Sequence[Sequence[Told]]) -> F
     Of each finding one setting is taken, that of the best evidence. Samples that are no measurement (clipped,
     repeated, knocked, those of a slip) do not count.
     """
-    samples = sampled(recording)
+    samples = check_samples(recording)
     nominal = nominal_fit(samples.heard(recording), samples.masks, samples.humming, samples.wander)
     best = refitted(nominal, [settings[0] for settings in findings])
     for i, settings in enumerate(findings):
@@ -120,7 +120,9 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
     held = {k: v for t in effects for k, v in t.held.items()}
     model, state, noise = replace(begun.model, fixed=held, masks=masks), begun.state, dict(begun.noise)
     lawful = [t.hypothesis for t in effects if t.hypothesis.effect.states and t.hypothesis.effect.lawful]
-    fit = solve(model, led(model, state, lawful), calm_for_laws(begun, lawful), nominal.anchor, steps=STEPS)
+    fit = solve(
+        model, driven_by_motion(model, state, lawful), calm_for_laws(begun, lawful), nominal.anchor, steps=STEPS
+    )
     noise |= {rows.name: LAW_FLOOR for rows in state_rows(model, fit.state)}
     rough = {name: noise[name] for name in (f"smooth.{track}" for track in model.rig.widths) if name in noise}
     only = {rows.name for rows in fit.measured}
@@ -133,7 +135,7 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
     if not lawful:
         return tight
     loose = levelled(1.0)
-    return loose if won(tight.noise, tallied(tight), loose.noise, tallied(loose)) > 0 else tight
+    return loose if aic_gain_of(tight.noise, tally(tight), loose.noise, tally(loose)) > 0 else tight
 
 
 def moving(t: Told, model: Model) -> NDArray[np.bool_]:

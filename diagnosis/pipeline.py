@@ -5,7 +5,7 @@ from dataclasses import replace
 from time import perf_counter
 
 from imubench.diagnosis.budget import NAMELESS, NUMBERS, SEARCH, Budget
-from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.noise.nominal import certain
 from imubench.diagnosis.noise.reml import declared, declared_by
@@ -32,7 +32,7 @@ from imubench.diagnosis.result import (
     Verdict,
     Where,
 )
-from imubench.diagnosis.samples.screening import Sampled
+from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.search.rounding import beside_rounding, sharp
 from imubench.diagnosis.search.selection import FURTHER, Selection, select
 from imubench.diagnosis.search.unknown import Unknowns, unknowns
@@ -46,7 +46,7 @@ from imubench.diagnosis.verdict.equals import with_likes, with_refused
 from imubench.diagnosis.verdict.findings import findings, rejected
 from imubench.diagnosis.verdict.impacts import struck_again
 from imubench.diagnosis.verdict.left_out_sensor import left_out_change
-from imubench.diagnosis.verdict.play_impacts import rattling
+from imubench.diagnosis.verdict.play_impacts import impacts_of_play
 from imubench.diagnosis.verdict.posterior import (
     beside,
     beside_hum,
@@ -97,7 +97,7 @@ def diagnose(
     if wrong:
         said, shown = dead_end(recording, wrong, clock)
         return replace(said, tolerance=tolerance), shown
-    start = begun(recording, step, budget, learned)
+    start = begin(recording, step, budget, learned)
     samples, first, fit = start.samples, start.first, start.fit
     unseen = missing(recording) if start.finished else not_fitted(budget)
     chosen = None
@@ -129,7 +129,7 @@ def diagnose(
         named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
         with budget.part(NUMBERS, "knocks that the raw samples doubt"):
             named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()
-        named = surest_first(rattling(beside_rounding(named, recording, samples.humming), recording))
+        named = surest_first(impacts_of_play(beside_rounding(named, recording, samples.humming), recording))
         named = named if learned is None else learned.new(named)
         if chosen and not partly and any(f.confidence >= SURE for f in named):
             rest = not_told(with_rest(rest, after, allowed(after)), samples.findings)
@@ -218,7 +218,7 @@ def material(
     named: tuple[Finding, ...],
     rest: tuple[Finding, ...],
     fit: Fit,
-    samples: Sampled,
+    samples: SampleChecks,
     recording: Recording,
     budget: Budget,
     tolerance: Pair,

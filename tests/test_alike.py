@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.equivalence import LIKE, alike, louder, rivals
+from imubench.diagnosis.criteria.equivalence import LIKE, equivalents, louder, rivals
 from imubench.diagnosis.criteria.score_test import score
-from imubench.diagnosis.criteria.signatures import MARK, joint, mark
+from imubench.diagnosis.criteria.signatures import MARK, joint_information, signature
 from imubench.diagnosis.experiments.design import separation
 from imubench.diagnosis.noise.coloured import Spectra
 from imubench.diagnosis.noise.nominal import nominal_fit
@@ -43,7 +43,7 @@ def test_a_hum_fitted_at_the_other_imu_is_equalled_by_one_at_its_own(tmp_path):
     wrong = Hypothesis(EFFECTS["vibration"], "imu2")
     fit = refit(fit, (*fit.model.hypotheses, wrong), {wrong.key("frequency"): np.array([23.0])})
     fit = with_noise(fit, 1)
-    assert ("vibration", "imu1") in {(r.effect, r.at) for r in alike(fit, wrong)}
+    assert ("vibration", "imu1") in {(r.effect, r.at) for r in equivalents(fit, wrong)}
     assert not separation(fit, wrong, [replace(wrong, at="imu1")])  # which motion would tell is not known
 
 
@@ -63,14 +63,14 @@ def test_a_hum_fitted_at_the_other_imu_is_equalled_by_one_at_its_own(tmp_path):
 )  # fmt: skip
 def test_the_equal_ones_are_named_and_no_others(tmp_path, asked, seed, options, equal):
     fit, (h,) = explained(tmp_path, [asked], seed, **options)
-    assert {(r.effect, r.at) for r in alike(fit, h)} == equal
+    assert {(r.effect, r.at) for r in equivalents(fit, h)} == equal
 
 
 def test_one_scale_of_all_accelerometers_is_another_gravity(tmp_path):
     same = {"scale": [0.006] * 3}
     fit, both = explained(tmp_path, [("accel_scale", "imu1", same), ("accel_scale", "imu2", same)], 5, base="fixed")
     for h in both:
-        assert ("gravity", "world") in {(r.effect, r.at) for r in alike(fit, h)}
+        assert ("gravity", "world") in {(r.effect, r.at) for r in equivalents(fit, h)}
 
 
 @pytest.mark.slow
@@ -99,7 +99,7 @@ def test_joint_information_is_that_of_the_scores(tmp_path):
     fit, (h,) = explained(tmp_path, [("gyro_scale", "imu1")], 6)
     others = [Hypothesis(EFFECTS[name], "imu2") for name in ("gyro_bias", "accel_scale")]
     begun = extended(fit, (h, *others))
-    both = joint(begun.model, begun.state, fit, others)
+    both = joint_information(begun.model, begun.state, fit, others)
     rows = all_rows(begun.model, begun.state, fit.noise, fit.anchor, fit.loose)
     own = [h.key(p.name) for h in others for p in h.effect.parameters]
     normal, solution, _ = factored(begun.model, [r for r in rows if r.name not in {f"prior.{n}" for n in own}])
@@ -119,11 +119,11 @@ def test_joint_information_is_that_of_the_scores(tmp_path):
 @pytest.mark.slow
 def test_an_effect_explains_its_own_mark(tmp_path):
     fit, (h,) = explained(tmp_path, [("gyro_bias", "imu2", {"bias": [0.01, -0.02, 0.005]})], 6)
-    bare, still, added = mark(fit, fit.state, [h])
+    bare, still, added = signature(fit, fit.state, [h])
     assert set(added) == {"imu2.gyro"}
     begun = extended(fit, (h,))
     begun_state = type(still)(begun.state.coefficients, begun.state.values)
-    both = joint(begun.model, begun_state, fit, [h], {MARK: added})
+    both = joint_information(begun.model, begun_state, fit, [h], {MARK: added})
     lost, size = both.explained(both.along(MARK)[:, 0], both.along(h.name))
     assert bare.hypotheses == ()
     assert lost < 1.0  # nat: what its prior of 0.05 rad/s costs

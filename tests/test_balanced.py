@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.pooled import balanced
+from imubench.diagnosis.noise.pooled import with_pooled_noise
 from imubench.diagnosis.noise.reml import declared
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -23,7 +23,7 @@ def fit(tmp_path_factory):
 def test_the_power_that_one_imu_is_blamed_for_is_shared(fit, doubted):
     told = declared(fit.model)
     blamed = {"imu1.accel": 0.85 * told["imu1.accel"], "imu2.accel": doubted * told["imu2.accel"]}
-    found = balanced(replace(fit, noise=fit.noise | blamed))
+    found = with_pooled_noise(replace(fit, noise=fit.noise | blamed))
     times = [found.noise[name] / told[name] for name in blamed]
     assert times == pytest.approx([np.sqrt((0.85**2 + doubted**2) / 2)] * 2)
     assert {n: std for n, std in found.noise.items() if n not in blamed} == {
@@ -37,4 +37,4 @@ def test_levels_near_the_declared_or_both_louder_are_left(fit, times):
     asked = replace(
         fit, noise=fit.noise | {f"imu{i + 1}.accel": t * told[f"imu{i + 1}.accel"] for i, t in enumerate(times)}
     )
-    assert balanced(asked) is asked
+    assert with_pooled_noise(asked) is asked

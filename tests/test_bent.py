@@ -15,9 +15,9 @@ from imubench.diagnosis.search.nonlinear_spring import (
     PROMISED,
     UNSURE,
     bending,
-    may_bend,
+    nonlinear_finding,
     promised,
-    stiffened,
+    suspected_findings,
 )
 from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
@@ -51,7 +51,7 @@ def test_springs_that_stiffen_are_told_from_straight_ones(tmp_path, asked, name)
     if asked[0] == "hardening_mount":
         assert found.evidence > NEEDED
         assert found.heldout.value > 0
-        said = stiffened(found)
+        said = nonlinear_finding(found)
         assert (said.effect, said.at) == ("unknown", "imu2")
         assert (said.parameters["stiffening"].value > 3 * said.parameters["stiffening"].std).any()
         assert sum(said.where.channels.values()) == pytest.approx(1.0, abs=0.2)
@@ -88,8 +88,8 @@ def test_soft_mounts_that_straight_springs_would_hardly_promise_are_said_and_not
     soft, rocks = Hypothesis(EFFECTS["soft_mount"], "imu1"), Hypothesis(EFFECTS["rocking_mount"], "imu2")
     nominal = nominal_fit(read(tmp_path / "r")[0])
     fit = extended(nominal, (soft, rocks), {})
-    (said,) = may_bend({soft: 1.01 * LIKELY, rocks: 380.0}, fit)
+    (said,) = suspected_findings({soft: 1.01 * LIKELY, rocks: 380.0}, fit)
     assert (said.effect, said.at, said.confidence) == ("unknown", "imu1", 0.6)
     assert "not straight" in said.where.depends_on
-    assert may_bend({soft: 0.99 * LIKELY}, fit) == []
-    assert may_bend({soft: 50.0}, nominal) == []  # a term has taken its place
+    assert suspected_findings({soft: 0.99 * LIKELY}, fit) == []
+    assert suspected_findings({soft: 50.0}, nominal) == []  # a term has taken its place

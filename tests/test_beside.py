@@ -5,7 +5,7 @@ import pytest
 
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
-from imubench.diagnosis.samples.screening import Sampled
+from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.search.confidence import DOUBTFUL, STRANGE
 from imubench.diagnosis.search.rounding import beside_rounding
 from imubench.diagnosis.verdict.posterior import beside, beside_hum, surest_first, verdict_of, with_samples
@@ -78,7 +78,7 @@ def test_a_name_that_a_term_equals_is_doubted():
 
 @pytest.mark.parametrize(("at", "sure"), [("joint", DOUBTFUL), ("imu2", DOUBTFUL), ("imu1", 0.9)])
 def test_a_hum_is_doubted_beside_something_without_a_name(at, sure):
-    heard = Sampled((said("vibration", "imu2", 0.0, 0.9), said("dropouts", "imu2", 0.0, 0.99)), {})
+    heard = SampleChecks((said("vibration", "imu2", 0.0, 0.9), said("dropouts", "imu2", 0.0, 0.99)), {})
     found = with_samples((), heard, (said(UNKNOWN, at, 500.0),))
     assert [f.confidence for f in found] == [sure, 0.99]
 

@@ -2,11 +2,11 @@
 
 import pytest
 
-from imubench.diagnosis.criteria.dynamic_score import Screened, free
+from imubench.diagnosis.criteria.dynamic_score import Screened, lawless_score
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.dynamic_refits import begun_screened
-from imubench.diagnosis.search.moves.swap_states_for_law import led_by_law
+from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
+from imubench.diagnosis.search.moves.swap_states_for_law import states_to_law
 from imubench.diagnosis.search.selection import candidates
 from imubench.diagnosis.solve.schur import Base
 from imubench.effects import EFFECTS
@@ -27,7 +27,7 @@ def trials_of(folder, effects):
     pivot = Hypothesis(EFFECTS["moving_pivot"], "joint")
     slow = next(h for h in candidates(fit.model) if h.name == "low_pass[gyro]@imu1")
     begun = Screened(slow, 0.0, {slow.key(p.name): p.start for p in slow.effect.parameters}, {})
-    ways = [begun_screened(fit, [way], rounds=3) for way in (free(Base.of(fit), pivot), begun)]
+    ways = [refit_from_screening(fit, [way], rounds=3) for way in (lawless_score(Base.of(fit), pivot), begun)]
     return fit, [h for h in candidates(fit.model) if not h.effect.states], ways
 
 
@@ -35,12 +35,12 @@ def trials_of(folder, effects):
 def test_a_filter_and_a_scale_stand_before_a_pivot_that_explains_less_than_both(tmp_path):
     fit, plain, (pivot, slow) = trials_of(tmp_path / "r", FILTERED)
     assert slow.evidence < pivot.evidence
-    led = led_by_law(fit, fit, [pivot, slow], plain, lambda _: None)
+    led = states_to_law(fit, fit, [pivot, slow], plain, lambda _: None)
     assert [t.hypothesis.name for t in led][:2] == ["low_pass[gyro]@imu1", "accel_scale@imu1"]
-    assert led_by_law(fit, fit, [slow, pivot], plain, lambda _: None) is None  # that with a law is the first anyhow
+    assert states_to_law(fit, fit, [slow, pivot], plain, lambda _: None) is None  # that with a law is the first anyhow
 
 
 @pytest.mark.long
 def test_a_pivot_that_moves_keeps_its_place(tmp_path):
     fit, plain, (pivot, slow) = trials_of(tmp_path / "r", MOVED)
-    assert led_by_law(fit, fit, [pivot, slow], plain, lambda _: None) is None
+    assert states_to_law(fit, fit, [pivot, slow], plain, lambda _: None) is None

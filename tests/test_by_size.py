@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.score_at_size import SIZES, sized
+from imubench.diagnosis.criteria.score_at_size import SIZES, scores_at_size
 from imubench.diagnosis.criteria.score_test import score
-from imubench.diagnosis.discrepancy.fitted_terms import fitted
+from imubench.diagnosis.discrepancy.fitted_terms import fitted_term
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -33,7 +33,7 @@ def fit(tmp_path_factory):
 @pytest.mark.long
 def test_what_effects_promise_is_what_the_search_says_of_priors_of_every_size(fit):
     """The search solves for the step and takes determinants; here eigenvalues are weighed."""
-    found = sized(Base.of(fit), ASKED)
+    found = scores_at_size(Base.of(fit), ASKED)
     for h in ASKED:
         small = [replace(h, effect=h.effect.as_large(float(size))) for size in SIZES]
         told = [score(fit, [s])[0].evidence for s in small]
@@ -43,7 +43,7 @@ def test_what_effects_promise_is_what_the_search_says_of_priors_of_every_size(fi
 
 
 def test_the_size_is_what_the_numbers_are(fit):
-    _, size = sized(Base.of(fit), ASKED)[ASKED[0]]
+    _, size = scores_at_size(Base.of(fit), ASKED)[ASKED[0]]
     (std,) = {p.std for p in ASKED[0].effect.parameters}
     assert 0.002 < size * std < 0.01
 
@@ -65,7 +65,7 @@ def test_only_laws_that_are_straight_in_their_numbers_are_asked(fit):
 def test_what_has_no_name_is_equalled_by_the_names_that_explain_as_much(effect, numbers, equal, tmp_path):
     make_case(tmp_path / "r", "hinge", [(effect, "imu2", numbers)], 8, seconds=6.0, rate=50.0)
     fit = nominal_fit(read(tmp_path / "r")[0])
-    best = fitted(fit, promising(fit)[0][0], 0.0)
+    best = fitted_term(fit, promising(fit)[0][0], 0.0)
     assert best.term.at == "imu2"
     told = Unknowns((finding(best),), best.fit, ())
     (said,) = with_equals(told).findings

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.candidates import end_stop_contacts as contacts_module
-from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.candidates.end_stop_contacts import (
     APART,
     beside,
+    contact_stop,
     contacts,
     failures,
     level_axis,
     stop_from,
-    touched,
 )
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.dynamics_factors import GROUP
@@ -32,7 +32,7 @@ def swinging(tmp_path, rig, effects, seed, **options):
 def test_a_pendulums_stop_is_found_where_it_pushes_back(seed, tmp_path):
     """The other way round along its axis the angle has the other sign: the heading is not known."""
     truth, recording = swinging(tmp_path, "pendulum", [("end_stop", "joint")], seed)
-    (said,) = [f for f in begun(recording).samples.findings if f.effect == "end_stop"]
+    (said,) = [f for f in begin(recording).samples.findings if f.effect == "end_stop"]
     angle = said.parameters["angle"]
     assert angle.std < 0.03
     assert abs(angle.value - abs(truth["effects"][0]["parameters"]["angle"])) < 2 * angle.std
@@ -42,14 +42,16 @@ def test_a_swing_without_a_stop_fails_nowhere(tmp_path):
     _, recording = swinging(tmp_path, "pendulum", [("viscous_friction", "joint")], 221)
     fit = nominal_fit(recording)
     assert not failures(fit).size
-    assert touched(fit, recording.free_swings, lambda _: pytest.fail("there is nothing to leave out")) is None
+    assert contact_stop(fit, recording.free_swings, lambda _: pytest.fail("there is nothing to leave out")) is None
 
 
 def test_hinges_have_their_stop_on_one_side(tmp_path, monkeypatch):
     truth, recording = swinging(tmp_path, "hinge", [("end_stop", "joint")], 222, base="fixed")
     first = nominal_fit(recording)
     assert failures(first).size
-    stop = touched(first, recording.free_swings, lambda swings: nominal_fit(replace(recording, free_swings=swings)))
+    stop = contact_stop(
+        first, recording.free_swings, lambda swings: nominal_fit(replace(recording, free_swings=swings))
+    )
     assert stop is not None
     assert stop.angle == pytest.approx(truth["effects"][0]["parameters"]["angle"], abs=0.03)
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.score_at_size import weighed
-from imubench.diagnosis.discrepancy.fitted_terms import fitted, once
+from imubench.diagnosis.discrepancy.fitted_terms import fitted_term, once
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.swap_for_term import displaced
+from imubench.diagnosis.search.moves.swap_for_term import swapped_for_terms
 from imubench.diagnosis.solve.refit import refit
 from imubench.diagnosis.solve.schur import promise
 from imubench.effects import EFFECTS, VARIANTS
@@ -61,7 +61,7 @@ def filter_of(channel):
 )
 def test_a_filter_that_stood_in_for_hysteresis_gives_way(tmp_path, asked, stays):
     fit = fitted_with(tmp_path, filter_of("accel"), "imu2", [asked], 51, band=1.5, encoder=True)
-    found = displaced(fit)
+    found = swapped_for_terms(fit)
     assert bool(found.terms) != stays
     assert any(h.effect.name == "low_pass" for h in found.fit.model.hypotheses) == stays
     assert not found.doubted
@@ -72,7 +72,7 @@ def test_play_a_scale_and_a_filter_that_stood_in_for_a_dead_zone_give_way(tmp_pa
     asked = [("dead_band", "imu2", {"channel": "gyro", "width": 0.115})]
     fit = fitted_with(tmp_path, EFFECTS["joint_play"], "joint", asked, 59, "hinge", 3, band=1.1, rate=200.0)
     more = (Hypothesis(EFFECTS["gyro_scale"], "imu2"), Hypothesis(filter_of("accel"), "imu1"))
-    found = displaced(with_noise(refit(fit, (*fit.model.hypotheses, *more)), 2))
+    found = swapped_for_terms(with_noise(refit(fit, (*fit.model.hypotheses, *more)), 2))
     assert {(t.term.at, t.term.part) for t in found.terms} == {("imu2", "gyro")}
     assert {h.effect.name for h in found.fit.model.hypotheses} == {"unknown"}
 
@@ -85,8 +85,8 @@ def test_the_signals_of_what_bent_the_motion_are_taken_again(tmp_path):
     fit = nominal_fit(read(tmp_path / "case")[0])
     guesses, tried = promising(fit)
     guess = next(g for g in guesses if (g.term.at, g.term.goes_with) == ("imu2", "its own reading"))
-    first, last = once(fit, guess, np.log(tried)), fitted(fit, guess, np.log(tried))
-    assert worth(first.fit, last.fit) > 30
+    first, last = once(fit, guess, np.log(tried)), fitted_term(fit, guess, np.log(tried))
+    assert aic_gain(first.fit, last.fit) > 30
     assert all(last.fit.noise[f"{imu}.gyro"] < first.fit.noise[f"{imu}.gyro"] for imu in ("imu1", "imu2"))
 
 
@@ -104,7 +104,7 @@ def test_a_drift_that_stood_in_for_a_walk_or_a_jump_gives_way(tmp_path, name, pa
     options = {"rate": 200.0, "band": 3.6, "gyro_noise": 0.0016, "colour": colour}
     asked = [(name, "imu1", parameters)]
     fit = fitted_with(tmp_path, EFFECTS["gyro_drift"], "imu1", asked, 52, "pendulum", 3, **options)
-    found = displaced(fit)
+    found = swapped_for_terms(fit)
     assert bool(found.terms) != stays
     assert any(h.effect.name == "gyro_drift" for h in found.fit.model.hypotheses) == stays
     assert bool(found.doubted) != (sure or not stays)
@@ -124,6 +124,6 @@ def test_a_drift_that_stood_in_for_a_walk_or_a_jump_gives_way(tmp_path, name, pa
 )
 def test_a_spline_without_a_law_gives_way_to_a_few_weights_that_do_as_much(tmp_path, rig, asked, free, seed, stays):
     fit = fitted_with(tmp_path, EFFECTS[free], "joint", [asked], seed, rig, 3)
-    found = displaced(fit)
+    found = swapped_for_terms(fit)
     assert [t.term.at for t in found.terms] == ([] if stays else [asked[1]])
     assert any(h.effect.name == free for h in found.fit.model.hypotheses) == stays

@@ -7,7 +7,7 @@ from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.swap_for_rival import beside, exchanged
+from imubench.diagnosis.search.moves.swap_for_rival import beside, swapped_for_rivals
 from imubench.diagnosis.search.selection import candidates
 from imubench.diagnosis.solve.refit import evidence_over, refit
 from imubench.effects import EFFECTS
@@ -31,7 +31,7 @@ def chosen(fit):
     """The names after an exchange in which the nine numbers tie with the bias that came first."""
     gain = Gain(500.0, 400.0, 600.0, np.full(4, 125.0))
     first = Kept(BIAS, 500.0, gain, (Passed(MATRIX, 495.0),))
-    _, kept = exchanged(fit, [first, Kept(GRAVITY, 500.0, gain, ())], candidates(fit.model), lambda _: None)
+    _, kept = swapped_for_rivals(fit, [first, Kept(GRAVITY, 500.0, gain, ())], candidates(fit.model), lambda _: None)
     return [k.hypothesis.effect.name for k in kept]
 
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_lsq_spline
 
-from imubench.diagnosis.candidates.begin import begun
-from imubench.diagnosis.criteria.effect_dynamics import led
+from imubench.diagnosis.candidates.begin import begin
+from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.coherence import clear_at
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.noise.debias import lawful
-from imubench.diagnosis.noise.debiased_fit import settled, unbiased
+from imubench.diagnosis.noise.debiased_fit import debiased, settled
 from imubench.diagnosis.noise.knot_selection import (
     FLAT,
     PERIOD,
@@ -72,7 +72,7 @@ def test_a_gap_makes_no_motion_look_quick(tmp_path):
 def test_a_search_begins_with_as_few_knots_as_the_motion_needs_though_a_sensor_is_wrong(tmp_path):
     make_case(tmp_path / "r", "hinge", [("gyro_scale", "imu2")], 7, seconds=12.0, band=1.5)
     recording = read(tmp_path / "r")[0]
-    fit = begun(recording).fit
+    fit = begin(recording).fit
     assert fit.model.tracks.knots.count < 0.6 * nominal_fit(recording).model.tracks.knots.count
     assert coarsest(fit) is fit  # has them already, and nobody goes below the fewest
 
@@ -130,7 +130,7 @@ def sprung(tmp_path, name, seed, rig="hinge", **options):
     told = {p: np.ravel(truth[p.name]) for p in h.effect.parameters}
     true = {h.key(p.name): np.log(x) if p.log else x for p, x in told.items()}
     begun = extended(nominal, (h,), true | {h.key("frequency"): true[h.key("frequency")] - 0.1})
-    state = led(begun.model, begun.state, [h])
+    state = driven_by_motion(begun.model, begun.state, [h])
     return with_noise(solve(begun.model, state, calm_for_laws(begun, [h]), nominal.anchor, steps=4), 8), true
 
 
@@ -143,7 +143,7 @@ def off(fit, true):
 @pytest.mark.slow
 def test_springs_on_fewer_knots_have_the_noise_that_was_put_in_and_their_numbers(tmp_path):
     fit, true = sprung(tmp_path, "soft_mount", 911, seconds=12.0)
-    few = unbiased(fit)
+    few = debiased(fit)
     assert few.model.tracks.knots.count < 0.4 * fit.model.tracks.knots.count
     told = declared(fit.model)
     level = {name: few.noise[name] / std for name, std in told.items()}
@@ -170,7 +170,7 @@ def test_a_lever_arm_is_pulled_off_what_noise_makes_of_it(tmp_path):
     pulled = settled(fit)
     assert {name.split(".")[-1] for name in pulled.model.tilts} == {"frequency", "damping_ratio", "com", "lever"}
     assert {name.split(".")[-1] for name in fit.model.tilts} == {"frequency", "damping_ratio"}
-    few = unbiased(fit)
+    few = debiased(fit)
     before, after = (np.sqrt(np.mean(off(f, true) ** 2)) for f in (fit, few))
     assert after < 1.4 < before  # 1.1 and 1.7: 11 and 9 of 12 within 1.96
 
@@ -178,8 +178,8 @@ def test_a_lever_arm_is_pulled_off_what_noise_makes_of_it(tmp_path):
 def test_what_has_no_law_stays_as_it_is(tmp_path):
     make_case(tmp_path / "r", "hinge", [], 5, seconds=4.0, band=1.5)
     fit = nominal_fit(read(tmp_path / "r")[0])
-    assert unbiased(fit) is fit
-    assert unbiased(replace(fit, loose=2.0)).loose == 2.0
+    assert debiased(fit) is fit
+    assert debiased(replace(fit, loose=2.0)).loose == 2.0
 
 
 def left_of_the_law(per: float) -> float:

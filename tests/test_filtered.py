@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.criteria.delays import late, met
-from imubench.diagnosis.criteria.dynamic_aic import resolved
+from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
-from imubench.diagnosis.criteria.equivalence import alike
+from imubench.diagnosis.criteria.equivalence import equivalents
 from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Kept, misfit
 from imubench.diagnosis.noise.coherence import clear_of_noise
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.dynamic_refits import begun_screened
-from imubench.diagnosis.search.moves.swap_clock_for_filter import filtered, quickly, taken_again
+from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
+from imubench.diagnosis.search.moves.swap_clock_for_filter import clock_to_filter, clock_to_quick_filter, taken_again
 from imubench.diagnosis.search.selection import Selection, candidates
 from imubench.diagnosis.solve.refit import information, refit
 from imubench.diagnosis.verdict.findings import findings
@@ -49,7 +49,7 @@ def with_an_offset(folder, asked, seed, **options):
 def test_a_filter_takes_the_place_of_the_delay_that_it_was_taken_for(tmp_path, asked, found):
     fit = with_an_offset(tmp_path, [asked], 61)
     kept = [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())]
-    after, (k,) = filtered(fit, kept, lambda _: None)
+    after, (k,) = clock_to_filter(fit, kept, lambda _: None)
     (h,) = after.model.hypotheses
     assert (h.effect.name, h.at) == found
     assert h == k.hypothesis
@@ -66,7 +66,7 @@ def test_a_filter_takes_the_place_of_a_delay_that_leaves_much_if_it_leaves_littl
     (clock,) = fit.model.hypotheses
     assert misfit(fit) > UNEXPLAINED
     kept = [Kept.unjudged(clock)]
-    after, (k,) = filtered(fit, kept, lambda _: None)
+    after, (k,) = clock_to_filter(fit, kept, lambda _: None)
     assert (k.hypothesis.effect.name, k.hypothesis.at) == ("low_pass", "imu1")
     assert np.exp(after.state.values[k.hypothesis.key("cutoff")][0]) == pytest.approx(6.0, rel=0.02)
     assert misfit(after) < 1.1
@@ -78,7 +78,7 @@ def test_a_filter_too_quick_to_be_told_from_a_delay_ties_with_it(tmp_path, cutof
     """What a filter does beside a delay is its curvature: of 30 Hz 12 nat, of 38 Hz 5.4."""
     fit = with_an_offset(tmp_path, [("low_pass", "imu2", {"cutoff": cutoff, "channels": BOTH})], 61)
     kept = [Kept(OFFSET, 100.0, Gain(100.0, 90.0, 110.0, np.zeros(1)), ())]
-    after, kept = filtered(fit, kept, lambda _: None)
+    after, kept = clock_to_filter(fit, kept, lambda _: None)
     assert [h.name for h in after.model.hypotheses] == [found]
     (said,) = findings(Selection(after, tuple(kept), ()))
     equal = {(r.effect, r.at) for r in said.equivalent}
@@ -91,9 +91,9 @@ def test_a_filter_above_a_slow_motion_is_not_worse_than_its_delay(tmp_path, gaps
     asked = ("low_pass", "imu1", {"cutoff": 43.0, "channels": BOTH})
     fit = with_an_offset(tmp_path, [asked], 63, gaps=gaps, vigour=0.5, band=7.0, gyro_noise=0.005, accel_noise=0.043)
     kept = [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())]
-    after, (k,) = filtered(fit, kept, lambda _: None)
+    after, (k,) = clock_to_filter(fit, kept, lambda _: None)
     assert k.hypothesis.at == "imu1"
-    said = {(k.hypothesis.effect.name, "imu1"), *((r.effect, r.at) for r in alike(after, k.hypothesis))}
+    said = {(k.hypothesis.effect.name, "imu1"), *((r.effect, r.at) for r in equivalents(after, k.hypothesis))}
     assert ("low_pass", "imu1") in said
 
 
@@ -103,7 +103,7 @@ def test_a_filter_far_above_the_motion_is_equal_to_a_delay_at_the_imu_that_is_la
     imu, delay = late(fit, OFFSET)
     assert imu.name == "imu1"
     assert delay == pytest.approx(1 / (2 * np.pi * 400.0), rel=0.1)
-    assert ("low_pass", "imu1") in {(r.effect, r.at) for r in alike(fit, OFFSET)}
+    assert ("low_pass", "imu1") in {(r.effect, r.at) for r in equivalents(fit, OFFSET)}
 
 
 @pytest.mark.long
@@ -115,17 +115,19 @@ def test_a_quick_filter_is_found_before_anything_is_laid_over_what_its_delay_lea
     make_case(tmp_path / "case", "hinge", effects=[asked], seed=2042633011, **told, **motion)
     fit = nominal_fit(read(tmp_path / "case")[0])
     (clock,) = fit.model.hypotheses
-    after, (k,) = quickly(fit, [Kept.unjudged(clock)], lambda _: None)
+    after, (k,) = clock_to_quick_filter(fit, [Kept.unjudged(clock)], lambda _: None)
     assert k.hypothesis.name == "low_pass[quick]@imu1"
     assert np.exp(after.state.values[k.hypothesis.key("cutoff")][0]) == pytest.approx(16.25, rel=0.02)
-    assert worth(fit, after) > 100
+    assert aic_gain(fit, after) > 100
     assert misfit(after) < 1.1
 
 
 @pytest.mark.long
 def test_what_a_quick_filter_does_beside_delaying_is_taken_again_from_the_motion_it_leaves(tmp_path):
     fit = with_an_offset(tmp_path, [("low_pass", "imu2", {"cutoff": 9.4, "channels": BOTH})], 61, band=4.6)
-    right, (k,) = quickly(fit, [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())], lambda _: None)
+    right, (k,) = clock_to_quick_filter(
+        fit, [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())], lambda _: None
+    )
     effect = k.hypothesis.effect
     half = {part: 0.5 * c for part, c in effect.beside.items()}
     h = Hypothesis(QuickLowPass(effect.time, half, effect.slope, effect.delay), "imu2")
@@ -133,7 +135,7 @@ def test_what_a_quick_filter_does_beside_delaying_is_taken_again_from_the_motion
     again, new = taken_again(wrong, h)
     assert wrong.cost > right.cost + 100.0  # nat: half of it is seen
     assert new.effect is not h.effect
-    assert worth(right, again) > -1.0  # as good as the one that was never wrong
+    assert aic_gain(right, again) > -1.0  # as good as the one that was never wrong
     cutoff = np.exp(again.state.values[new.key("cutoff")][0])
     assert cutoff == pytest.approx(9.4, abs=3 * 9.4 * information(again)[1][new.key("cutoff")][0])
 
@@ -166,7 +168,7 @@ def test_a_delay_of_one_triple_is_a_filter_however_quick(tmp_path):
     make_case(tmp_path / "r", "hinge", [asked], 20261126, seconds=15.0, **quick)
     fit = nominal_fit(read(tmp_path / "r")[0])
     (h,) = [h for h in candidates(fit.model) if h.name == "low_pass[accel]@imu2"]
-    trial = begun_screened(fit, screen(fit, [h]))
+    trial = refit_from_screening(fit, screen(fit, [h]))
     assert trial.evidence > NEEDED
-    assert resolved(trial)
+    assert holds_its_law(trial)
     assert np.exp(trial.fit.state.values[h.key("cutoff")]) == pytest.approx([700.0], rel=0.2)

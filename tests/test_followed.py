@@ -2,10 +2,10 @@
 
 import pytest
 
-from imubench.diagnosis.candidates.begin import begun
-from imubench.diagnosis.criteria.followed_sensor import as_declared, brought_down, told_little
+from imubench.diagnosis.candidates.begin import begin
+from imubench.diagnosis.criteria.followed_sensor import at_levels, nearer_to_declared, uncertain_levels
 from imubench.diagnosis.criteria.trial import NEEDED
-from imubench.diagnosis.search.rounds import attempted
+from imubench.diagnosis.search.rounds import try_round
 from imubench.diagnosis.search.selection import candidates
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -26,29 +26,27 @@ def pulled(tmp_path_factory):
     folder = tmp_path_factory.mktemp("pulled") / "r"
     asked = [("g_sensitivity", "imu1", {"matrix": MATRIX})]
     make_case(folder, "free", asked, 20261126, seconds=15.0, **QUICK)
-    return begun(read(folder)[0]).fit
+    return begin(read(folder)[0]).fit
 
 
 @pytest.mark.slow
 def test_what_few_readings_hold_is_an_effect_where_it_brings_their_level_down(pulled):
     """It is 4.6 times the declared one: beside such noise the effect was worth nothing."""
-    assert list(told_little(pulled)) == ["imu1.gyro"]
-    first, *_ = attempted(pulled, candidates(pulled.model), lambda _: None).tried
+    assert list(uncertain_levels(pulled)) == ["imu1.gyro"]
+    first, *_ = try_round(pulled, candidates(pulled.model), lambda _: None).tried
     assert (first.hypothesis.name, first.evidence > NEEDED) == ("g_sensitivity@imu1", True)
-    assert brought_down(pulled, first, told_little(pulled))
+    assert nearer_to_declared(pulled, first, uncertain_levels(pulled))
 
 
 @pytest.mark.long
 def test_what_leaves_the_level_where_it_was_is_none(pulled):
-    told = told_little(pulled)
-    tried = attempted(
-        as_declared(pulled, told), [h for h in candidates(pulled.model) if "drift" in h.name], print
-    ).tried
+    told = uncertain_levels(pulled)
+    tried = try_round(at_levels(pulled, told), [h for h in candidates(pulled.model) if "drift" in h.name], print).tried
     assert tried
-    assert not any(brought_down(pulled, t, told) for t in tried)
+    assert not any(nearer_to_declared(pulled, t, told) for t in tried)
 
 
 @pytest.mark.long
 def test_a_clean_gyroscope_is_not_too_loud(tmp_path):
     make_case(tmp_path / "r", "free", [], 20261126, seconds=15.0, **QUICK)
-    assert told_little(begun(read(tmp_path / "r")[0]).fit) == {}
+    assert uncertain_levels(begin(read(tmp_path / "r")[0]).fit) == {}

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.samples.notch import BANDS, hushed, sidebands, steadied, steady, turning
+from imubench.diagnosis.samples.notch import BANDS, sidebands, steady, turns_with_hum, with_steady_hum, without_hum
 from imubench.recording import Imu
 
 RATE, SECONDS, HUM = 250.0, 20.0, 45.0
@@ -31,12 +31,12 @@ def none(imu):
 def test_a_hum_turns_the_sensor_where_the_gyroscope_hears_it(seed):
     for size, heard in ((0.0, False), (0.02, True)):
         imu, _ = shaken(size, seed)
-        assert turning(imu, HUM, none(imu)) is heard
+        assert turns_with_hum(imu, HUM, none(imu)) is heard
 
 
 def test_what_is_left_is_the_motion():
     imu, still = shaken(0.05)
-    gyro, accel = hushed(imu, HUM, none(imu))
+    gyro, accel = without_hum(imu, HUM, none(imu))
     inside = slice(250, -250)  # a filter of 2 Hz rings for half a second at the ends
     for got, wanted, before in ((gyro, still.gyro, imu.gyro), (accel, still.accel, imu.accel)):
         left, was = (np.sqrt(np.mean((x - wanted)[inside] ** 2)) for x in (got, before))
@@ -47,7 +47,7 @@ def test_samples_that_do_not_count_stay_as_they_were():
     imu, _ = shaken(0.05)
     skip = none(imu)
     skip[1000:1010] = True
-    gyro, accel = hushed(imu, HUM, skip)
+    gyro, accel = without_hum(imu, HUM, skip)
     assert np.array_equal(gyro[skip], imu.gyro[skip])
     assert np.array_equal(accel[skip], imu.accel[skip])
 
@@ -66,7 +66,7 @@ def test_a_hum_that_wanders_becomes_a_steady_line_as_strong(seed):
     imu, still = hummed(1.0, 0.05, seed)
     inside = slice(250, -250)
     left = {}
-    for name, accel in (("before", imu.accel), ("after", steadied(imu, HUM, none(imu)))):
+    for name, accel in (("before", imu.accel), ("after", with_steady_hum(imu, HUM, none(imu)))):
         hum = (accel - still.accel)[inside]
         line = steady(still.time[inside], hum, HUM)
         left[name] = np.sqrt(np.mean((hum - line) ** 2))
@@ -79,7 +79,7 @@ def test_a_hum_that_wanders_becomes_a_steady_line_as_strong(seed):
 def test_a_steady_hum_and_a_faint_one_stay_as_they_are():
     for size, wander in ((1.0, 0.0), (0.02, 0.05)):
         imu, _ = hummed(size, wander)
-        assert np.array_equal(steadied(imu, HUM, none(imu)), imu.accel)
+        assert np.array_equal(with_steady_hum(imu, HUM, none(imu)), imu.accel)
 
 
 def test_sidebands_reach_further_the_louder_a_hum_is():

@@ -28,8 +28,8 @@ def search(hardly_counting, monkeypatch):
         assert not state_trials(fit, [h for h, _ in promises], lambda _: None, vain=vain)
         return refitted.copy()
 
-    monkeypatch.setattr(add_dynamic, "begun_screened", begun)
-    monkeypatch.setattr(add_dynamic, "resolved", lambda _: True)
+    monkeypatch.setattr(add_dynamic, "refit_from_screening", begun)
+    monkeypatch.setattr(add_dynamic, "holds_its_law", lambda _: True)
     return searched
 
 

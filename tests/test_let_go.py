@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.format1 import read
@@ -28,7 +28,7 @@ def test_knots_are_as_dense_as_the_samples_of_the_imu_that_moves(made):
 
 def test_the_jerk_of_letting_go_leaves_nothing_but_noise(made):
     recording, _ = made
-    fit = begun(recording).first
+    fit = begin(recording).first
     rows = next(r for r in fit.measured if r.name == "imu2.accel")
     start = recording.free_swings[0][0] - fit.model.start
     near = np.abs(rows.time - start) < 0.4

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.candidates.begin import begun
-from imubench.diagnosis.criteria.conditional_aic import worth
-from imubench.diagnosis.criteria.dynamic_aic import resolved
+from imubench.diagnosis.candidates.begin import begin
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
+from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
 from imubench.diagnosis.criteria.trial import NEEDED
 from imubench.diagnosis.search.moves.add_dynamic import state_trials
-from imubench.diagnosis.search.moves.dynamic_refits import begun_screened
+from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
 from imubench.diagnosis.search.selection import candidates
 from imubench.diagnosis.traits import FILTER
 from imubench.format1 import read
@@ -21,7 +21,7 @@ LIMB = {"rate": 200.0, "gyro_noise": 0.00138, "accel_noise": 0.0387, "declare_no
 def limb(folder, effects=(), seed=525300682, **options):
     """The first fit of a limb with one IMU, and the filters that it might have."""
     make_case(folder / "case", "pendulum", list(effects), seed, **(LIMB | {"seconds": 15.0, "rest": 0.065} | options))
-    fit = begun(read(folder / "case")[0]).fit
+    fit = begin(read(folder / "case")[0]).fit
     return fit, [h for h in candidates(fit.model) if h.effect.name == FILTER]
 
 
@@ -31,7 +31,7 @@ def smoothing(tmp_path_factory):
     folder = tmp_path_factory.mktemp("smoothing")
     fit, filters = limb(folder, band=4.989, vigour=0.776, gaps=2, misdeclared=0.1118, position_std=0.00494)
     (both,) = [s for s in screen(fit, filters) if len(s.hypothesis.effect.states) == 2]
-    return fit, filters, begun_screened(fit, [both])
+    return fit, filters, refit_from_screening(fit, [both])
 
 
 @pytest.mark.slow
@@ -46,7 +46,7 @@ def test_a_filter_that_only_smooths_the_motion_is_none(smoothing):
 @pytest.mark.xfail(strict=True, reason="-174 nat, 5 needed: a rougher motion no longer has to refuse it")
 def test_a_filter_that_only_smooths_the_motion_is_worth_something_beside_one_as_smooth(smoothing):
     fit, _, trial = smoothing
-    assert worth(fit, trial.fit) > NEEDED
+    assert aic_gain(fit, trial.fit) > NEEDED
 
 
 @pytest.mark.slow
@@ -67,14 +67,14 @@ def unknown(tmp_path_factory):
     folder = tmp_path_factory.mktemp("limb")
     fit, filters = limb(folder, seed=2058391797, rate=100.0, rate2=100.0, **told, **more, **noise)
     (both,) = [s for s in screen(fit, filters) if len(s.hypothesis.effect.states) == 2]
-    return fit, filters, begun_screened(fit, [both])
+    return fit, filters, refit_from_screening(fit, [both])
 
 
 @pytest.mark.slow
 def test_a_filter_whose_cutoff_is_not_known_is_none(unknown):
     """It was called a filter of 18 Hz with a confidence of 0.96, its cutoff known within 80 %."""
     fit, filters, trial = unknown
-    assert not resolved(trial)
+    assert not holds_its_law(trial)
     assert not state_trials(fit, filters, lambda _: None)
 
 

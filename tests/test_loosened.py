@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.noise.coloured import parameter_std
-from imubench.diagnosis.noise.looser_motion import loosened
+from imubench.diagnosis.noise.looser_motion import with_looser_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -37,7 +37,7 @@ def off(fit, h, truth):
 def test_a_twist_about_the_axis_is_not_taken_for_a_smaller_angle(tmp_path, at, seed):
     fit, h, truth = slid(tmp_path / "r", at, seed)
     assert off(fit, h, truth).max() > 3.0  # what it is for
-    assert off(loosened(fit), h, truth).max() < 2.5
+    assert off(with_looser_motion(fit), h, truth).max() < 2.5
 
 
 @pytest.mark.long
@@ -48,6 +48,6 @@ def test_only_a_motion_that_such_numbers_scale_is_held_looser(tmp_path, effect, 
     make_case(tmp_path / "r", "hinge", [], 21, seconds=3.0, encoder=encoder)
     fit = nominal_fit(read(tmp_path / "r")[0])
     fit = extended(fit, (*fit.model.hypotheses, Hypothesis(EFFECTS[effect], "imu2")))
-    changed = {n for n, std in loosened(fit).noise.items() if std != fit.noise[n]}
+    changed = {n for n, std in with_looser_motion(fit).noise.items() if std != fit.noise[n]}
     hides = effect == "skin_sliding" and not encoder
     assert changed == ({"smooth.attitude", "smooth.hinge"} if hides else set())

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.pooled import balanced
+from imubench.diagnosis.noise.pooled import with_pooled_noise
 from imubench.diagnosis.noise.reml import ALLOWED, declared, levels, with_settled_noise
-from imubench.diagnosis.residual_checks.excess_noise import left_over, loud, off_its_equation, refuted
+from imubench.diagnosis.residual_checks.excess_noise import excess_noise, left_over, off_its_equation, refuted
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.format1 import read
@@ -40,12 +40,12 @@ def test_a_triple_of_which_no_sample_counts_is_not_asked(clean):
     fit = nominal_fit(clean, {"imu2.accel": np.zeros(clean.imus[1].time.size, dtype=bool)})
     told = declared(fit.model)
     fit = replace(fit, noise=fit.noise | {"imu2.accel": told["imu2.accel"]})
-    assert loud(fit, [WHERE], set()) == []
+    assert excess_noise(fit, [WHERE], set()) == []
 
 
 @pytest.mark.long
 def test_what_is_declared_is_not_loud(clean):
-    assert loud(nominal_fit(clean), [WHERE], set()) == []
+    assert excess_noise(nominal_fit(clean), [WHERE], set()) == []
 
 
 @pytest.mark.long
@@ -65,13 +65,13 @@ def test_louder_white_noise_has_its_name_and_size(clean, shared):
     rng = np.random.default_rng(5)
     fit = noisier(clean, lambda i: 0.004 * rng.standard_normal(i.gyro.shape))
     if shared:
-        fit = balanced(fit)
+        fit = with_pooled_noise(fit)
         assert fit.noise["imu1.gyro"] > 1.3 * declared(fit.model)["imu1.gyro"]
-    (told,) = loud(fit, [WHERE], set())
+    (told,) = excess_noise(fit, [WHERE], set())
     assert (told.effect, told.at) == ("gyro_noise", "imu2")
     size, own = told.parameters["std"], clean.imus[1].gyro_noise_std
     assert size.value == pytest.approx(np.hypot(0.004, own), abs=4 * size.std + 0.1 * own)  # `own` is a declaration
-    assert loud(fit, [WHERE], {"imu2"}) == []
+    assert excess_noise(fit, [WHERE], {"imu2"}) == []
 
 
 @pytest.mark.slow
@@ -103,7 +103,7 @@ def test_a_level_far_from_what_is_left_is_estimated_again(clean):
 def test_noise_that_comes_with_the_motion_has_no_name(clean):
     rng = np.random.default_rng(6)
     fit = noisier(clean, lambda i: 0.004 * np.abs(i.gyro) * rng.standard_normal(i.gyro.shape))
-    (told,) = loud(fit, [WHERE], set())
+    (told,) = excess_noise(fit, [WHERE], set())
     assert (told.effect, told.at, told.where) == (UNKNOWN, "imu2", WHERE)
 
 
@@ -115,7 +115,7 @@ def test_noise_that_is_loud_now_and_then_has_no_name(clean):
     def rare(i):
         return 0.015 * rng.standard_normal(i.gyro.shape) * (rng.random((i.time.size, 1)) < 0.05)
 
-    (told,) = loud(noisier(clean, rare), [WHERE], set())
+    (told,) = excess_noise(noisier(clean, rare), [WHERE], set())
     assert (told.effect, told.at, told.where) == (UNKNOWN, "imu2", WHERE)
 
 
@@ -129,7 +129,7 @@ def test_coloured_noise_has_no_name(clean):
             walk[k] = 0.7 * walk[k - 1] + 0.004 * rng.standard_normal(3)
         return walk
 
-    (told,) = loud(noisier(clean, slow), [WHERE], set())
+    (told,) = excess_noise(noisier(clean, slow), [WHERE], set())
     assert (told.effect, told.at) == (UNKNOWN, "imu2")
 
 
@@ -142,7 +142,7 @@ def test_a_level_of_which_the_fit_leaves_next_to_nothing_is_not_told(tmp_path):
     fit = nominal_fit(read(tmp_path / "r")[0])
     assert (fit.noise["imu1.accel"] / declared(fit.model)["imu1.accel"]) ** 2 > ALLOWED
     assert float(np.mean(1 - levels(fit)[1]["imu1.accel"])) < 0.05
-    assert loud(fit, [replace(WHERE, at="imu1")], set()) == []
+    assert excess_noise(fit, [replace(WHERE, at="imu1")], set()) == []
 
 
 @pytest.mark.parametrize(

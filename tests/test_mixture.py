@@ -9,7 +9,7 @@ from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.merge import merged
-from imubench.diagnosis.search.moves.swap_friction import mixed, together
+from imubench.diagnosis.search.moves.swap_friction import best_friction, together
 from imubench.diagnosis.solve.refit import evidence_over, refit
 from imubench.effects import EFFECTS
 
@@ -34,7 +34,7 @@ def names_of(fit):
 )
 def test_the_mixture_that_is_there_is_found_from_any_other(swung, there, begun):
     recording = swung({name: SIZES[name] for name in there})
-    fit, kept = mixed(*fitted_with(recording, begun), lambda _: None)
+    fit, kept = best_friction(*fitted_with(recording, begun), lambda _: None)
     assert names_of(fit) == set(there) == {k.hypothesis.effect.name for k in kept}
     for name in there:
         (found,) = fit.state.values[f"{name}@joint.{EFFECTS[name].parameters[0].name}"]
@@ -68,7 +68,7 @@ def test_laws_have_what_all_of_them_gain(swung):
 def test_without_friction_nothing_is_weighed(swung):
     said = []
     fit, kept = fitted_with(swung({}, seconds=3.0), ())
-    assert mixed(fit, kept, said.append) == (fit, kept) and not said
+    assert best_friction(fit, kept, said.append) == (fit, kept) and not said
 
 
 @pytest.mark.slow

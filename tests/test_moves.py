@@ -10,7 +10,7 @@ from imubench.diagnosis.noise.nominal import first_fit, nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import TOLERANCE, UNKNOWN, Finding, Interval, Parameter, is_material
-from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import refit
@@ -38,12 +38,12 @@ def recorded(folder, *effects, rig="hinge", seed=5, **options):
 def fitted(recording, *effects):
     """The recording's fit with some effects (name, at) in its model."""
     hypotheses = tuple(Hypothesis(EFFECTS[name], at) for name, at in effects)
-    fit = nominal_fit(recording, sampled(recording).masks)
+    fit = nominal_fit(recording, check_samples(recording).masks)
     return with_noise(refit(fit, hypotheses, steps=12)) if hypotheses else fit
 
 
 def moves(fit, finding, recording):
-    ((_, known),) = moves_of([finding], fit, sampled(recording), recording)
+    ((_, known),) = moves_of([finding], fit, check_samples(recording), recording)
     return known
 
 
@@ -136,7 +136,7 @@ def test_rounding_moves_as_much_as_the_same_recording_without_it_says(tmp_path):
 
 def test_samples_that_were_left_out_move_the_fit_when_they_count(tmp_path):
     recording = recorded(tmp_path / "r", ("saturation", "imu2", {"limit": 1.2, "channels": ["gyro"]}))
-    samples = sampled(recording)
+    samples = check_samples(recording)
     assert not samples.masks["imu2.gyro"].all()
     fit = nominal_fit(recording, samples.masks)
     ((_, known),) = moves_of([said("saturation", "imu2")], fit, samples, recording)
@@ -161,7 +161,7 @@ def test_louder_noise_moves_by_how_it_is_weighed(clean):
 
 def test_nothing_is_said_of_what_the_fit_does_not_hold(clean):
     recording, fit = clean
-    samples = sampled(recording)
+    samples = check_samples(recording)
     for finding in (said(UNKNOWN, "imu1"), said("joint_play", "joint"), said("accel_bias", "imu1")):
         assert fit_without(fit, finding, samples, recording) is None
         assert moves(fit, finding, recording) == {}

@@ -9,7 +9,7 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.rounds import CLEARLY, attempted, lively_trials
+from imubench.diagnosis.search.rounds import CLEARLY, dynamic_trials, try_round
 from imubench.diagnosis.search.selection import candidates
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
@@ -48,7 +48,7 @@ def test_no_spring_is_sought_beside_a_dead_zone(tmp_path, monkeypatch):
     assert misfit(fit) > UNEXPLAINED
     asked = []
     monkeypatch.setattr(rounds, "state_trials", lambda fit, alive, *rest: asked.append(alive) or [])
-    tried = attempted(fit, candidates(fit.model), lambda _: None)
+    tried = try_round(fit, candidates(fit.model), lambda _: None)
     assert asked == [[]]
     assert not tried.lively
 
@@ -73,7 +73,7 @@ def test_splines_without_a_law_are_asked_where_springs_alone_explain_much(tmp_pa
         return [Trial(alive[0], fit, nat if alive == springs else 3 * nat)]
 
     monkeypatch.setattr(rounds, "state_trials", trials)
-    found = lively_trials(fit, left, springs, lambda _: None, 5.0, None)
+    found = dynamic_trials(fit, left, springs, lambda _: None, 5.0, None)
     assert calls == [{h.name for h in springs}] + [{h.name for h in left if h.effect.free}] * asked
     assert [t.evidence for t in found] == ([3 * nat, nat] if asked else [nat])
 
@@ -84,5 +84,5 @@ def test_what_has_a_law_comes_first_unless_a_spline_explains_a_third_more(tmp_pa
     monkeypatch.setattr(
         rounds, "state_trials", lambda fit, alive, *rest: [Trial(alive[0], fit, 300.0 if alive == springs else 390.0)]
     )
-    found = lively_trials(fit, candidates(fit.model), springs, lambda _: None, 5.0, None)
+    found = dynamic_trials(fit, candidates(fit.model), springs, lambda _: None, 5.0, None)
     assert [t.evidence for t in found] == [300.0, 390.0]

@@ -8,12 +8,12 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from imubench import rotations
-from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.pose_factors import pose_errors, slopes
-from imubench.diagnosis.samples.pose_correlation import Wander, lasting
+from imubench.diagnosis.samples.pose_correlation import GaussMarkov, correlated_poses
 from imubench.diagnosis.solve.gauss_newton import all_rows
 from imubench.diagnosis.solve.subset import cut
 from imubench.jets import Jet, Turn
@@ -73,7 +73,7 @@ def errors_of(recording, wander):
 
 
 def test_rows_of_the_true_motion_are_nought():
-    found = errors_of(recorded(np.zeros((4000, 3))), Wander(FORGETS, 0.015))
+    found = errors_of(recorded(np.zeros((4000, 3))), GaussMarkov(FORGETS, 0.015))
     assert set(found) == {"position", "rotation"}
     for part, error in found.items():
         assert np.abs(error).max() < 2e-5, part  # the spline that a measured rate is read off, and a difference's h^2
@@ -83,7 +83,7 @@ def test_rows_of_the_true_motion_are_nought():
 def test_rows_of_errors_that_wander_are_white_and_as_large_as_the_errors(seed):
     errors = wandering(4000, SIZE, seed=seed)
     every = 3
-    found = errors_of(recorded(errors), Wander(FORGETS, every / RATE))
+    found = errors_of(recorded(errors), GaussMarkov(FORGETS, every / RATE))
     for part, size in (("rotation", SIZE), ("position", 0.1 * SIZE)):
         rows = found[part][::every]
         assert rows.std() == pytest.approx(size, rel=0.15), part  # a smoothing over three samples takes a tenth
@@ -94,7 +94,7 @@ def test_rows_of_errors_that_wander_are_white_and_as_large_as_the_errors(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_how_errors_wander_is_read_off_the_gyroscope(seed):
-    masks, wander = lasting(recorded(wandering(4000, SIZE, seed=seed), bias=0.01))
+    masks, wander = correlated_poses(recorded(wandering(4000, SIZE, seed=seed), bias=0.01))
     assert wander["pose1"].rate == pytest.approx(FORGETS, rel=0.5)  # 20 s hold 200 of its lives, in three axes
     counts = masks["pose1.rotation"]
     assert np.diff(np.flatnonzero(counts)).max() * 1 / RATE == pytest.approx(wander["pose1"].step)
@@ -103,7 +103,7 @@ def test_how_errors_wander_is_read_off_the_gyroscope(seed):
 
 def test_independent_errors_do_not_wander():
     white = SIZE * np.random.default_rng(1).standard_normal((4000, 3))
-    assert lasting(recorded(white)) == ({}, {})
+    assert correlated_poses(recorded(white)) == ({}, {})
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +121,7 @@ def optical():
 
 @pytest.mark.long
 def test_a_gyroscope_beside_errors_that_wander_keeps_its_own_noise(optical):
-    fit = begun(optical).fit
+    fit = begin(optical).fit
     assert fit.noise["imu1.gyro"] == pytest.approx(2e-3, rel=0.2)  # taken for independent they make it three times that
 
 
@@ -141,7 +141,7 @@ def test_a_row_is_linear_in_what_it_says_it_depends_on():
         poses=tuple(replace(p, time=p.time[:60], position=p.position[:60], quaternion=p.quaternion[:60])
                     for p in recording.poses),
     )  # fmt: skip
-    fit = nominal_fit(short, wander={"pose1": Wander(FORGETS, 0.015)})
+    fit = nominal_fit(short, wander={"pose1": GaussMarkov(FORGETS, 0.015)})
     model, rng = fit.model, np.random.default_rng(0)
     change = rng.standard_normal(fit.state.coefficients.shape) * 1e-6
 

@@ -11,7 +11,16 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves import drop as prune_module
-from imubench.diagnosis.search.moves.drop import CERTAIN, about_zero, firmly, in_colour, natural, prune, spare, spared
+from imubench.diagnosis.search.moves.drop import (
+    CERTAIN,
+    about_zero,
+    firmly,
+    in_colour,
+    natural,
+    price_of_dropping,
+    prune,
+    spare,
+)
 from imubench.diagnosis.solve.refit import information, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -83,6 +92,6 @@ def test_a_mount_that_is_not_worth_its_freedoms_is_asked_with_a_tighter_law(
     tight = replace(fit, noise=dict(fit.noise))
     monkeypatch.setattr(prune_module, "_without", lambda fit, _: fit)
     monkeypatch.setattr(prune_module, "tightened", lambda *_: tight)
-    monkeypatch.setattr(prune_module, "worth", lambda _, with_it: 101.0 if with_it is tight else -98.0)
+    monkeypatch.setattr(prune_module, "aic_gain", lambda _, with_it: 101.0 if with_it is tight else -98.0)
     monkeypatch.setattr(prune_module, "evidence_over", lambda *_: 30.0)
-    assert spared(fit, Hypothesis(EFFECTS[effect], "imu2"))[0] == expected
+    assert price_of_dropping(fit, Hypothesis(EFFECTS[effect], "imu2"))[0] == expected

@@ -8,7 +8,7 @@ from imubench.diagnosis.residual_checks.fit_summary import noise_of
 from imubench.diagnosis.result import Finding, Interval
 from imubench.diagnosis.samples.quiet_moments import quiet_level
 from imubench.diagnosis.samples.rest_noise import MOST, quiet_noise, rest_noise
-from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.verdict.posterior import verdict_of
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -83,7 +83,7 @@ def test_where_each_noise_is_known_from(options, source, tmp_path):
     """On the independent generator's recordings; at rest within 10 %, of which a rest of 1.5 s tells a third."""
     make_case(tmp_path / "r", "hinge", seed=5, **({"seconds": 20.0, "rate": RATE, "rest": 0.5} | options))
     recording = read(tmp_path / "r")[0]
-    samples = sampled(recording)
+    samples = check_samples(recording)
     levels = [
         Level(f"{imu.name}.{part}", "", getattr(imu, f"{part}_noise_std"), samples.white[f"{imu.name}.{part}"], 1.0)
         for imu in recording.imus

@@ -11,7 +11,7 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search import rounds
 from imubench.diagnosis.search.moves.add import dated, heard_first
-from imubench.diagnosis.search.rounds import attempted
+from imubench.diagnosis.search.rounds import try_round
 from imubench.diagnosis.search.selection import candidates, select
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
@@ -29,7 +29,7 @@ def test_all_that_a_round_tries_is_held_against_one_another_on_the_same_samples(
     make_case(tmp_path / "case", "hinge", effects, 71, seconds=10.0)
     fit = nominal_fit(read(tmp_path / "case")[0])
     some = [h for h in candidates(fit.model) if h.name in ("mount_shift@imu2", "gyro_bias@imu1", "accel_bias@imu2")]
-    now = attempted(fit, some, lambda _: None)
+    now = try_round(fit, some, lambda _: None)
     best = now.tried[0]
     assert best.hypothesis.name == "mount_shift@imu2"
     time = best.fit.state.values[best.hypothesis.key("time")][0] + fit.model.start
@@ -51,8 +51,8 @@ def test_states_that_come_in_first_are_at_the_noise_that_they_leave(tmp_path, mo
     fit = nominal_fit(read(tmp_path / "case")[0])
     far = refit(replace(fit, noise={n: 4 * std for n, std in fit.noise.items()}), fit.model.hypotheses)
     springs = Trial(Hypothesis(EFFECTS["soft_mount"], "imu1"), far, 1e4)
-    monkeypatch.setattr(rounds, "lively_trials", lambda *_: [springs])
-    now = attempted(fit, [springs.hypothesis], lambda _: None)
+    monkeypatch.setattr(rounds, "dynamic_trials", lambda *_: [springs])
+    now = try_round(fit, [springs.hypothesis], lambda _: None)
     assert now.tried[0] is springs
     for name in ("imu1.gyro", "imu1.accel", "imu2.gyro", "imu2.accel"):
         assert now.first.noise[name] == pytest.approx(fit.noise[name], rel=0.15)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.candidates.grids import hum, hummed
-from imubench.diagnosis.criteria.conditional_aic import foreseen, tallied, won
+from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, linear_tally, tally
 from imubench.diagnosis.criteria.dynamic_score import Screened, screen
 from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.nominal import nominal_fit
@@ -187,15 +187,15 @@ def test_a_linear_step_foresees_what_a_refit_comes_to(fitted):
     _, fit, _ = fitted(("accel_bias", "imu1"))
     model = fit.model.with_effects((Hypothesis(EFFECTS["accel_bias"], "imu1"),))
     rows = all_rows(model, started(model, fit.state), fit.noise, fit.anchor, fit.loose)
-    seen = foreseen(model, rows)
-    done = tallied(solve(model, started(model, fit.state), fit.noise, fit.anchor, enough=1e-9))
+    seen = linear_tally(model, rows)
+    done = tally(solve(model, started(model, fit.state), fit.noise, fit.anchor, enough=1e-9))
     assert seen.keys() == done.keys()
     for name, (n, freedoms, cost) in done.items():
         assert seen[name][0] == n
         assert seen[name][1] == pytest.approx(freedoms, rel=0.02, abs=1.0)
         assert seen[name][2] == pytest.approx(cost, rel=0.01)
-    before = tallied(fit)
-    assert won(fit.noise, before, fit.noise, seen) > 20.0
+    before = tally(fit)
+    assert aic_gain_of(fit.noise, before, fit.noise, seen) > 20.0
 
 
 @pytest.mark.long
@@ -236,6 +236,6 @@ def test_a_hum_begins_where_the_samples_have_it_and_not_at_its_image_in_the_knot
     """128 knots a second follow 53 Hz and leave 75; of 30 Hz they leave 30."""
     shaken = ("vibration", "imu1", {"frequency": frequency, "amplitude": [0.32, -0.02, 0.07]})
     make_case(tmp_path / "r", "free", [shaken], 7, seconds=14.0, rate=200.0)
-    fit = begun(read(tmp_path / "r")[0]).fit
+    fit = begin(read(tmp_path / "r")[0]).fit
     assert hummed(fit, "imu1") == pytest.approx(frequency, abs=0.1)
     assert hum(fit, "imu1") == pytest.approx(128 - 53 if frequency == 53.0 else frequency, abs=0.1)

@@ -34,7 +34,7 @@ def test_the_search_goes_on_without_a_state_that_was_dropped(fit, dropped, puzzl
         return now, kept, [(MOUNT, float(len(asked)))]
 
     gone = iter([[(dropped, 0.0)] if dropped else []])
-    monkeypatch.setattr(module, "searched", searched)
+    monkeypatch.setattr(module, "forward_selection", searched)
     monkeypatch.setattr(module, "suspicious", lambda now: puzzling)
     monkeypatch.setattr(module, "prune", lambda now, kept, say, firm: (now, kept, next(gone, [])))
     found = module.select(fit)
@@ -52,7 +52,7 @@ def test_what_was_certain_before_the_knots_became_finer_stays(fit, finer, monkey
         asked.append(list(firm))
         return now, kept, []
 
-    monkeypatch.setattr(module, "searched", lambda now, kept, *_: (now, kept, []))
+    monkeypatch.setattr(module, "forward_selection", lambda now, kept, *_: (now, kept, []))
     monkeypatch.setattr(module, "suspicious", lambda now: False)
     monkeypatch.setattr(module, "finer", lambda now: replace(now) if finer else now)
     monkeypatch.setattr(module, "firmly", lambda *_: [BIAS])

@@ -66,8 +66,8 @@ def test_what_series_took_the_place_of_is_not_in_the_way_of_laws_and_a_law_not_o
         return Trial(laws[at], refit(bare, (*bare.model.hypotheses, laws[at]), steps=1), 300.0)
 
     monkeypatch.setattr(unknown_against_laws, "by_law", by_law)
-    monkeypatch.setattr(unknown_against_laws, "foretold", lambda *_: gain)
-    monkeypatch.setattr(unknown_against_laws, "weighed", lambda *_: (300.0, 0.0))
+    monkeypatch.setattr(unknown_against_laws, "heldout_gain", lambda *_: gain)
+    monkeypatch.setattr(unknown_against_laws, "aic_gain_and_freedoms", lambda *_: (300.0, 0.0))
     monkeypatch.setattr(unknown_against_laws, "as_good", lambda *_: True)
     monkeypatch.setattr(unknown_against_laws, "with_series", lambda *_: fit)
     monkeypatch.setattr(unknown_against_laws, "prune", lambda now, kept, say: (now, kept, []))
@@ -91,9 +91,9 @@ def test_a_law_stands_for_a_series_that_is_worth_little_more(
     law, series_is, law_gains, series_gains, stands, monkeypatch
 ):
     gained = Gain(law_gains, 0.0, 500.0, np.ones(3))
-    monkeypatch.setattr(unknown_against_laws, "worth", lambda fit, other: series_is)
+    monkeypatch.setattr(unknown_against_laws, "aic_gain", lambda fit, other: series_is)
     monkeypatch.setattr(
-        unknown_against_laws, "foretold", lambda fit, other, rng: Gain(series_gains, 0.0, 500.0, np.ones(3))
+        unknown_against_laws, "heldout_gain", lambda fit, other, rng: Gain(series_gains, 0.0, 500.0, np.ones(3))
     )
     trial = Trial(Hypothesis(EFFECTS["low_pass"], "imu2"), None, law)
     assert as_good(trial, gained, None, None) == stands

@@ -5,7 +5,7 @@ import pytest
 
 from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.search.moves.swap_clock_for_backlash import slack
+from imubench.diagnosis.search.moves.swap_clock_for_backlash import clocks_to_backlash
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -16,7 +16,7 @@ def held(folder, effect, at, parameters):
     """Return the names of a recording's nominal fit, and of what is in their place."""
     make_case(folder / "r", "hinge", [(effect, at, parameters)], 20261126, **QUICK)
     fit = nominal_fit(read(folder / "r")[0])
-    after, kept = slack(fit, [Kept.unjudged(h) for h in fit.model.hypotheses], lambda _: None)
+    after, kept = clocks_to_backlash(fit, [Kept.unjudged(h) for h in fit.model.hypotheses], lambda _: None)
     return [h.name for h in fit.model.hypotheses], {k.hypothesis.name: k for k in kept}, after
 
 

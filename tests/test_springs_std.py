@@ -7,8 +7,8 @@ import pytest
 
 import imubench.diagnosis.noise.intervals as module
 from imubench.diagnosis.noise.coloured import parameter_std
-from imubench.diagnosis.noise.debiased_fit import unbiased
-from imubench.diagnosis.noise.intervals import WITHIN, with_springs
+from imubench.diagnosis.noise.debiased_fit import debiased
+from imubench.diagnosis.noise.intervals import WITHIN, with_spring_intervals
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -40,7 +40,7 @@ def told(monkeypatch, damping, scatter, costs=lambda value: 0.0):
     monkeypatch.setattr(module, "held_at", lambda fit, key, value: fit_of(key, value))
     monkeypatch.setattr(module, "parameter_std", std_of)
     fit = fit_of(DAMPING, damping)
-    return std_of(fit)[DAMPING] * damping, with_springs(fit, std_of(fit))[DAMPING] * damping
+    return std_of(fit)[DAMPING] * damping, with_spring_intervals(fit, std_of(fit))[DAMPING] * damping
 
 
 def test_where_a_damping_is_known_as_well_whatever_it_is_the_interval_is_the_usual_one(monkeypatch):
@@ -73,8 +73,8 @@ def test_springs_that_hardly_ring_have_dampings_that_are_hardly_known(tmp_path, 
     options = {"seconds": 10.0, "rate": 100.0, "rate2": 100.0, "band": 2.5}
     truth = make_case(tmp_path / "r", "hinge", [("rocking_mount", "imu2", asked)], seed, **options)
     (best, *_) = state_trials(nominal_fit(read(tmp_path / "r")[0]), [ROCKING], lambda _: None)
-    fit = unbiased(with_noise(best.fit, 4))
-    usual, found = parameter_std(fit), with_springs(fit, parameter_std(fit))
+    fit = debiased(with_noise(best.fit, 4))
+    usual, found = parameter_std(fit), with_spring_intervals(fit, parameter_std(fit))
     off = np.log(truth["effects"][0]["parameters"]["damping_ratio"]) - fit.state.values[DAMPING]
     linear = np.expm1(off)  # of the damping that was found
     assert list(np.abs(linear) > 4 * usual[DAMPING]) == pulled

@@ -7,10 +7,10 @@ import pytest
 
 from imubench.diagnosis.candidates import begin as begin_module
 from imubench.diagnosis.candidates import end_stop as stops_module
-from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.begin import begin as begun
 from imubench.diagnosis.candidates.end_stop import UNSETTLED, Stop, settled_between, stop_of
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.search.confidence import DOUBTFUL
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -19,7 +19,7 @@ from imubench.proof.case import make_case
 def looked_at(tmp_path, effect, seed):
     truth = make_case(tmp_path / "r", "hinge", [effect], seed, seconds=20.0, base="fixed", swing=True)
     recording = read(tmp_path / "r")[0]
-    samples = sampled(recording)
+    samples = check_samples(recording)
     known = samples.heard(recording)
     return truth["effects"][0]["parameters"], known, samples, nominal_fit(known, samples.masks)
 
@@ -115,6 +115,6 @@ def test_where_the_gyroscope_jumps_the_segment_was_struck(effect, struck, tmp_pa
     """Of few knocks no axis is sure: a stop's are told from a sensor's by what turns with them."""
     at = "joint" if effect == "end_stop" else "imu1"
     make_case(tmp_path / "r", "pendulum", [(effect, at)], 203, seconds=20.0, swing=True)
-    samples = sampled(read(tmp_path / "r")[0])
+    samples = check_samples(read(tmp_path / "r")[0])
     said = [f for f in (*samples.findings, *samples.unless_stopped) if f.effect == "impacts"]
     assert [f.confidence <= DOUBTFUL for f in said] == [struck]

@@ -7,7 +7,7 @@ import pytest
 
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.residual_checks.implausible import lawless, strained
+from imubench.diagnosis.residual_checks.implausible import implausible_places, lawless
 from imubench.diagnosis.result import UNKNOWN, Where
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
@@ -32,18 +32,18 @@ def at(fit, scale):
 
 
 def test_a_sensor_s_numbers_strain_nothing(fit):
-    assert strained(fit) == set()
+    assert implausible_places(fit) == set()
 
 
 def test_a_gyroscope_that_reads_a_fraction_is_none(fit):
-    assert strained(at(fit, [-0.89, 0.22, -0.13])) == {"imu2"}
+    assert implausible_places(at(fit, [-0.89, 0.22, -0.13])) == {"imu2"}
 
 
 def test_a_number_that_nothing_beside_makes_up_for_may_be_larger(fit):
     other = Hypothesis(EFFECTS["gyro_bias"], "imu2")
     both = refit(fit, (SCALE, BIAS, other))
     odd = [0.31, -0.22, -0.22]
-    assert strained(at(fit, odd)) == set() and strained(at(both, odd)) == {"imu2"}
+    assert implausible_places(at(fit, odd)) == set() and implausible_places(at(both, odd)) == {"imu2"}
 
 
 @pytest.mark.parametrize(("places", "channels"), [(("imu2",), {"gyr_x": 0.7}), (("imu1",), {}), ((), {})])

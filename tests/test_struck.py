@@ -10,7 +10,7 @@ from imubench.diagnosis.result import Finding, Interval
 from imubench.diagnosis.samples.check_findings import joined
 from imubench.diagnosis.samples.faint_impacts import faint_knocks
 from imubench.diagnosis.samples.high_band import high, high_pass
-from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.search.confidence import DOUBTFUL
 from imubench.diagnosis.solve.refit import extended
 from imubench.diagnosis.verdict import impacts
@@ -28,7 +28,7 @@ def quick_limb(folder, effects, seed=1198967575):
     """A limb in a quick hand: the fit, what the raw samples say, and the peaks that they leave out."""
     make_case(folder / "r", "pendulum", effects, seed, seconds=15.0, colour=0.174, rotation_std=0.019, **QUICK)
     recording = read(folder / "r")[0]
-    samples = sampled(recording)
+    samples = check_samples(recording)
     return nominal_fit(samples.heard(recording), samples.masks), samples
 
 
@@ -73,7 +73,7 @@ def calm(folder, effects, rig="hinge", seed=77, **options):
     """A rig in a calm hand: the fit, what the raw samples say, and the peaks that they leave out."""
     make_case(folder / "r", rig, effects, seed, seconds=15.0, **(FAINT | options))
     recording = read(folder / "r")[0]
-    samples = sampled(recording)
+    samples = check_samples(recording)
     return nominal_fit(samples.heard(recording), samples.masks), samples
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from imubench.diagnosis.samples.pose_correlation import lasting as told
+from imubench.diagnosis.samples.pose_correlation import correlated_poses as told
 from imubench.recording import Imu, Pose, Recording
 
 RATE, SECONDS, LEVEL = 200.0, 20.0, 1e-3

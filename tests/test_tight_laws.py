@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.criteria.dynamic_aic import judged, tightened
 from imubench.diagnosis.criteria.dynamic_score import screen
@@ -14,7 +14,7 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import LAW_FLOOR, with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.dynamic_candidates import stateful
-from imubench.diagnosis.search.moves.dynamic_refits import begun_screened
+from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
 from imubench.diagnosis.search.selection import candidates
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import extended
@@ -41,7 +41,7 @@ def test_a_spline_that_is_worth_less_than_nothing_stays_so(clean):
     begun = extended(clean, (*clean.model.hypotheses, h))
     rough = dict.fromkeys((f"smooth.{h.key(s.name)}" for s in h.effect.states), 1e3)
     tried = solve(begun.model, begun.state, begun.noise | rough, clean.anchor)
-    nat = worth(clean, tried)
+    nat = aic_gain(clean, tried)
     assert nat < 0
     assert judged(clean, [h], tried)[0].evidence == pytest.approx(nat)
 
@@ -54,7 +54,7 @@ def test_a_stiff_mount_pays_for_no_freedom_that_its_law_does_not_need(tmp_path):
     fit = nominal_fit(read(tmp_path / "r")[0])
     h = Hypothesis(EFFECTS["soft_mount"], "imu1")
     (found,) = screen(fit, [h])
-    trial = begun_screened(fit, [found])
+    trial = refit_from_screening(fit, [found])
     law = h.key("balance")
     assert trial.fit.noise[law] < LAW_FLOOR / 2
     loose = with_noise(replace(trial.fit, noise=trial.fit.noise | {law: LAW_FLOOR}), 1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from imubench import format1
-from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Where
 from imubench.proof.case import build, make_case
 from imubench.trials import blind
@@ -44,7 +44,7 @@ def told(tmp_path_factory):
     """A biased recording as a diagnosis begins with it, and its truth."""
     folder = tmp_path_factory.mktemp("biased") / "recording"
     truth = biased(folder)
-    return begun(format1.read(folder)[0]), truth
+    return begin(format1.read(folder)[0]), truth
 
 
 def test_lasso_meets_its_conditions_of_optimality():

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from imubench import rotations
-from imubench.diagnosis.candidates.mount_lever_arm import far_arm
-from imubench.diagnosis.candidates.mount_start import axis_in, far_turns, placed, turned
+from imubench.diagnosis.candidates.mount_lever_arm import far_lever_arm
+from imubench.diagnosis.candidates.mount_start import axis_in, far_turns, placed, with_turned_mount
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -75,12 +75,12 @@ def test_where_a_far_mount_is_the_joints_centre_reads_as_long_from_both(tmp_path
     """Told how it is turned: where it is follows, whatever the joint's angle and however far it is away."""
     pose = ("mount_pose", at, {"rotation": FAR, "translation": way})
     model = model_of(recorded(tmp_path, [pose], vigour=1.5))
-    found = far_arm(placed(model, at, np.array(FAR), np.zeros(3)), at)
+    found = far_lever_arm(placed(model, at, np.array(FAR), np.zeros(3)), at)
     assert found == pytest.approx(way, abs=0.03)
 
 
 def test_without_the_other_imu_no_arm_is_sought(tmp_path):
-    assert far_arm(model_of(recorded(tmp_path, [], base="fixed")), "imu2") is None
+    assert far_lever_arm(model_of(recorded(tmp_path, [], base="fixed")), "imu2") is None
 
 
 @pytest.mark.slow
@@ -88,7 +88,7 @@ def test_begun_anew_a_far_turned_mount_is_where_it_is(tmp_path):
     """Begun as declared its fit goes astray; a turn about the axis, which the angle takes, is left out."""
     fit = fit_of(tmp_path, [posed("imu2", FAR)], seed=66)
     h = Hypothesis(EFFECTS["mount_pose"], "imu2")
-    new, old = turned(fit, h), refit(fit, (*fit.model.hypotheses, h))
+    new, old = with_turned_mount(fit, h), refit(fit, (*fit.model.hypotheses, h))
     assert log_evidence(new) > log_evidence(old) + 1000
     told, true = (Rotation.from_rotvec(r) for r in (new.state.values[h.key("rotation")], FAR))
     in_sensor = fit.model.mounts["imu2"].turn.T @ Y
@@ -98,9 +98,9 @@ def test_begun_anew_a_far_turned_mount_is_where_it_is(tmp_path):
 @pytest.mark.long
 def test_what_is_no_pose_or_on_no_hinge_is_not_begun_anew(tmp_path):
     fit = fit_of(tmp_path, [posed("imu2", FLIPPED)])
-    assert turned(fit, Hypothesis(EFFECTS["gyro_scale"], "imu2")) is None
+    assert with_turned_mount(fit, Hypothesis(EFFECTS["gyro_scale"], "imu2")) is None
     make_case(tmp_path / "free", "free", [posed("imu1", FLIPPED)], 65, seconds=8.0)
-    assert turned(nominal_fit(read(tmp_path / "free")[0]), Hypothesis(EFFECTS["mount_pose"], "imu1")) is None
+    assert with_turned_mount(nominal_fit(read(tmp_path / "free")[0]), Hypothesis(EFFECTS["mount_pose"], "imu1")) is None
 
 
 @pytest.mark.long

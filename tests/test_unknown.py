@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.discrepancy.basis_functions import curve, drifts, kinked, play
-from imubench.diagnosis.discrepancy.best_term import chased, found_in
+from imubench.diagnosis.discrepancy.best_term import best_term, chased
 from imubench.diagnosis.discrepancy.candidate_terms import jumps, terms
 from imubench.diagnosis.discrepancy.fitted_terms import NEEDED
-from imubench.diagnosis.discrepancy.fitted_terms import fitted as in_the_fit
+from imubench.diagnosis.discrepancy.fitted_terms import fitted_term as in_the_fit
 from imubench.diagnosis.discrepancy.term_scores import colour, promising
 from imubench.diagnosis.discrepancy.terms import LATE, Term, Unknown, UnknownTorque
 from imubench.diagnosis.noise.nominal import nominal_fit
@@ -17,7 +17,7 @@ from imubench.diagnosis.noise.reml import LAW_FLOOR, fit_with_noise, with_noise
 from imubench.diagnosis.problem.dynamics_factors import GROUP
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN
-from imubench.diagnosis.search.moves.swap_for_term import displaced
+from imubench.diagnosis.search.moves.swap_for_term import swapped_for_terms
 from imubench.diagnosis.search.moves.term_rivals import comes_late
 from imubench.diagnosis.search.selection import select
 from imubench.diagnosis.search.unknown import unknowns
@@ -213,7 +213,7 @@ def test_a_bias_that_goes_with_shaking_is_none(tmp_path, name, at, parameters, w
     """Rectification has a mean: named first, it gives way to a term; a bias does not."""
     fit = fitted(tmp_path, [(name, at, parameters)], 41)
     fit = fit_with_noise(*_with(fit, "accel_bias", at), fit.anchor, rounds=2)
-    assert len(displaced(fit).terms) == (1 if words else 0)
+    assert len(swapped_for_terms(fit).terms) == (1 if words else 0)
     strange = unknowns(fit)
     found, after = strange.findings, strange.fit
     assert [(f.at, f.where.depends_on.split("'s ")[-1]) for f in found] == ([(at, words)] if words else [])
@@ -241,7 +241,7 @@ def test_a_walk_beside_a_bias_is_told_by_its_shape(tmp_path):
     walk = [("thermal_walk", "imu1", {"channel": "accel", "density": 0.008})]
     fit = fitted(tmp_path, walk, 62, "pendulum")
     fit = with_noise(refit(fit, (*fit.model.hypotheses, Hypothesis(EFFECTS["accel_bias"], "imu1"))), 2)
-    best = found_in(fit)
+    best = best_term(fit)
     assert (best.term.at, best.term.part, best.term.goes_with) == ("imu1", "accel", "time")
     assert best.evidence == best.shape > 2 * NEEDED  # beside noise as coloured as it may be everywhere, 6 nat
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from imubench import format1
 from imubench.answers import write_json
 from imubench.atomic import atomic_file
-from imubench.diagnosis.candidates.begin import begun
+from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.result import Diagnosis
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
@@ -28,7 +28,7 @@ Report = Callable[[str, int, int], None]
 def fitted(recording: Path, truth: Truth, kept: Path) -> None:
     """Put what L1 and the oracle say of a case into `kept`, or why they say nothing."""
     try:
-        start = begun(format1.read(recording)[0])
+        start = begin(format1.read(recording)[0])
         said: Mapping[str, Diagnosis] = {"L1": baselines.l1(start.first), "oracle": oracle(start, truth)}
     except Exception as error:  # a baseline that breaks is counted, it does not stop the trials
         with atomic_file(kept / "error.json") as partial:

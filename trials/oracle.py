@@ -8,7 +8,7 @@ finds and the diagnosis misses is the search's.
 
 from collections.abc import Callable, Iterator
 
-from imubench.diagnosis.candidates.begin import Begun
+from imubench.diagnosis.candidates.begin import Beginning
 from imubench.diagnosis.candidates.grids import placed
 from imubench.diagnosis.criteria.score_test import score
 from imubench.diagnosis.criteria.trial import NEEDED, Trial
@@ -32,7 +32,7 @@ Places = set[tuple[str, str]]
 """Effects, each with its place."""
 
 
-def oracle(start: Begun, truth: Truth) -> Diagnosis:
+def oracle(start: Beginning, truth: Truth) -> Diagnosis:
     """Return which of a case's own effects are found."""
     told = {(e["effect"], e["at"]) for e in (truth["effects"][i] for i in inside(truth))}
     samples = (*start.samples.findings, *start.samples.unless_stopped)

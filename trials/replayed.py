@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from imubench import format1
 from imubench.correction.read_model import read_model
 from imubench.diagnosis.result import Diagnosis, Simulation
-from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.simulation.channels import ENDS, Channel, channels, dense_rate, read_out
 from imubench.diagnosis.simulation.model_folder import played_early
 from imubench.diagnosis.simulation.sim_model import SimModel
@@ -178,7 +178,7 @@ def on_disk(folder: Path, recording: Path, simulation: Simulation | None) -> dic
     try:
         model = read_model(folder)
         measured = format1.read(recording)[0]
-        samples = sampled(measured)
+        samples = check_samples(measured)
         heard = samples.heard(measured)
         truth, first = played_early(model)
         played = read_out(SimModel(model.rig, model.effects, model.start), heard, truth, first)

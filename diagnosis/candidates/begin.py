@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.diagnosis.budget import FIT, Budget
-from imubench.diagnosis.candidates.both_mounts import giving_way
+from imubench.diagnosis.candidates.both_mounts import with_both_on_springs
 from imubench.diagnosis.candidates.end_stop import UNSETTLED, settled_between, stop_of
-from imubench.diagnosis.candidates.end_stop_contacts import touched
+from imubench.diagnosis.candidates.end_stop_contacts import contact_stop
 from imubench.diagnosis.noise.knot_selection import coarsest
 from imubench.diagnosis.noise.nominal import first_fit, nominal_fit
-from imubench.diagnosis.samples.screening import Sampled, sampled
+from imubench.diagnosis.samples.screening import SampleChecks, check_samples
 from imubench.diagnosis.sensor_errors.baseline import Learned
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
@@ -27,22 +27,22 @@ ROUGH = 2  # steps of a fit that only shows what a recording is
 
 
 @dataclass(frozen=True)
-class Begun:
+class Beginning:
     """A recording's samples and the motion without any effect."""
 
-    samples: Sampled
+    samples: SampleChecks
     first: Fit  # of the model as it was declared
     fit: Fit  # where no end stop knocks, on as few knots as it needs; the search for effects goes on from here
     finished: bool = True  # False: the time limit came first, and `first` is two steps from where the fit begins
 
 
-def begun(
+def begin(
     recording: Recording, step: Step = silent, budget: Budget | None = None, learned: Learned | None = None
-) -> Begun:
+) -> Beginning:
     """Return what a recording shows before anything is looked for, beside what is `learned` of its sensors."""
     budget = budget or Budget()
     with step("check the samples"):
-        samples = sampled(recording)
+        samples = check_samples(recording)
         samples = samples if learned is None else learned.on(samples)
     sensors = () if learned is None else learned.hypotheses
     first = fit = None
@@ -55,15 +55,15 @@ def begun(
         with budget.part(FIT, MOTION):
             fit = first = fitted(known.free_swings, samples.masks)
             heard = partial(stop_of, first, samples)
-            met = partial(touched, first, known.free_swings, lambda swings: fitted(swings, samples.masks))
+            met = partial(contact_stop, first, known.free_swings, lambda swings: fitted(swings, samples.masks))
             ways = (met, heard) if recording.rig == "pendulum" else (heard, met)  # a push tells its axis, knocks do not
             if STOP in EFFECTS and (stop := ways[0]() or ways[1]()):
                 without = fitted(stop.swings(known.free_swings), stop.masks(first, samples.masks))
                 stop = settled_between(stop, without)
                 if stop.std < UNSETTLED:
                     fit, samples = without, stop.told(samples)
-            fit = giving_way(fit) or coarsest(fit)
+            fit = with_both_on_springs(fit) or coarsest(fit)
         if first is None or fit is None:
             rough = first_fit(model_of(known), ROUGH)
-            return Begun(samples, rough, rough, finished=False)
-    return Begun(samples, first, fit)
+            return Beginning(samples, rough, rough, finished=False)
+    return Beginning(samples, first, fit)

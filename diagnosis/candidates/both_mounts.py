@@ -13,8 +13,8 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.band import banded
-from imubench.diagnosis.criteria.cross_validation import SEED, foretold
-from imubench.diagnosis.criteria.effect_dynamics import led
+from imubench.diagnosis.criteria.cross_validation import SEED, heldout_gain
+from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -34,7 +34,7 @@ FIRST = 6  # steps
 ROUNDS = 2  # of the noise, mounts held
 
 
-def giving_way(fit: Fit) -> Fit | None:
+def with_both_on_springs(fit: Fit) -> Fit | None:
     """Return a fit with both IMUs of a hinge on springs, if that predicts what the rigid one leaves; else None."""
     recording = fit.model.recording
     if recording.rig != "hinge" or any(isinstance(h.effect, Sprung) for h in fit.model.hypotheses):
@@ -47,7 +47,7 @@ def giving_way(fit: Fit) -> Fit | None:
     sprung = on_springs(fit, hz)
     if sprung is None or gyro_power(sprung) > EXPLAINED * gyro_power(fit):
         return None
-    won = foretold(fit, sprung, np.random.default_rng(SEED))
+    won = heldout_gain(fit, sprung, np.random.default_rng(SEED))
     return sprung if won.foretells() else None
 
 
@@ -124,7 +124,9 @@ def on_springs(fit: Fit, hz: float, rounds: int = ROUNDS) -> Fit | None:
     rigid = replace(fit, model=replace(fit.model, fixed=held), state=state)
     rigid = fit_with_noise(rigid.model, rigid.state, rigid.noise, rigid.anchor, rounds=1)
     begun = extended(rigid, (*fit.model.hypotheses, *springs), guess)
-    found = solve(begun.model, led(begun.model, begun.state, springs), begun.noise, fit.anchor, steps=FIRST)
+    found = solve(
+        begun.model, driven_by_motion(begun.model, begun.state, springs), begun.noise, fit.anchor, steps=FIRST
+    )
     if left_power(found) > HOPELESS * left_power(rigid):
         return None
     found = fit_with_noise(found.model, found.state, found.noise, fit.anchor, rounds=rounds)

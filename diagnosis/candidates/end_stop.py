@@ -21,7 +21,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.rig_kinematics import HINGE
 from imubench.diagnosis.result import Finding, Interval, Parameter
-from imubench.diagnosis.samples.screening import Sampled
+from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.traits import STOP
 from imubench.diagnosis.windows import Window, covered, cut_out
@@ -62,7 +62,7 @@ class Stop:
         """Return free swings (start, end) s without the contacts."""
         return cut_out(swings, self.windows)
 
-    def told(self, samples: Sampled) -> Sampled:
+    def told(self, samples: SampleChecks) -> SampleChecks:
         """Return what the samples say, the stop in the place of its knocks."""
         angle = {"angle": Parameter(np.array(self.angle), np.array(self.std), "rad")}
         said = Finding(STOP, "joint", SURE, angle, Interval(0.0, (0.0, 0.0)))
@@ -70,7 +70,7 @@ class Stop:
         return replace(samples, findings=(*samples.findings, said), unless_stopped=(), notes=(*samples.notes, words))
 
 
-def stop_of(fit: Fit, samples: Sampled) -> Stop | None:
+def stop_of(fit: Fit, samples: SampleChecks) -> Stop | None:
     """Return the stop that the knocks of free swings tell of; none where they begin anywhere."""
     ball = fit.model.recording.rig == "pendulum"
     if not samples.unless_stopped or not (fit.model.rig.hinge or ball):

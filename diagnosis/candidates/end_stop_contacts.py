@@ -49,7 +49,7 @@ LEAST = 0.015  # rad, of the standard deviation of a pendulum's stop: 16 were of
 EVEN = 0.005  # rad: of axes that agree so nearly the nearest to the pushes counts
 
 
-def touched(fit: Fit, swings: Sequence[Window], again: Callable[[tuple[Window, ...]], Fit]) -> Stop | None:
+def contact_stop(fit: Fit, swings: Sequence[Window], again: Callable[[tuple[Window, ...]], Fit]) -> Stop | None:
     """Return the stop that a limb meets in free swings, told from its equation; None where nothing looks like one.
 
     `again` is the nominal fit with other free swings than its recording's `swings`.
@@ -164,4 +164,4 @@ def level_axis(push: Array, limb: Array) -> Array | None:
     return np.asarray(-level / np.linalg.norm(level))
 
 
-__all__ = ["contacts", "failures", "level_axis", "touched"]
+__all__ = ["contact_stop", "contacts", "failures", "level_axis"]

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from imubench.diagnosis.candidates.slips import slip
-from imubench.diagnosis.criteria.dynamic_score import driven
+from imubench.diagnosis.criteria.dynamic_score import lawful_score
 from imubench.diagnosis.criteria.score_test import Score, score
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
@@ -39,7 +39,7 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
         elif h.effect.name == "joint_spring":
             judged.append(rested(base, h))
         elif h.effect.name == "end_stop":
-            found_stop = driven(base, h)
+            found_stop = lawful_score(base, h)
             if found_stop is not None:
                 starts = {n.split(".", 1)[1]: v for n, v in found_stop.values.items()}
                 at = replace(h, effect=h.effect.starting(angle=starts["angle"]))

@@ -19,7 +19,7 @@ BETWEEN = 4  # samples that the stencil of w' takes
 REACH = 3.0  # m; what seems farther away has not been seen
 
 
-def far_arm(model: Model, at: str) -> Array | None:
+def far_lever_arm(model: Model, at: str) -> Array | None:
     """Return by how much (3,) m, in the segment's axes, an IMU lies from where it is declared, one of a hinge's two.
 
     None where the other IMU is not there, or nothing is seen.
@@ -53,4 +53,4 @@ def far_arm(model: Model, at: str) -> Array | None:
     return moved if np.linalg.norm(moved) < REACH else None
 
 
-__all__ = ["far_arm"]
+__all__ = ["far_lever_arm"]

@@ -18,7 +18,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.candidates.mount_lever_arm import far_arm
+from imubench.diagnosis.candidates.mount_lever_arm import far_lever_arm
 from imubench.diagnosis.noise.nominal import first_fit
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
@@ -37,7 +37,7 @@ FAR = 0.35  # rad: what is turned by less is found from where it is declared
 BETTER = 0.5  # of the cost of the start as declared, that one begun anew must have
 
 
-def turned(fit: Fit, h: Hypothesis) -> Fit | None:
+def with_turned_mount(fit: Fit, h: Hypothesis) -> Fit | None:
     """Return the fit with another pose of an IMU, begun anew where gyroscopes say that the axis is in it.
 
     None where they say that it is as declared, or nothing, or where that start is no better.
@@ -47,7 +47,7 @@ def turned(fit: Fit, h: Hypothesis) -> Fit | None:
     model = fit.model.with_effects(())
     tries = []
     for turn in far_turns(model, h.at):
-        arm = far_arm(placed(model, h.at, turn, np.zeros(3)), h.at)
+        arm = far_lever_arm(placed(model, h.at, turn, np.zeros(3)), h.at)
         for way in (np.zeros(3), arm) if arm is not None else (np.zeros(3),):
             with suppress(NotPositiveDefiniteError):
                 tries.append((first_fit(placed(model, h.at, turn, way)), turn, way))
@@ -69,9 +69,9 @@ def placed(model: Model, at: str, turn: Array, way: Array) -> Model:
     return replace(model, mounts=model.mounts | {at: other})
 
 
-def best_begun(fit: Fit, h: Hypothesis, done: Fit) -> Fit:
+def better_start(fit: Fit, h: Hypothesis, done: Fit) -> Fit:
     """Return the better of a refit with an effect, begun as declared, and one that is begun anew."""
-    again = turned(fit, h)
+    again = with_turned_mount(fit, h)
     return again if again and log_evidence(again) > log_evidence(done) else done
 
 
@@ -121,4 +121,4 @@ def moved_to(fit: Fit, start: Fit) -> Fit:
     return replace(fit, state=State(coefficients, fit.state.values | values), anchor=start.anchor)
 
 
-__all__ = ["best_begun", "turned"]
+__all__ = ["better_start", "with_turned_mount"]

@@ -29,17 +29,17 @@ from imubench.diagnosis.solve.marginals import Spread
 Told = dict[str, tuple[int, float, float]]
 
 
-def worth(before: Fit, after: Fit) -> float:
+def aic_gain(before: Fit, after: Fit) -> float:
     """Return the nat by which `after` predicts samples and free swings' equation better, each at its own noise."""
-    return weighed(before, after)[0]
+    return aic_gain_and_freedoms(before, after)[0]
 
 
-def weighed(before: Fit, after: Fit) -> tuple[float, float]:
+def aic_gain_and_freedoms(before: Fit, after: Fit) -> tuple[float, float]:
     """Return the same, and how many more freedoms the data give to `after`."""
     ruler = at_noise_of(before, after)
-    old, same, new = tallied(before), tallied(ruler), tallied(after)
+    old, same, new = tally(before), tally(ruler), tally(after)
     spent = freedoms(new) - freedoms(same)
-    nat = min(won(before.noise, old, after.noise, new), _cost(ruler) - _cost(after) - spent)
+    nat = min(aic_gain_of(before.noise, old, after.noise, new), _cost(ruler) - _cost(after) - spent)
     return nat, freedoms(new) - freedoms(old)
 
 
@@ -52,7 +52,7 @@ def _cost(fit: Fit) -> float:
     return sum(r.cost for r in fit.rows if not r.name.startswith(TILT))
 
 
-def won(noise_before: Mapping[str, float], old: Told, noise: Mapping[str, float], new: Told) -> float:
+def aic_gain_of(noise_before: Mapping[str, float], old: Told, noise: Mapping[str, float], new: Told) -> float:
     """Return the likelihood less the freedoms of one fit over another: their noise levels and their tallies."""
     out = 0.0
     for name in sorted(old.keys() & new.keys()):
@@ -62,13 +62,13 @@ def won(noise_before: Mapping[str, float], old: Told, noise: Mapping[str, float]
     return out
 
 
-def tallied(fit: Fit) -> Told:
+def tally(fit: Fit) -> Told:
     """Return how many numbers every group of data has, the freedoms that they give, and what they cost."""
     _, leverage = levels(fit)
     return {r.name: (r.residual.value.size, float(leverage[r.name].sum()), r.cost) for r in fit.rows if is_data(r)}
 
 
-def foreseen(model: Model, rows: list[Rows]) -> Told:
+def linear_tally(model: Model, rows: list[Rows]) -> Told:
     """Return the same after one linear step from where the rows were taken, as far as they are linear.
 
     A whole step in what is not linear (play turns one sensor against the other) would end anywhere.
@@ -83,4 +83,4 @@ def foreseen(model: Model, rows: list[Rows]) -> Told:
     return out
 
 
-__all__ = ["foreseen", "tallied", "weighed", "won", "worth"]
+__all__ = ["aic_gain", "aic_gain_and_freedoms", "aic_gain_of", "linear_tally", "tally"]

@@ -147,9 +147,9 @@ def _left(part: Linear, motion: Array, learnt: Array, width: int) -> Array:
     return np.asarray(part.residual + followed + part.border @ learnt)
 
 
-def foretold(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
+def heldout_gain(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
     """Return what a fit with more in it gains on held-out data, both at its noise levels."""
     return predicted(at_noise_of(fit, better), better, rng)
 
 
-__all__ = ["SEED", "Gain", "block_of", "by_halves", "foretold", "gain", "held_out", "predicted", "told_by"]
+__all__ = ["SEED", "Gain", "block_of", "by_halves", "gain", "held_out", "heldout_gain", "predicted", "told_by"]

@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import welch
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.signatures import Columns, Joint
+from imubench.diagnosis.criteria.signatures import Columns, JointInformation
 from imubench.diagnosis.noise.coherence import clear_of_noise, even_stamps, slower
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import interpolated
@@ -137,7 +137,7 @@ def beside(time: Array, x: Mapping[str, Array], delay: float) -> Readings:
     return {part: interpolated(time + delay, time, y) - x[part] for part, y in zip(x, read, strict=True)}
 
 
-def left_by(both: Joint, wanted: Array, by: Array) -> float:
+def left_by(both: JointInformation, wanted: Array, by: Array) -> float:
     """Return what is lost when a direction (k,) stands for another, its size near 1: a cutoff near the delay's."""
     pull = by @ both.information @ by
     size = float(np.clip(by @ both.information @ wanted / max(float(pull), 1e-300), 1 / NEAR, NEAR))

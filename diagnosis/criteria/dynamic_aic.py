@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.conditional_aic import weighed, worth
+from imubench.diagnosis.criteria.conditional_aic import aic_gain, aic_gain_and_freedoms
 from imubench.diagnosis.criteria.trial import NEEDED, Trial
 from imubench.diagnosis.noise.colour_bound import COLOUR, louder_where
 from imubench.diagnosis.noise.coloured import off_none
@@ -28,7 +28,7 @@ TRIPLES = ("gyro", "accel")  # variants of a filter that delay one against the o
 IMPLAUSIBLE = 4.0  # of its prior's standard deviations, on every axis
 
 
-def against(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
+def trial_beside(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
     """Return a refit beside the fit without its effects; where its freedoms decide, its laws as tight as it bears."""
     loose, freedoms = judged(fit, hypotheses, tried)
     if not -freedoms < loose.evidence < DECIDED * freedoms:
@@ -53,12 +53,12 @@ def law_levels(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[str]:
     return [n for h in hypotheses for n in fit.noise if n.startswith(f"{h.name}.")]
 
 
-def as_tight(fit: Fit) -> Fit:
+def with_tight_laws(fit: Fit) -> Fit:
     """Return a fit with every law as tight as it bears."""
     for h in [h for h in fit.model.hypotheses if h.effect.lawful]:
         with suppress(NotPositiveDefiniteError):
             tight = tightened(fit, [h])
-            if tight is not None and worth(fit, tight) > -SAME:
+            if tight is not None and aic_gain(fit, tight) > -SAME:
                 fit = tight
     return fit
 
@@ -71,9 +71,9 @@ def judged(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> tuple[Trial, f
     A filter must explain something beside a rougher motion too: knowing which frequencies do not pass, it takes from
     the fit the freedom to follow noise there (233 freedoms and 14 nat of a clean pendulum, -216 beside the rougher).
     """
-    won, freedoms = weighed(fit, tried)
+    won, freedoms = aic_gain_and_freedoms(fit, tried)
     if won > NEEDED and any(h.effect.name == FILTER for h in hypotheses):
-        beside = worth(rougher(fit), rougher(tried))
+        beside = aic_gain(rougher(fit), rougher(tried))
         won = won if beside > NEEDED else min(won, beside)
     if won > 0 and not any(h.effect.lawful for h in hypotheses):
         won -= min(of_colour(tried, hypotheses, freedoms), won * 2 * COLOUR / max(taken(fit, tried), COLOUR))
@@ -117,7 +117,7 @@ def at_rest(fit: Fit, hypotheses: Sequence[Hypothesis]) -> State:
     return replace(fit.state, coefficients=coefficients)
 
 
-def resolved(trial: Trial) -> bool:
+def holds_its_law(trial: Trial) -> bool:
     """Return whether every law holds, with plausible numbers, and a rate in Hz that its sensor's samples can show.
 
     A filter's cutoff must be known: what it delays by, 1 / (2 pi cutoff), is no more than nothing where that is not.
@@ -148,4 +148,4 @@ def laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, float]
     return [(fit.noise[r.name], float(np.sqrt(np.mean(r.whitened**2)))) for r in rows if r.name in fit.noise]
 
 
-__all__ = ["against", "as_tight", "judged", "law_levels", "laws", "resolved", "tightened"]
+__all__ = ["holds_its_law", "judged", "law_levels", "laws", "tightened", "trial_beside", "with_tight_laws"]

@@ -18,8 +18,8 @@ from itertools import product
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.conditional_aic import foreseen, tallied, won
-from imubench.diagnosis.criteria.effect_dynamics import calmed, obeyed
+from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, linear_tally, tally
+from imubench.diagnosis.criteria.effect_dynamics import solved_by_law, with_clear_motion
 from imubench.diagnosis.criteria.trial import kind
 from imubench.diagnosis.noise.reml import declared
 from imubench.diagnosis.problem.batch_model import Model, started
@@ -62,7 +62,12 @@ class Screened:
 def screen(fit: Fit, hypotheses: list[Hypothesis]) -> list[Screened]:
     """Return what effects with states promise, best first; of one's variants without a law the best alone."""
     base = Base.of(fit)
-    out = [s for h in hypotheses for s in [driven(base, h) if h.effect.lawful else free(base, h)] if s is not None]
+    out = [
+        s
+        for h in hypotheses
+        for s in [lawful_score(base, h) if h.effect.lawful else lawless_score(base, h)]
+        if s is not None
+    ]
     out.sort(key=lambda s: -s.evidence)
     return [s for s in out if s.hypothesis.effect.lawful or s is _plainest(s, out)]
 
@@ -74,7 +79,7 @@ def _plainest(one: Screened, out: list[Screened]) -> Screened:
     return min(good, key=lambda s: sum(state.width for state in s.hypothesis.effect.states))
 
 
-def driven(base: Base, h: Hypothesis) -> Screened | None:
+def lawful_score(base: Base, h: Hypothesis) -> Screened | None:
     """Return the best point of an effect whose states obey a law; None where the law has no solution.
 
     Its evidence is that of the best point; its fit begins at the point whose amount is nearest to the law's, or where a
@@ -82,14 +87,14 @@ def driven(base: Base, h: Hypothesis) -> Screened | None:
     """
     fit = base.fit
     start, end = fit.span
-    calm = fit.state if h.effect.place != "imu" or h.effect.name == FILTER else calmed(fit, h.at)
+    calm = fit.state if h.effect.place != "imu" or h.effect.name == FILTER else with_clear_motion(fit, h.at)
     grid = points(h, end - start)
 
     def at_point(point: dict[str, float]) -> Screened | None:
         at, model = at_start(fit, h, point)
         names = [*(at.key(s.name) for s in h.effect.states), *(at.key(p.name) for p in h.effect.parameters)]
         with suppress(NotPositiveDefiniteError), derivatives_by(names):
-            state, sensitivity = obeyed(model, started(model, fit.state), at, started(model, calm))
+            state, sensitivity = solved_by_law(model, started(model, fit.state), at, started(model, calm))
             return replace(_scored(base, model, state, sensitivity, at), hypothesis=h)
         return None
 
@@ -127,7 +132,7 @@ def _scored(base: Base, model: Model, state: State, sensitivity: Array, h: Hypot
     return Screened(h, found.evidence - 0.5 / AMOUNT**2, values, {}, float(found.step[0]))
 
 
-def free(base: Base, h: Hypothesis) -> Screened | None:
+def lawless_score(base: Base, h: Hypothesis) -> Screened | None:
     """Return the best roughness of an effect whose states obey no law, and the noise with which it is that.
 
     One linear step each, weighed as a refit is: of a free state the evidence is about the motion's prior. Of the points
@@ -137,16 +142,16 @@ def free(base: Base, h: Hypothesis) -> Screened | None:
     start, end = fit.span
     told = {n: std for n, std in declared(fit.model).items() if DECLARED * std < fit.noise.get(n, 0.0)}
     ways = ({}, told) if told else ({},)
-    known = tallied(fit)
+    known = tally(fit)
 
     def at_level(point: dict[str, float], levels: dict[str, float], rough: float) -> Screened | None:
         _, model = at_start(fit, h, point)
         begin = levels | {f"smooth.{h.key(s.name)}": rough for s in h.effect.states}
         state, noise = started(model, fit.state), fit.noise | begin
         with suppress(NotPositiveDefiniteError):
-            seen = foreseen(model, all_rows(model, state, noise, fit.anchor, fit.loose))
+            seen = linear_tally(model, all_rows(model, state, noise, fit.anchor, fit.loose))
             values = {h.key(p.name): state.values[h.key(p.name)].copy() for p in h.effect.parameters}
-            return Screened(h, won(fit.noise, known, noise, seen), values, begin)
+            return Screened(h, aic_gain_of(fit.noise, known, noise, seen), values, begin)
         return None
 
     grid = points(h, end - start)

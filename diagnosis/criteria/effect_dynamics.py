@@ -27,7 +27,7 @@ TOLD = 1e-3  # the same of a filter's, and of one that the effect itself tells
 PASSES = 2  # solves of a law, the second where the first has led
 
 
-def calmed(fit: Fit, imu: str) -> State:
+def with_clear_motion(fit: Fit, imu: str) -> State:
     """Return the fit's state with its motion only as quick as it is more than an IMU's noise.
 
     What a fitted motion has beyond is the noise of samples, and springs resound with it: a mount of 12 Hz on a hinge
@@ -43,7 +43,7 @@ def calmed(fit: Fit, imu: str) -> State:
     return replace(fit.state, coefficients=coefficients)
 
 
-def obeyed(model: Model, state: State, h: Hypothesis, drive: State | None = None) -> tuple[State, Array]:
+def solved_by_law(model: Model, state: State, h: Hypothesis, drive: State | None = None) -> tuple[State, Array]:
     """Return the state with h's splines as its law says, and what they do (m, b, p) when a parameter moves.
 
     The motion of `drive` moves them, or else the state's own.
@@ -77,11 +77,11 @@ def obeyed(model: Model, state: State, h: Hypothesis, drive: State | None = None
     return replace(begun, coefficients=coefficients), sensitivity
 
 
-def led(model: Model, state: State, hypotheses: Iterable[Hypothesis]) -> State:
+def driven_by_motion(model: Model, state: State, hypotheses: Iterable[Hypothesis]) -> State:
     """Return the state with the splines of effects that obey a law as the motion drives them."""
     for h in hypotheses:
         if h.effect.lawful:
-            state = obeyed(model, state, h)[0]
+            state = solved_by_law(model, state, h)[0]
     return state
 
 
@@ -111,4 +111,4 @@ def _held(normal: Normal, tracks: Tracks, name: str, weight: float, step: float)
     normal.diagonal[:, at, at] += step * weight**2
 
 
-__all__ = ["calmed", "led", "obeyed"]
+__all__ = ["driven_by_motion", "solved_by_law", "with_clear_motion"]

@@ -13,7 +13,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.criteria.delays import filters, late, left_by
-from imubench.diagnosis.criteria.signatures import MARK, Columns, Joint, joint, mark
+from imubench.diagnosis.criteria.signatures import MARK, Columns, JointInformation, joint_information, signature
 from imubench.diagnosis.noise.colour_bound import louder_where
 from imubench.diagnosis.noise.coloured import Spectra, noise_spectra
 from imubench.diagnosis.problem.batch_model import Model
@@ -42,7 +42,7 @@ class Rival:
 
 
 @dataclass(frozen=True)
-class Instead:
+class Replacement:
     """One effect in the place of some that a fit has."""
 
     hypothesis: Hypothesis
@@ -68,7 +68,7 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
 
     `sure`: the closest few are refitted exactly, for a law far from linear seems to lose more than it does.
     """
-    bare, still, added = mark(fit, fit.state, [h])
+    bare, still, added = signature(fit, fit.state, [h])
     slow = late(fit, h)
     stands = State(still.coefficients, fit.state.values)
     smooth = filters(bare, stands, *slow, fit.noise) if slow else {}
@@ -133,7 +133,7 @@ def louder(fit: Fit, signals: Mapping[str, Array], shown: Mapping[str, Spectra])
     return louder_where([(r.name, r.time, signals[r.name] / r.std) for r in seen], shown, {})
 
 
-def alike(fit: Fit, h: Hypothesis) -> list[Rival]:
+def equivalents(fit: Fit, h: Hypothesis) -> list[Rival]:
     """Return what the recording cannot tell from `h`, a kept effect of the fit, the closest first."""
     found = {(r.effect, r.at): r for r in rivals(fit, h) if r.loss < LIKE}
     scales = [other for other in fit.model.hypotheses if other.effect.name == SCALE]
@@ -152,12 +152,12 @@ def _all_scaled(fit: Fit, scales: Sequence[Hypothesis]) -> float:
     weight = Hypothesis(EFFECTS["gravity"].suited(recording), "world")
     if weight.name in {h.name for h in fit.model.hypotheses}:
         return np.inf
-    return instead(fit, scales, [weight])[0].loss
+    return replacements(fit, scales, [weight])[0].loss
 
 
-def instead(fit: Fit, gone: Sequence[Hypothesis], others: Sequence[Hypothesis]) -> list[Instead]:
+def replacements(fit: Fit, gone: Sequence[Hypothesis], others: Sequence[Hypothesis]) -> list[Replacement]:
     """Return what each of some effects is expected to lose in the place of kept ones, the closest first."""
-    return _against(fit, mark(fit, fit.state, gone), others)[2]
+    return _against(fit, signature(fit, fit.state, gone), others)[2]
 
 
 def _against(
@@ -165,19 +165,19 @@ def _against(
     marked: tuple[Model, State, dict[str, Array]],
     others: Sequence[Hypothesis],
     columns: Columns | None = None,
-) -> tuple[Joint, Array, list[Instead]]:
+) -> tuple[JointInformation, Array, list[Replacement]]:
     """Return the information of all and of what was taken out, its direction, effects by their loss in its place."""
     bare, still, added = marked
     begun = extended(replace(fit, model=bare, state=still), (*bare.hypotheses, *others))
-    both = joint(begun.model, begun.state, fit, others, {MARK: added} | (columns or {}))
+    both = joint_information(begun.model, begun.state, fit, others, {MARK: added} | (columns or {}))
     wanted = both.along(MARK)[:, 0]
     total = max(0.5 * float(wanted @ both.information @ wanted), 1e-9)
     out = []
     for r in others:
         loss, size = both.explained(wanted, both.along(r.name))
         start = np.concatenate([p.centre for p in r.effect.parameters])
-        out.append(Instead(r, loss, loss / total, guess_of(r, start + size)))
+        out.append(Replacement(r, loss, loss / total, guess_of(r, start + size)))
     return both, wanted, sorted(out, key=lambda one: one.loss)
 
 
-__all__ = ["LIKE", "Instead", "Rival", "alike", "alternatives", "instead", "rivals"]
+__all__ = ["LIKE", "Replacement", "Rival", "alternatives", "equivalents", "replacements", "rivals"]

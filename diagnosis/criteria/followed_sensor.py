@@ -15,7 +15,7 @@ FEW = 300  # readings that tell a level
 LOUD = 1.5  # times the declared level
 
 
-def told_little(fit: Fit) -> dict[str, float]:
+def uncertain_levels(fit: Fit) -> dict[str, float]:
     """Return the declared levels of sensors of which few readings tell the level, where that is too loud."""
     told = {n: std for n, std in declared(fit.model).items() if n in fit.noise and fit.noise[n] > LOUD * std}
     if not told:
@@ -25,15 +25,15 @@ def told_little(fit: Fit) -> dict[str, float]:
     return {n: std for n, std in told.items() if left[n] < FEW}
 
 
-def as_declared(fit: Fit, told: dict[str, float]) -> Fit:
+def at_levels(fit: Fit, told: dict[str, float]) -> Fit:
     """Return the fit at those levels."""
     return solve(fit.model, fit.state, fit.noise | told, fit.anchor, steps=AGAIN)
 
 
-def brought_down(fit: Fit, trial: Trial, told: dict[str, float]) -> bool:
+def nearer_to_declared(fit: Fit, trial: Trial, told: dict[str, float]) -> bool:
     """Return whether the levels that a trial leaves are nearer to the declared ones than to those of a fit."""
     left = with_noise(trial.fit).noise
     return all(left[n] ** 2 < std * fit.noise[n] for n, std in told.items())
 
 
-__all__ = ["as_declared", "brought_down", "told_little"]
+__all__ = ["at_levels", "nearer_to_declared", "uncertain_levels"]

@@ -12,7 +12,7 @@ from scipy.stats import chi2
 
 from imubench.arrays import Array
 from imubench.diagnosis.criteria.cross_validation import SEED
-from imubench.diagnosis.noise.masking import blinded
+from imubench.diagnosis.noise.masking import with_mask
 from imubench.diagnosis.samples.check_findings import UNITS
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.windows import Window, covered
@@ -59,7 +59,7 @@ def chance(alarm: float, count: float) -> float:
 
 def solved(fit: Fit, masks: Mapping[str, Mask]) -> Fit:
     """Return the fit on other samples, noise levels as they are."""
-    return blinded(fit, {**(fit.model.masks or {}), **masks})
+    return with_mask(fit, {**(fit.model.masks or {}), **masks})
 
 
 def unexplained(without: Fit, with_it: Fit, window: Window) -> tuple[float, float]:

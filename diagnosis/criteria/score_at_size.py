@@ -22,7 +22,7 @@ SIZES = tuple(float(s) for s in 10.0 ** np.arange(-3.0, 3.0, 0.5))  # of an effe
 
 
 @one_thread
-def sized(base: Base, some: Sequence[Hypothesis]) -> dict[Hypothesis, tuple[float, float]]:
+def scores_at_size(base: Base, some: Sequence[Hypothesis]) -> dict[Hypothesis, tuple[float, float]]:
     """Return the nat that each effect without states promises at its best size, and that size."""
     out = {}
     for h, information, gradient in each(base, some):
@@ -33,7 +33,7 @@ def sized(base: Base, some: Sequence[Hypothesis]) -> dict[Hypothesis, tuple[floa
     return out
 
 
-def saved(without: Fit, gone: Sequence[Hypothesis], lost: float) -> float:
+def gain_at_size(without: Fit, gone: Sequence[Hypothesis], lost: float) -> float:
     """Return the nat that one name near linear, worth `lost` in a fit, gains at the size that it has; 0 for others.
 
     A term's weights are as large as they explain most. A gyroscope's scale of 0.02 % was worth 40 nat, and 55 at its
@@ -41,7 +41,7 @@ def saved(without: Fit, gone: Sequence[Hypothesis], lost: float) -> float:
     """
     if len(gone) > 1 or not linear_in(gone[0]):
         return 0.0
-    return max(sized(Base.of(without), gone)[gone[0]][0] - lost, 0.0)
+    return max(scores_at_size(Base.of(without), gone)[gone[0]][0] - lost, 0.0)
 
 
 def at_best_size(values: Array, pull: Array, sizes: Iterable[float], louder: float = 1.0) -> tuple[float, float]:
@@ -61,4 +61,4 @@ def weighed(values: Array, pull: Array, std: float, louder: float = 1.0) -> tupl
     return won, 0.5 * float(np.sum(np.log(grown / louder)))
 
 
-__all__ = ["SIZES", "at_best_size", "saved", "sized", "weighed"]
+__all__ = ["SIZES", "at_best_size", "gain_at_size", "scores_at_size", "weighed"]

@@ -27,7 +27,7 @@ Columns = dict[str, dict[str, Array]]
 
 
 @dataclass(frozen=True)
-class Joint:
+class JointInformation:
     """Hypotheses and columns after motion, geometry and every other effect have followed them."""
 
     places: dict[str, NDArray[np.int64]]  # of each hypothesis' parameters, and of each column
@@ -51,7 +51,9 @@ class Joint:
 
 
 @one_thread
-def joint(model: Model, state: State, fit: Fit, fresh: Sequence[Hypothesis], columns: Columns | None = None) -> Joint:
+def joint_information(
+    model: Model, state: State, fit: Fit, fresh: Sequence[Hypothesis], columns: Columns | None = None
+) -> JointInformation:
     """Return the information of hypotheses without states in `model`, and of columns, at a state, with a fit's noise.
 
     Of hypotheses some at a time, each with every column: what those of different pieces have in common is left out.
@@ -74,7 +76,7 @@ def joint(model: Model, state: State, fit: Fit, fresh: Sequence[Hypothesis], col
     prior = [model.priors[n].std for n in own] + [np.full(len(extra), np.inf)]
     places = {h.name + h.tag: every.places([h.key(p.name) for p in h.effect.parameters]) for h in fresh}
     places |= {n: every.places([n]) for n in extra}
-    return Joint(places, (information + information.T) / 2, gradient, np.concatenate(prior))
+    return JointInformation(places, (information + information.T) / 2, gradient, np.concatenate(prior))
 
 
 def _marked(rows: Rows, columns: Columns) -> Rows:
@@ -83,7 +85,7 @@ def _marked(rows: Rows, columns: Columns) -> Rows:
     return replace(rows, residual=Jet(rows.residual.value, rows.residual.blocks | blocks)) if blocks else rows
 
 
-def mark(fit: Fit, state: State, gone: Sequence[Hypothesis]) -> tuple[Model, State, dict[str, Array]]:
+def signature(fit: Fit, state: State, gone: Sequence[Hypothesis]) -> tuple[Model, State, dict[str, Array]]:
     """Return the model without some effects, its state at the same motion, and what they add to every group."""
     rest = tuple(h for h in fit.model.hypotheses if h not in gone)
     without = extended(replace(fit, state=state), rest)
@@ -102,4 +104,4 @@ def _of(rows: Rows, own: list[str]) -> bool:
     )
 
 
-__all__ = ["MARK", "Columns", "Joint", "joint", "mark"]
+__all__ = ["MARK", "Columns", "JointInformation", "joint_information", "signature"]

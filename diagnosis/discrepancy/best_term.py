@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.discrepancy.drift_tests import Slow
-from imubench.diagnosis.discrepancy.fitted_terms import NEEDED, SHAPE_NEEDED, Fitted, fitted
+from imubench.diagnosis.discrepancy.drift_tests import SlowErrors
+from imubench.diagnosis.discrepancy.fitted_terms import NEEDED, SHAPE_NEEDED, FittedTerm, fitted_term
 from imubench.diagnosis.discrepancy.term_scores import Guess, promising
 from imubench.diagnosis.discrepancy.terms import SERIES
 from imubench.diagnosis.problem.residuals import CHANNELS
@@ -20,7 +20,7 @@ RIVAL = 0.5  # of the best one's promise, from which the best of another place i
 SHAPED = 30.0  # nat, that a slow error's shape must be worth where it foretells nothing
 
 
-def found_in(fit: Fit) -> Fitted | None:
+def best_term(fit: Fit) -> FittedTerm | None:
     """Return the best term with its refit, None where none has the evidence or predicts.
 
     What is at one sensor can look like a term at another until it is fitted: the best of each place are refitted, and
@@ -35,12 +35,12 @@ def found_in(fit: Fit) -> Fitted | None:
     places = [next(g for g in likely if g.term.at == at) for at in dict.fromkeys(g.term.at for g in likely)]
     rivals = [g for g in places if g.white > RIVAL * likely[0].white]
     others = [g for g in likely if g not in rivals]
-    good: list[Fitted] = []
+    good: list[FittedTerm] = []
     for guess in (*rivals, *others[: max(REFITTED - len(rivals), 0)]):
         if good and guess not in rivals:
             break
         with suppress(NotPositiveDefiniteError):
-            done = fitted(fit, guess, price)
+            done = fitted_term(fit, guess, price)
             if believable(done.evidence, done.shape) and (done.heldout.foretells() or tells_itself(done)):
                 good.append(done)
     best = max(good, key=lambda f: f.heldout.value, default=None)
@@ -52,7 +52,7 @@ def believable(evidence: float, shape: float) -> bool:
     return evidence > NEEDED or shape > SHAPE_NEEDED
 
 
-def tells_itself(done: Fitted) -> bool:
+def tells_itself(done: FittedTerm) -> bool:
     """Return whether a term need not be foretold: a slow error of a clear shape, or a mount that turns and loses none.
 
     A mount that crept by 10 deviations was worth 13 nat beside the noise's colour, and gained 10 on left-out seconds
@@ -68,12 +68,12 @@ def by_shape(fit: Fit, guesses: Sequence[Guess], least: float) -> list[Guess]:
     It is one of two of each triple. Noise as coloured as it may be is that everywhere; a walk of 19 deviations from a
     bias was worth 7 nat beside it, and 30 by its shape.
     """
-    known: dict[tuple[str, str], Slow] = {}
+    known: dict[tuple[str, str], SlowErrors] = {}
     out = []
     for g in guesses:
         place = (g.term.at, g.term.part)
         if g.term.drift and g.term.part in CHANNELS and g.white > least:
-            known[place] = known.get(place) or Slow.of(fit, g.term)
+            known[place] = known.get(place) or SlowErrors.of(fit, g.term)
             price = np.log(2 * len(CHANNELS) * len(fit.model.recording.imus))
             g = replace(g, shape=known[place].beyond(g.term) - float(price))
         out.append(g)
@@ -90,4 +90,4 @@ def chased(fit: Fit) -> bool:
     return alone and any(h.effect.free and h.effect.place == "joint" for h in fit.model.hypotheses)
 
 
-__all__ = ["chased", "found_in"]
+__all__ = ["best_term", "chased"]

@@ -54,14 +54,14 @@ class Beside:
 
 
 @dataclass(frozen=True)
-class Slow:
+class SlowErrors:
     """What a fit knows of slow errors of one triple, in r combinations of 3 k cosines that it knows anything of."""
 
     cosines: Array  # (n, k) at the sensor's samples
     beside: tuple[Beside, ...]  # beside noise of each colour
 
     @classmethod
-    def of(cls, fit: Fit, term: Term) -> "Slow":
+    def of(cls, fit: Fit, term: Term) -> "SlowErrors":
         """Return what a fit knows of slow errors of a term's triple."""
         time, seconds = term.time, float(term.time[-1] - term.time[0])
         cosines = cosines_at((time - time[0]) / seconds, min(int(2 * seconds * TOP), MOST) + 1)
@@ -70,7 +70,7 @@ class Slow:
         return cls.told(cosines, seconds, information, force)
 
     @classmethod
-    def told(cls, cosines: Array, seconds: float, information: Array, force: Array) -> "Slow":
+    def told(cls, cosines: Array, seconds: float, information: Array, force: Array) -> "SlowErrors":
         """Return it from the information (3 k, 3 k) of all cosines over so many seconds, and the gradient (3 k,)."""
         n, count = cosines.shape
         values, vectors = np.linalg.eigh(information)
@@ -130,7 +130,7 @@ def beyond_a_drift(fit: Fit, term: Term) -> float:
 
     `fit` has none of the three, or a drift.
     """
-    return Slow.of(fit, term).beyond(term)
+    return SlowErrors.of(fit, term).beyond(term)
 
 
 def cosines_at(share: Array, count: int) -> Array:
@@ -145,4 +145,4 @@ def colours(frequencies: Array, step: float) -> Iterator[Array]:
         yield 1 + share * power
 
 
-__all__ = ["Slow", "beyond_a_drift"]
+__all__ = ["SlowErrors", "beyond_a_drift"]

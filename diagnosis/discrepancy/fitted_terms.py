@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import BLOCK, SEED, Gain, predicted
 from imubench.diagnosis.criteria.score_at_size import weighed
 from imubench.diagnosis.discrepancy.candidate_terms import sensor_terms, torque_terms
@@ -24,7 +24,7 @@ BRIEF = 1.0  # s left out at a time under a term that is a function of time
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedTerm:
     """A term in the fit."""
 
     hypothesis: Hypothesis
@@ -38,7 +38,7 @@ class Fitted:
     equal: tuple[Hypothesis, ...] = ()  # names that explain as much
 
 
-def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
+def fitted_term(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     """Return a term's exact refit, its evidence less `price`, and what it predicts.
 
     What is worth much has bent the motion that its signals were taken from: they are taken again from the motion that
@@ -49,13 +49,13 @@ def fitted(fit: Fit, guess: Guess, price: float) -> Fitted:
         if found.evidence < BENDS or guess.term.timed:
             break
         further = once(fit, replace(guess, term=taken_again(fit, found)), price)
-        if not further.heldout.foretells() or worth(found.fit, further.fit) < NEEDED:
+        if not further.heldout.foretells() or aic_gain(found.fit, further.fit) < NEEDED:
             break
         found = further
     return found
 
 
-def taken_again(fit: Fit, found: Fitted) -> Term:
+def taken_again(fit: Fit, found: FittedTerm) -> Term:
     """Return a term of the fit with its signals taken from the motion that is left where it is in the fit."""
     values = {name: value for name, value in found.fit.state.values.items() if name in fit.model.priors}
     moved = replace(fit, state=State(found.fit.state.coefficients, values))
@@ -66,7 +66,7 @@ def taken_again(fit: Fit, found: Fitted) -> Term:
     return term if len(term.channel) == len(old.channel) else term.only(old.channel[0])
 
 
-def once(fit: Fit, guess: Guess, price: float) -> Fitted:
+def once(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     """Return a term's exact refit with its signals as they are.
 
     The evidence is the lesser one of the motion as rough as the fit has it, and of a rougher: what a motion held too
@@ -81,7 +81,7 @@ def once(fit: Fit, guess: Guess, price: float) -> Fitted:
     freer = rougher(better)
     evidence = min(gained(ruler, better, h, louder), gained(rougher(ruler), freer, h, louder)) - price
     evidence = max(evidence, guess.shape)
-    return Fitted(h, guess.term, better, freer, evidence, heldout, louder, guess.shape)
+    return FittedTerm(h, guess.term, better, freer, evidence, heldout, louder, guess.shape)
 
 
 def gained(before: Fit, after: Fit, h: Hypothesis, louder: float) -> float:

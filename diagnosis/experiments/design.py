@@ -1,7 +1,7 @@
 """Which motion would tell two effects apart that a recording cannot: expected before anyone has moved.
 
 Information needs no measurement, only a model at a motion. So each motion of the menu is laid on the recording's
-own model, rates and noise, and the loss of `alike` is taken there: the log Bayes factor that a recording of that
+own model, rates and noise, and the loss of `equivalents` is taken there: the log Bayes factor that a recording of that
 motion is expected to have for the effect, at its fitted size, over its rival.
 """
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.signatures import MARK, Joint, joint, mark
+from imubench.diagnosis.criteria.signatures import MARK, JointInformation, joint_information, signature
 from imubench.diagnosis.experiments.motion_menu import MENU, Motion, Stage, Swing
 from imubench.diagnosis.experiments.planned_recording import assumed, laid, read, readings, staged
 from imubench.diagnosis.experiments.symmetries import ALWAYS, BUT_IN_SWINGS
@@ -120,7 +120,7 @@ def expected(
     return [both.explained(both.along(f"{MARK} {h.name}")[:, 0], both.along(r.name))[0] for h, r in pairs]
 
 
-def shown(fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], stage: Stage, seconds: float) -> Joint:
+def shown(fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], stage: Stage, seconds: float) -> JointInformation:
     """Return the information of every rival and of every effect's mark in one way to move."""
     kept, rivals = ({x.name: x for x in some} for some in zip(*pairs, strict=True))
     recording = staged(fit.model.recording, stage, seconds)
@@ -134,10 +134,10 @@ def shown(fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], stage: Stage
     for name, h in kept.items():
         there, values = placed(fit, h, stage, recording)
         has = extended(bare, (there,), values)
-        marks[f"{MARK} {name}"] = mark(has, has.state, [there])[2]
+        marks[f"{MARK} {name}"] = signature(has, has.state, [there])[2]
     others = [_carried(r, stage) for r in rivals.values()]
     begun = extended(bare, tuple(others))
-    out = joint(begun.model, begun.state, begun, others, marks)
+    out = joint_information(begun.model, begun.state, begun, others, marks)
     factor = np.ones(len(out.prior))
     for r in others:
         if r.effect.name == "inertia":

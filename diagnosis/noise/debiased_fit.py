@@ -20,7 +20,7 @@ STEPS = 5  # of the solver after a pull; the first is solved to its end
 STILL = 0.1  # of its standard deviation: a number that moves less has settled
 
 
-def unbiased(fit: Fit) -> Fit:
+def debiased(fit: Fit) -> Fit:
     """Return the fit with its laws' numbers pulled off what noise makes of them."""
     return settled(finer(coarsest(fit))) if lawful(fit) else fit
 
@@ -48,4 +48,4 @@ def settled(fit: Fit) -> Fit:
     return fit
 
 
-__all__ = ["settled", "unbiased"]
+__all__ = ["debiased", "settled"]

@@ -31,7 +31,7 @@ LITTLE = 30.0  # nat that a fit may cost more: of six springs that noise had pul
 STEPS = 8  # of the solver
 
 
-def with_springs(fit: Fit, std: dict[str, Array]) -> dict[str, Array]:
+def with_spring_intervals(fit: Fit, std: dict[str, Array]) -> dict[str, Array]:
     """Return the standard deviations of a fit's numbers, wider where springs may be stiffer or ring less."""
     out = dict(std)
     for h in fit.model.hypotheses:
@@ -71,4 +71,4 @@ def held_at(fit: Fit, key: str, value: Array) -> Fit:
     return replace(done, model=fit.model, loose=fit.loose, rows=rows)
 
 
-__all__ = ["with_springs"]
+__all__ = ["with_spring_intervals"]

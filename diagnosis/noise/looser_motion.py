@@ -18,7 +18,7 @@ LOOSE = 64.0  # times: 16 leave up to 0.7 of a deviation of it, 256 change nothi
 TURNING = tuple(f"smooth.{name}" for name in (ATTITUDE, HINGE))
 
 
-def loosened(fit: Fit) -> Fit:
+def with_looser_motion(fit: Fit) -> Fit:
     """Return the fit, its turning motion loosened and solved again where an effect's numbers scale it."""
     if fit.model.recording.encoders or not any(h.effect.scales_angle for h in fit.model.hypotheses):
         return fit
@@ -26,4 +26,4 @@ def loosened(fit: Fit) -> Fit:
     return converged(replace(fit, noise=noise))
 
 
-__all__ = ["LOOSE", "loosened"]
+__all__ = ["LOOSE", "with_looser_motion"]

@@ -19,7 +19,7 @@ Masks = dict[str, NDArray[np.bool_]]
 """The samples (n,) that count, by group."""
 
 
-def blind(fit: Fit, h: Hypothesis) -> Masks | None:
+def mask_beside(fit: Fit, h: Hypothesis) -> Masks | None:
     """Return the samples that count besides those in which an effect acts as its law does not say; none: all do."""
     windows = fit.model.blind(h, fit.state)
     if not windows:
@@ -32,7 +32,7 @@ def blind(fit: Fit, h: Hypothesis) -> Masks | None:
     return masks
 
 
-def peaks(fit: Fit, first: Fit, h: Hypothesis) -> bool:
+def shows_in_its_moments(fit: Fit, first: Fit, h: Hypothesis) -> bool:
     """Return whether what an effect does in the moments in which it acts anyhow is there, and is what its law says.
 
     Five slips of 12 to 60 bounds left 0.9 to 1.04 of what is left elsewhere, and had explained 21 to 350 nat; knocks of
@@ -52,9 +52,9 @@ def peaks(fit: Fit, first: Fit, h: Hypothesis) -> bool:
     return won > PEAK and left < FITS * usual
 
 
-def blinded(fit: Fit, counted: Masks | None) -> Fit:
+def with_mask(fit: Fit, counted: Masks | None) -> Fit:
     """Return the fit on those samples alone, noise levels as they were."""
     return solve(replace(fit.model, masks=counted), fit.state, fit.noise, fit.anchor, steps=AGAIN)
 
 
-__all__ = ["blind", "blinded", "peaks"]
+__all__ = ["mask_beside", "shows_in_its_moments", "with_mask"]

@@ -13,7 +13,7 @@ from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State, segment_of
 from imubench.diagnosis.problem.motion_prior import START_SMOOTH, prior_rows
 from imubench.diagnosis.problem.process_factors import equation_rows
-from imubench.diagnosis.samples.pose_correlation import Wander
+from imubench.diagnosis.samples.pose_correlation import GaussMarkov
 from imubench.diagnosis.solve.initialize import blind_start, model_of
 from imubench.diagnosis.solve.levenberg_marquardt import AGAIN, STEPS, Fit, solve
 from imubench.effects import EFFECTS
@@ -32,7 +32,7 @@ def nominal_fit(
     recording: Recording,
     masks: dict[str, NDArray[np.bool_]] | None = None,
     humming: Mapping[str, float] | None = None,
-    wander: Mapping[str, Wander] | None = None,
+    wander: Mapping[str, GaussMarkov] | None = None,
     known: tuple[Hypothesis, ...] = (),
 ) -> Fit:
     """Return the fit of the model as it was declared, noise levels estimated.

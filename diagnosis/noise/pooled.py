@@ -10,7 +10,7 @@ from imubench.diagnosis.solve.levenberg_marquardt import AGAIN, Fit, solve
 BLAMED = float(np.sqrt(ALLOWED))  # times a declared level, from which on it would be called loud
 
 
-def balanced(fit: Fit) -> Fit:
+def with_pooled_noise(fit: Fit) -> Fit:
     """Return the fit with what it leaves shared by both IMUs, where it holds one alone for noisy; else the fit itself.
 
     What two IMUs read of one motion says how loud both are together. Estimated one by one, the one that is believed a
@@ -28,4 +28,4 @@ def balanced(fit: Fit) -> Fit:
     return fit if noise == fit.noise else solve(fit.model, fit.state, noise, fit.anchor, steps=AGAIN)
 
 
-__all__ = ["balanced"]
+__all__ = ["with_pooled_noise"]

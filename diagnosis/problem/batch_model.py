@@ -14,7 +14,7 @@ from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis, Prior, S
 from imubench.diagnosis.problem.pose_factors import pose_errors, slopes
 from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS, POSITION, SWING_AXIS, Rig, swing
-from imubench.diagnosis.samples.pose_correlation import Wander
+from imubench.diagnosis.samples.pose_correlation import GaussMarkov
 from imubench.effects.effect import Reading, Scene, Values
 from imubench.jets import CONSTANT, Jet, Turn, rotation, variable
 from imubench.links import Link, Motion
@@ -39,7 +39,7 @@ class Model:
     offsets: tuple[str, ...] = ()  # sensors whose clock may be off against the first's
     masks: dict[str, NDArray[np.bool_]] | None = None  # per "imu1.gyro" and so on: samples (n,) that count
     humming: Mapping[str, float] = field(default_factory=dict)  # IMUs whose raw samples hum, and at how many Hz
-    wander: Mapping[str, Wander] = field(default_factory=dict)  # "pose1" and so on whose errors last, and how
+    wander: Mapping[str, GaussMarkov] = field(default_factory=dict)  # "pose1" and so on whose errors last, and how
     fixed: dict[str, Array] | None = None  # parameters that are known and not to be moved
     tilts: dict[str, Prior] | None = None  # pulls on parameters (diagnosis/noise/debias.py), no knowledge about them
 

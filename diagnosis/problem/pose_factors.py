@@ -21,7 +21,7 @@ from scipy.interpolate import make_interp_spline
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.samples.pose_correlation import Wander
+from imubench.diagnosis.samples.pose_correlation import GaussMarkov
 from imubench.jets import Jet, Turn
 from imubench.links import Motion
 from imubench.recording import Pose
@@ -63,7 +63,7 @@ def _slope(time: Array, values: Array) -> tuple[Array, Array]:
 
 
 def pose_errors(
-    pose: Pose, segment: Motion, velocity: Jet | None, lasting: tuple[Wander, Mapping[str, Array]] | None
+    pose: Pose, segment: Motion, velocity: Jet | None, lasting: tuple[GaussMarkov, Mapping[str, Array]] | None
 ) -> Iterator[tuple[str, Jet, Array]]:
     """Yield "position" and "rotation", model minus measurement (n, 3), and what was measured, NaN: it does not count.
 

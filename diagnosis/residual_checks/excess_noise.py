@@ -28,7 +28,7 @@ UNHELD = 0.7  # of 1 % of the weight's torque, from which on a swing does not go
 LESS = 0.8  # of a louder noise's std, that a fit leaves where it is none
 
 
-def loud(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
+def excess_noise(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
     """Return white noise by its name, or the loudest place of what is not white; IMUs in `known` are explained."""
     told = declared(fit.model)
     imus, seen = {i.name for i in fit.model.recording.imus}, {r.name for r in fit.measured} & fit.noise.keys()
@@ -151,5 +151,12 @@ def louder(name: str, std: float, leverage: Array) -> Finding:
 
 
 __all__ = [
-    "flat", "left_over", "loud", "louder", "off_its_equation", "refuted", "steady", "unexplained",
+    "excess_noise",
+    "flat",
+    "left_over",
+    "louder",
+    "off_its_equation",
+    "refuted",
+    "steady",
+    "unexplained",
 ]  # fmt: skip

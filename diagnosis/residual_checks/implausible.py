@@ -15,7 +15,7 @@ ALONE = 8.0  # of them, where nothing else makes up for it
 STRAINED_SURE = 0.2  # of a name at such a place: of seven in 900 blind trials each was named falsely
 
 
-def strained(fit: Fit) -> set[str]:
+def implausible_places(fit: Fit) -> set[str]:
     """Return the IMUs that an effect is told of in numbers that no sensor has.
 
     A gyroscope's axes that read 73 % too little and 43 % of each other, beside a mount that rocks, were cross-talk; so
@@ -38,4 +38,4 @@ def lawless(at: str, where: Sequence[Where]) -> Finding:
     return unexplained(next((w for w in where if w.at == at), Where(at, {}, (), (), "", 1.0)))
 
 
-__all__ = ["STRAINED_SURE", "lawless", "strained"]
+__all__ = ["STRAINED_SURE", "implausible_places", "lawless"]

@@ -48,7 +48,7 @@ def declared(imu: Imu, part: str) -> float | None:
     return imu.gyro_noise_std if part == "gyro" else imu.accel_noise_std
 
 
-def saturated(imu: Imu, part: str, at: Mask, limits: Array) -> RawFinding:
+def saturation_finding(imu: Imu, part: str, at: Mask, limits: Array) -> RawFinding:
     """Return where the readings `at` (n,) end at `limits` (k,) of axes and sides."""
     limit, spread = float(np.median(limits)), float(np.ptp(limits))
     times = imu.time[at]
@@ -60,7 +60,7 @@ def saturated(imu: Imu, part: str, at: Mask, limits: Array) -> RawFinding:
     return RawFinding("saturation", imu.name, parameters, 0.99, evidence, {"channels": (part,)}, joined(times))
 
 
-def rounded(imu: Imu, part: str, steps: Array, noise: float | None) -> RawFinding | None:
+def quantisation_finding(imu: Imu, part: str, steps: Array, noise: float | None) -> RawFinding | None:
     """Return that readings lie on steps (3,), if those are coarse against the noise std without them."""
     step = float(np.median(steps[steps > 0])) if steps.any() else 0.0
     known = declared(imu, part)
@@ -79,7 +79,7 @@ def rounded(imu: Imu, part: str, steps: Array, noise: float | None) -> RawFindin
     )
 
 
-def dropped(imu: Imu, lost: Lost) -> list[RawFinding]:
+def dropouts_finding(imu: Imu, lost: Lost) -> list[RawFinding]:
     """Return lost samples, held and missing, where they are more than the odd one."""
     out = []
     n = imu.time.size
@@ -96,7 +96,7 @@ def dropped(imu: Imu, lost: Lost) -> list[RawFinding]:
     return out
 
 
-def struck(imu: Imu, knocked: Knocks) -> RawFinding:
+def impacts_finding(imu: Imu, knocked: Knocks) -> RawFinding:
     """Return the knocks; a single one may also be something else that happens once."""
     times, period = knocked.times, float(np.median(np.diff(imu.time)))
     few = ", ".join(f"{t:.2f}" for t in times[:LISTED]) + (" ..." if times.size > LISTED else "")
@@ -110,7 +110,7 @@ def struck(imu: Imu, knocked: Knocks) -> RawFinding:
     return RawFinding("impacts", imu.name, parameters, confidence, evidence, windows=windows)
 
 
-def noisy(imu: Imu, part: str, level: Level | None, rest: float | None, step: float) -> RawFinding | None:
+def noise_finding(imu: Imu, part: str, level: Level | None, rest: float | None, step: float) -> RawFinding | None:
     """Return that white noise exceeds the declared, with that of a rounding `step` (0: none) taken into account.
 
     Where the sensor rests it must be as noisy there: `rest`, its std then.
@@ -130,7 +130,7 @@ def noisy(imu: Imu, part: str, level: Level | None, rest: float | None, step: fl
     return RawFinding(f"{part}_noise", imu.name, {"std": value(std, level.error, unit)}, 0.95, evidence)
 
 
-def hummed(imu: Imu, found: Line, rate: float) -> RawFinding:
+def hum_finding(imu: Imu, found: Line, rate: float) -> RawFinding:
     """Return a hum; its true frequency may be any image of the one seen."""
     evidence = (
         f"A line at {found.frequency:.2f} Hz (or its images {rate - found.frequency:.1f}, {rate + found.frequency:.1f} "

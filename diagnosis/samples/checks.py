@@ -85,16 +85,16 @@ def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
     findings: list[RawFinding | None] = []
     for part in UNITS:
         if limits[part].size:
-            findings.append(said.saturated(imu, part, clip[part], limits[part]))
-        coarse = said.rounded(imu, part, step[part], said.noise_now(rest, levels[part], part))
+            findings.append(said.saturation_finding(imu, part, clip[part], limits[part]))
+        coarse = said.quantisation_finding(imu, part, step[part], said.noise_now(rest, levels[part], part))
         width = float(coarse.parameters["step"][0]) if coarse else 0.0
-        findings += [coarse, said.noisy(imu, part, levels[part], rest.std.get(part), width)]
-    findings += said.dropped(imu, lost)
+        findings += [coarse, said.noise_finding(imu, part, levels[part], rest.std.get(part), width)]
+    findings += said.dropouts_finding(imu, lost)
     if knocked and knocked.times.size:
-        findings.append(said.struck(imu, knocked))
+        findings.append(said.impacts_finding(imu, knocked))
     hum = line(pieces, rate, skip["accel"], stds(levels))
     if hum and np.abs(hum.amplitude).max() > step["accel"].max() / np.pi:  # the largest line of a rounded slow motion
-        findings.append(said.hummed(imu, hum, rate))
+        findings.append(said.hum_finding(imu, hum, rate))
     noise = {part: said.noise_now(rest, levels[part], part) for part in UNITS}
     return RawChecks(
         tuple(f for f in findings if f),

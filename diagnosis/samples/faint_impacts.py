@@ -2,7 +2,7 @@
 
 Of stationary noise one recording in a thousand has a peak beyond the limit, one in two million has two; a knock that
 raises the power there twelvefold lies beyond it. What a hand or a contact does lies there too, so such peaks are held
-against the fit (`struck`), all together: alone they are as faint as what else is left.
+against the fit (`verdict.impacts`), all together: alone they are as faint as what else is left.
 """
 
 import numpy as np

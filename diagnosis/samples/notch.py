@@ -33,7 +33,7 @@ NEWTON = 3  # steps from the best of a grid to a line's frequency
 CHANCE = 4.0  # standard deviations of noise's mean power in a band, from which on it has sidebands in it
 
 
-def turning(imu: Imu, frequency: float, skip: Mask) -> bool:
+def turns_with_hum(imu: Imu, frequency: float, skip: Mask) -> bool:
     """Return whether the gyroscope hums at a frequency in Hz; `skip` (n,) are samples that do not count."""
     rate = 1 / float(np.median(np.diff(imu.time)))
     pieces = stretches(imu.time, imu.gyro, imu.accel, skip)
@@ -49,7 +49,7 @@ def turning(imu: Imu, frequency: float, skip: Mask) -> bool:
     return bool(np.mean(gyro[heard][np.arange(len(at)), at]) > TURNS)
 
 
-def hushed(imu: Imu, frequency: float, skip: Mask) -> tuple[Array, Array]:
+def without_hum(imu: Imu, frequency: float, skip: Mask) -> tuple[Array, Array]:
     """Return rates and specific forces (n, 3) without the band about a hum in Hz; those of `skip` (n,) as they were."""
     rate = 1 / float(np.median(np.diff(imu.time)))
     sos = about(frequency, WIDE, rate)
@@ -62,7 +62,7 @@ def hushed(imu: Imu, frequency: float, skip: Mask) -> tuple[Array, Array]:
     return gyro, accel
 
 
-def steadied(imu: Imu, frequency: float, skip: Mask) -> Array:
+def with_steady_hum(imu: Imu, frequency: float, skip: Mask) -> Array:
     """Return specific forces (n, 3) in which a hum in Hz is a steady line, as strong; those of `skip` (n,) stay.
 
     A line alone is weaker: of a phase that wanders by s rad exp(-s^2 / 2) of it is left.
@@ -135,4 +135,4 @@ def about(frequency: float, reach: float, rate: float) -> Array:
     return np.asarray(butter(2, band, btype="bandpass", fs=rate, output="sos"))
 
 
-__all__ = ["hushed", "steadied", "turning"]
+__all__ = ["turns_with_hum", "with_steady_hum", "without_hum"]

@@ -35,7 +35,7 @@ FEWEST = 200  # pairs of samples to tell by
 
 
 @dataclass(frozen=True)
-class Wander:
+class GaussMarkov:
     """How a measured pose's errors last."""
 
     rate: float  # a, per s
@@ -51,11 +51,11 @@ class Wander:
         return (change + self.rate * error) * self.scale
 
 
-def lasting(recording: Recording) -> tuple[dict[str, NDArray[np.bool_]], dict[str, Wander]]:
+def correlated_poses(recording: Recording) -> tuple[dict[str, NDArray[np.bool_]], dict[str, GaussMarkov]]:
     """Return which samples (n,) of every measured pose count whose errors last, and of those that wander how."""
     imus = {f"segment{imu.name[-1]}": imu for imu in recording.imus}
     masks: dict[str, NDArray[np.bool_]] = {}
-    wander: dict[str, Wander] = {}
+    wander: dict[str, GaussMarkov] = {}
     for i, pose in enumerate(recording.poses):
         imu = imus.get(pose.segment)
         every, how = apart(pose, imu) if imu is not None else (1, None)
@@ -67,7 +67,7 @@ def lasting(recording: Recording) -> tuple[dict[str, NDArray[np.bool_]], dict[st
     return masks, wander
 
 
-def apart(pose: Pose, imu: Imu) -> tuple[int, Wander | None]:
+def apart(pose: Pose, imu: Imu) -> tuple[int, GaussMarkov | None]:
     """Return how many samples apart the errors of a pose count, and how they wander."""
     step = float(np.median(np.diff(pose.time)))
     spans, k = errors(pose, imu, FURTHEST), 1
@@ -81,7 +81,7 @@ def apart(pose: Pose, imu: Imu) -> tuple[int, Wander | None]:
     return (k, None) if k == 1 or pose.segment != "segment1" else wandering(spans, step, k)
 
 
-def wandering(spans: list[float], step: float, k: int) -> tuple[int, Wander | None]:
+def wandering(spans: list[float], step: float, k: int) -> tuple[int, GaussMarkov | None]:
     """Return how many samples apart the changes of errors are independent, and how they wander; else `k` and none.
 
     `spans` as from `errors`, the samples `step` s apart. They wander where they still grow from k samples on.
@@ -94,7 +94,7 @@ def wandering(spans: list[float], step: float, k: int) -> tuple[int, Wander | No
     lags, power = step * 2.0 ** np.arange(first, len(spans)), 2 * np.log(spans[first:])
     rates = np.geomspace(*RATES, 200)
     off = np.array([np.var(power - np.log(-np.expm1(-a * lags))) for a in rates])
-    return 2**first, Wander(float(rates[np.argmin(off)]), step * 2**first)
+    return 2**first, GaussMarkov(float(rates[np.argmin(off)]), step * 2**first)
 
 
 def errors(pose: Pose, imu: Imu, longest: float) -> list[float]:
@@ -145,4 +145,4 @@ def between(turned: Array, q: Array, k: int) -> Array:
     return log(multiply(conjugate(turned), multiply(conjugate(q[:-k]), q[k:])))
 
 
-__all__ = ["Wander", "lasting"]
+__all__ = ["GaussMarkov", "correlated_poses"]

@@ -10,8 +10,8 @@ from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.samples import checks as raw
 from imubench.diagnosis.samples.check_findings import SURE_OF_KNOCKS, RawFinding
 from imubench.diagnosis.samples.noise_floor import WANDER
-from imubench.diagnosis.samples.notch import hushed, steadied, turning
-from imubench.diagnosis.samples.pose_correlation import Wander, lasting
+from imubench.diagnosis.samples.notch import turns_with_hum, with_steady_hum, without_hum
+from imubench.diagnosis.samples.pose_correlation import GaussMarkov, correlated_poses
 from imubench.diagnosis.samples.rest_noise import MOST
 from imubench.diagnosis.traits import HUM
 from imubench.recording import Imu, Recording
@@ -21,7 +21,7 @@ JOLT = 1.0  # rad/s that a gyroscope jumps where a segment is struck
 
 
 @dataclass(frozen=True)
-class Sampled:
+class SampleChecks:
     """The raw checks of every IMU and encoder together."""
 
     findings: tuple[Finding, ...]
@@ -30,7 +30,7 @@ class Sampled:
     struck: dict[str, NDArray[np.bool_]] = field(default_factory=dict)  # "imu1" -> (n,) the part of masks that is peaks
     notes: tuple[str, ...] = field(default=())
     white: dict[str, float] = field(default_factory=dict)  # "imu1.gyro" -> std of a noise that the samples show alone
-    wander: dict[str, Wander] = field(default_factory=dict)  # "pose1" whose errors last, and how
+    wander: dict[str, GaussMarkov] = field(default_factory=dict)  # "pose1" whose errors last, and how
     rest: dict[str, float] = field(default_factory=dict)  # "imu1.gyro" -> std of the noise of a sensor that has rested
 
     @property
@@ -38,7 +38,7 @@ class Sampled:
         """The IMUs that hum, and at how many Hz."""
         return {f.at: float(f.parameters["frequency"].value) for f in self.findings if f.effect == HUM}
 
-    def without(self, gone: tuple[Finding, ...]) -> "Sampled":
+    def without(self, gone: tuple[Finding, ...]) -> "SampleChecks":
         """Return the same without some of the findings."""
         return replace(self, findings=tuple(f for f in self.findings if all(f is not g for g in gone)))
 
@@ -49,22 +49,22 @@ class Sampled:
             none = np.ones(imu.time.size, dtype=bool)
             skip = ~(self.masks.get(f"{imu.name}.gyro", none) & self.masks.get(f"{imu.name}.accel", none))
             hum = self.humming.get(imu.name)
-            if hum is not None and turning(imu, hum, skip):
-                gyro, accel = hushed(imu, hum, skip)
+            if hum is not None and turns_with_hum(imu, hum, skip):
+                gyro, accel = without_hum(imu, hum, skip)
                 imu = replace(imu, gyro=gyro, accel=accel)
             elif hum is not None:
-                imu = replace(imu, accel=steadied(imu, hum, skip))
+                imu = replace(imu, accel=with_steady_hum(imu, hum, skip))
             imus.append(imu)
-        return heard(replace(recording, imus=tuple(imus)), self.findings, self.white)
+        return with_sample_noise(replace(recording, imus=tuple(imus)), self.findings, self.white)
 
 
-def sampled(recording: Recording) -> Sampled:
+def check_samples(recording: Recording) -> SampleChecks:
     """Return what the raw samples of a recording say."""
     checks = [raw.check(imu, recording.free_swings) for imu in recording.imus]
     checks += [raw.check_encoder(encoder) for encoder in recording.encoders]
     said = [f for c in checks for f in c.findings]
     masks = {name: ~mask for c in checks for name, mask in c.masks.items() if mask.any()}
-    of_poses, wander = lasting(recording)
+    of_poses, wander = correlated_poses(recording)
     masks |= of_poses
     stops = [f for f in said if f.effect == "impacts" and stop_like(recording, f)]
     firm = tuple(_finding(f) for f in said if f not in stops)
@@ -74,7 +74,7 @@ def sampled(recording: Recording) -> Sampled:
     rest = {name: std for c in checks for name, std in c.rest.items()}
     white |= {name: std for name, std in rest.items() if white.get(name, np.inf) > WANDER * std}
     notes = tuple(f.evidence for f in said)
-    return Sampled(firm, masks, tuple(_finding(f) for f in stops), struck, notes, white, wander, rest)
+    return SampleChecks(firm, masks, tuple(_finding(f) for f in stops), struck, notes, white, wander, rest)
 
 
 def stop_like(recording: Recording, knocks: RawFinding) -> bool:
@@ -107,7 +107,9 @@ def _finding(f: RawFinding) -> Finding:
     return Finding(f.effect, f.at, f.confidence, parameters, Interval(0.0, (0.0, 0.0)))
 
 
-def heard(recording: Recording, findings: tuple[Finding, ...], white: Mapping[str, float] | None = None) -> Recording:
+def with_sample_noise(
+    recording: Recording, findings: tuple[Finding, ...], white: Mapping[str, float] | None = None
+) -> Recording:
     """Return the recording with its noise declared as the raw samples have it, rounding in it.
 
     What nobody declares is what they show above the motion (within 3 % in three quarters of 930 channels). Two IMUs on

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from imubench.diagnosis.criteria.cross_validation import Gain, by_halves, foretold
+from imubench.diagnosis.criteria.cross_validation import Gain, by_halves, heldout_gain
 from imubench.diagnosis.criteria.trial import MOST, Kept, Passed, Trial
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -14,21 +14,22 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
 Refused = list[tuple[Hypothesis, float]]  # with what it gained on held-out data, in nat
 
 
-def entered(
+def admitted(
     now: Round, kept: list[Kept], rng: np.random.Generator, say: Callable[[str], None]
 ) -> tuple[Fit, list[Kept], Refused]:
     """Return the fit and its effects with what predicts of a round, and what was refused.
 
     Where what is akin to the best predicts and the best only seems to, something of their kind is there, and the best
     is its name: nine numbers of a g-sensitivity were lost in blocks of 2 s (30 nat, -18 to 68), three of a bias not.
-    What shows in a moment is in one block, and no other tells of it: there it must be what its law says (`peaks`).
+    What shows in a moment is in one block, and no other tells of it: there it must be what its law says
+    (`shows_in_its_moments`).
     """
     refused: Refused = []
     top: Gain | None = None
     for best, least in asked(now.tried):
         say(f"predicting held-out data with {best.hypothesis.name}")
         better = now.first if best is now.tried[0] else with_noise(best.fit)
-        won = foretold(now.fit, better, rng)
+        won = heldout_gain(now.fit, better, rng)
         foretells = won.foretells(least)
         if not foretells and unseen(best, won):
             won = in_halves(now.fit, better, rng)
@@ -44,7 +45,7 @@ def entered(
     others = tuple(Passed(t.hypothesis, t.evidence) for t in now.tried if t is not best and not t.also)
     kept = [*kept, *(Kept(h, best.evidence, won, others) for h in (best.hypothesis, *best.also))]
     for trial in now.together if best is now.tried[0] else []:
-        won = foretold(better, trial.fit, rng)
+        won = heldout_gain(better, trial.fit, rng)
         if not won.foretells() or len(kept) == MOST - 1:
             break
         kept, better = [*kept, Kept(trial.hypothesis, trial.evidence, won, ())], trial.fit
@@ -69,7 +70,7 @@ def all_together(
     best, last = now.tried[0], together[-1]
     some = [best.hypothesis, *(t.hypothesis for t in together)]
     say(f"predicting held-out data with {' and '.join(h.name for h in some)}")
-    won = foretold(now.fit, last.fit, rng)
+    won = heldout_gain(now.fit, last.fit, rng)
     if not won.foretells():
         return now.fit, kept, refused
     evidence = [best.evidence, *(t.evidence for t in together)]
@@ -89,5 +90,5 @@ def in_halves(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
 
 __all__ = [
     "Refused",
-    "entered",
+    "admitted",
 ]

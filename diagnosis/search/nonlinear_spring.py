@@ -32,10 +32,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import SEED, Gain, predicted
 from imubench.diagnosis.criteria.trial import UNEXPLAINED, misfit
-from imubench.diagnosis.noise.debiased_fit import unbiased
+from imubench.diagnosis.noise.debiased_fit import debiased
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import states_inside
@@ -61,7 +61,7 @@ ROUNDS = 4  # of the noise's estimation, the law's own with it
 
 
 @dataclass(frozen=True)
-class Bent:
+class NonlinearSprings:
     """Springs that bend, in the place of straight ones."""
 
     hypothesis: Hypothesis  # the straight ones
@@ -73,12 +73,14 @@ class Bent:
     clear: bool  # whether b is so far from 0 that left-out data need not be asked
 
 
-def bent(fit: Fit, say: Callable[[str], None] = lambda _: None) -> tuple[list[Bent], dict[Hypothesis, float]]:
+def nonlinear_springs(
+    fit: Fit, say: Callable[[str], None] = lambda _: None
+) -> tuple[list[NonlinearSprings], dict[Hypothesis, float]]:
     """Return the springs of a fit that bend, each in a fit with those before, and all that are not surely straight.
 
     Of these with the nat that a bend promises.
     """
-    out: list[Bent] = []
+    out: list[NonlinearSprings] = []
     unsure: dict[Hypothesis, float] = {}
     for h, springs in straight(fit):
         say(f"looking whether the springs of {h.name} bend")
@@ -86,7 +88,7 @@ def bent(fit: Fit, say: Callable[[str], None] = lambda _: None) -> tuple[list[Be
             promise = promised(fit, h, springs)
             if promise < UNSURE:
                 continue
-            pulled = unbiased(fit)
+            pulled = debiased(fit)
             promise = min(promise, promised(pulled, h, springs))
             if promise > UNSURE:
                 unsure[h] = promise
@@ -123,7 +125,7 @@ def in_place(fit: Fit, h: Hypothesis, springs: Sprung) -> tuple[Hypothesis, tupl
     return curved, tuple(curved if other == h else other for other in fit.model.hypotheses)
 
 
-def bending(fit: Fit, h: Hypothesis, springs: Sprung) -> Bent:
+def bending(fit: Fit, h: Hypothesis, springs: Sprung) -> NonlinearSprings:
     """Return a fit with springs that bend, and what it is worth over the one with straight ones."""
     curved, everything = in_place(fit, h, springs)
     tried = refit(fit, everything)
@@ -133,12 +135,12 @@ def bending(fit: Fit, h: Hypothesis, springs: Sprung) -> Bent:
     bend = curved.key("bend")
     covariance, std = information(better)
     stiffer = Parameter(better.state.values[bend], std[bend], "1")
-    nat = worth(before, better)
+    nat = aic_gain(before, better)
     away = at_centre(better, [bend], covariance) if nat > 0 else -np.inf
-    return Bent(h, before, better, max(nat, away), heldout, stiffer, away > CLEAR)
+    return NonlinearSprings(h, before, better, max(nat, away), heldout, stiffer, away > CLEAR)
 
 
-def stiffened(found: Bent) -> Finding:
+def nonlinear_finding(found: NonlinearSprings) -> Finding:
     """Return springs that bend as a finding without a name, at the channels in which they explain more."""
     at = found.hypothesis.at
     before = {r.name: r.whitened for r in found.before.measured}
@@ -146,7 +148,7 @@ def stiffened(found: Bent) -> Finding:
     return nameless(at, confidence(found.evidence, NEEDED), {"stiffening": found.bend}, found.heldout, where)
 
 
-def may_bend(unsure: Mapping[Hypothesis, float], fit: Fit) -> list[Finding]:
+def suspected_findings(unsure: Mapping[Hypothesis, float], fit: Fit) -> list[Finding]:
     """Return soft mounts of a fit that likely bend as findings without a name; `unsure`: what each promises, in nat."""
     likely = [h for h, promise in unsure.items() if promise > LIKELY and h.effect.name == SOFT]
     return [replace(left_by(h, fit), confidence=LIKELY_SURE) for h in likely if h in fit.model.hypotheses]
@@ -177,4 +179,12 @@ def _where(at: str, whitened: dict[str, Array]) -> Where:
     return Where(at, shares(power), (), (), "how far its springs are pushed: they are not straight", 1.0)
 
 
-__all__ = ["Bent", "bending", "bent", "left_by", "may_bend", "stiffened", "unheld"]
+__all__ = [
+    "NonlinearSprings",
+    "bending",
+    "left_by",
+    "nonlinear_finding",
+    "nonlinear_springs",
+    "suspected_findings",
+    "unheld",
+]

@@ -3,16 +3,16 @@
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
-from imubench.diagnosis.criteria.followed_sensor import as_declared, brought_down, told_little
+from imubench.diagnosis.criteria.followed_sensor import at_levels, nearer_to_declared, uncertain_levels
 from imubench.diagnosis.criteria.trial import NEEDED, Trial, misfit
 from imubench.diagnosis.discrepancy.input_nonlinearity import reads_by_own_law
-from imubench.diagnosis.noise.masking import blind, blinded, peaks
+from imubench.diagnosis.noise.masking import mask_beside, shows_in_its_moments, with_mask
 from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.dynamic_candidates import HINTED, before_plain, promised_by_law, stateful, suspicious
 from imubench.diagnosis.search.moves.add import next_plain, of_a_clock, plain_scores, plain_trials
 from imubench.diagnosis.search.moves.add_dynamic import Vain, explained, state_trials
-from imubench.diagnosis.search.moves.swap_states_for_law import led_by_law
+from imubench.diagnosis.search.moves.swap_states_for_law import states_to_law
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
 CLEARLY = 100.0  # nat: of springs, from which on a spline without a law is tried too; of a name to ask with a clock's
@@ -35,7 +35,7 @@ class Round:
     plain: Sequence[Hypothesis] = ()  # effects without states, at their starts
 
 
-def attempted(
+def try_round(
     fit: Fit,
     everything: list[Hypothesis],
     say: Callable[[str], None],
@@ -51,23 +51,23 @@ def attempted(
     left = [h for h in everything if h.name not in taken]
     plain, scores = plain_scores(fit, left)
     tried = [t for t in plain_trials(fit, scores, say) if t.evidence > NEEDED]
-    if told := told_little(fit):
-        quiet = as_declared(fit, told)
+    if told := uncertain_levels(fit):
+        quiet = at_levels(fit, told)
         quieter = plain_trials(quiet, plain_scores(quiet, left)[1], say)
-        tried = [t for t in quieter if t.evidence > NEEDED and brought_down(fit, t, told)] or tried
+        tried = [t for t in quieter if t.evidence > NEEDED and nearer_to_declared(fit, t, told)] or tried
     first = with_noise(tried[0].fit) if tried else fit
-    brief = bool(tried) and peaks(fit, first, tried[0].hypothesis)
-    if tried and not brief and (windows := blind(first, tried[0].hypothesis)):
-        first, fit = with_noise(blinded(first, windows)), blinded(fit, windows)
-        tried = [tried[0], *(replace(t, fit=blinded(t.fit, windows)) for t in tried[1:])]  # all on the same samples
+    brief = bool(tried) and shows_in_its_moments(fit, first, tried[0].hypothesis)
+    if tried and not brief and (windows := mask_beside(first, tried[0].hypothesis)):
+        first, fit = with_noise(with_mask(first, windows)), with_mask(fit, windows)
+        tried = [tried[0], *(replace(t, fit=with_mask(t.fit, windows)) for t in tried[1:])]  # all on the same samples
     chain = ahead(fit, first, plain, say) if tried else []
     further = chain[-1].fit if chain else first
     moving = suspicious(further)
     least = NEEDED if moving else max([HINTED, promised_by_law(further), *(t.evidence for t in tried)])
     ruled = moving and reads_by_own_law(further)
     alive = [] if ruled else stateful(fit, left, moving, least > HINTED, heard)
-    lively = [t for t in lively_trials(fit, left, alive, say, least, vain) if t.evidence > promised_by_law(further)]
-    if led := led_by_law(fit, further, lively, plain, say):
+    lively = [t for t in dynamic_trials(fit, left, alive, say, least, vain) if t.evidence > promised_by_law(further)]
+    if led := states_to_law(fit, further, lively, plain, say):
         others = [t for t in lively if t.hypothesis != led[0].hypothesis]
         return Round(fit, [led[0], *others, *tried], led[0].fit, led[1:], True)
     if lively and before_plain(lively[0], fit, further):
@@ -75,7 +75,7 @@ def attempted(
     return Round(fit, tried + lively, first, chain if moving else [], bool(alive), brief, plain)
 
 
-def lively_trials(
+def dynamic_trials(
     fit: Fit,
     left: list[Hypothesis],
     alive: list[Hypothesis],
@@ -145,4 +145,4 @@ def with_a_clock(now: Round, say: Callable[[str], None]) -> list[Trial]:
     return [found] if found and found.evidence > CLEARLY else []
 
 
-__all__ = ["Round", "akin", "asked", "attempted", "with_a_clock"]
+__all__ = ["Round", "akin", "asked", "try_round", "with_a_clock"]

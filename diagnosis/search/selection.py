@@ -9,23 +9,23 @@ import numpy as np
 from imubench.diagnosis.budget import OutOfTime, check
 from imubench.diagnosis.candidates.both_mounts import gives_way
 from imubench.diagnosis.criteria.cross_validation import SEED
-from imubench.diagnosis.criteria.dynamic_aic import as_tight, law_levels
+from imubench.diagnosis.criteria.dynamic_aic import law_levels, with_tight_laws
 from imubench.diagnosis.criteria.trial import Kept, kind
-from imubench.diagnosis.noise.debiased_fit import unbiased
+from imubench.diagnosis.noise.debiased_fit import debiased
 from imubench.diagnosis.noise.knot_selection import finer
-from imubench.diagnosis.noise.looser_motion import loosened
-from imubench.diagnosis.noise.masking import blind, blinded
+from imubench.diagnosis.noise.looser_motion import with_looser_motion
+from imubench.diagnosis.noise.masking import mask_beside, with_mask
 from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.admission import Refused
 from imubench.diagnosis.search.dynamic_candidates import suspicious
-from imubench.diagnosis.search.forward import searched
+from imubench.diagnosis.search.forward import forward_selection
 from imubench.diagnosis.search.moves.drop import firmly, natural, prune
 from imubench.diagnosis.search.moves.merge import merged
-from imubench.diagnosis.search.moves.swap_clock_for_backlash import slack
-from imubench.diagnosis.search.moves.swap_clock_for_filter import filtered, quickly
-from imubench.diagnosis.search.moves.swap_friction import mixed, together
+from imubench.diagnosis.search.moves.swap_clock_for_backlash import clocks_to_backlash
+from imubench.diagnosis.search.moves.swap_clock_for_filter import clock_to_filter, clock_to_quick_filter
+from imubench.diagnosis.search.moves.swap_friction import best_friction, together
 from imubench.diagnosis.search.rounding import without_rounded
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, converged
 from imubench.diagnosis.traits import FILTER
@@ -53,7 +53,7 @@ class Selection:
     @cached_property
     def numbers(self) -> Fit:
         """The fit that the numbers are read off; where springs predict best, and not where they cost least."""
-        return self.fit if gives_way(self.fit) else unbiased(loosened(self.fit))
+        return self.fit if gives_way(self.fit) else debiased(with_looser_motion(self.fit))
 
     @property
     def springs_refused(self) -> frozenset[str]:
@@ -82,11 +82,11 @@ def select(nominal: Fit, say: Callable[[str], None] = tell, rounding: Mapping[st
         if gives_way(fit):  # at its least cost springs take in what is not theirs: where they predict best is enough
             fit, kept, dropped = prune(fit, kept, say)
             return Selection(fit, tuple(kept), tuple(dropped))
-        fit, kept = slack(fit, kept, say)
-        fit, kept = quickly(fit, kept, say)
+        fit, kept = clocks_to_backlash(fit, kept, say)
+        fit, kept = clock_to_quick_filter(fit, kept, say)
         rng = np.random.default_rng(SEED)
         everything = candidates(nominal.model)
-        fit, kept, rejected = searched(fit, kept, everything, rng, say)
+        fit, kept, rejected = forward_selection(fit, kept, everything, rng, say)
         check()
         left.remove(FURTHER)
         fine = finer(fit)
@@ -95,7 +95,7 @@ def select(nominal: Fit, say: Callable[[str], None] = tell, rounding: Mapping[st
         if (hollow := {kind(h) for h, _ in dropped if h.effect.states}) and suspicious(fit):
             say("searching anew without what was none")
             rest = [h for h in everything if kind(h) not in hollow]
-            fit, kept, refused = searched(fit, kept, rest, rng, say)
+            fit, kept, refused = forward_selection(fit, kept, rest, rng, say)
             rejected = [*rejected, *refused]
             fit, kept, more = prune(fit, kept, say, firm)
             dropped += more
@@ -105,7 +105,7 @@ def select(nominal: Fit, say: Callable[[str], None] = tell, rounding: Mapping[st
             fit, kept, more = prune(fit, kept, say, firm)
             dropped += more
         left.remove(WITHOUT)
-        for change in (mixed, merged, filtered):
+        for change in (best_friction, merged, clock_to_filter):
             before = fit
             fit, kept = change(fit, kept, say)
             if fit is not before:
@@ -115,13 +115,13 @@ def select(nominal: Fit, say: Callable[[str], None] = tell, rounding: Mapping[st
         fit = with_settled_noise(fit)
         if fit.model.tilts:
             say("settling springs and dampers")
-            fit = as_tight(with_noise(fit, SETTLED, laws_of_filters(fit)))
+            fit = with_tight_laws(with_noise(fit, SETTLED, laws_of_filters(fit)))
             if not all(natural(fit, k.hypothesis) for k in kept):
                 fit, kept, more = prune(fit, kept, say, firm)
                 dropped += more
         for h in [k.hypothesis for k in kept]:
-            if windows := blind(fit, h):  # its course is near enough to find it by, not to read its numbers off
-                fit = blinded(fit, windows)
+            if windows := mask_beside(fit, h):  # its course is near enough to find it by, not to read its numbers off
+                fit = with_mask(fit, windows)
         fit = converged(fit) if kept else fit
         kept, left = together(fit, kept), []
     except OutOfTime:

@@ -12,23 +12,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.diagnosis.candidates.both_mounts import gives_way
-from imubench.diagnosis.discrepancy.best_term import found_in
-from imubench.diagnosis.discrepancy.fitted_terms import MOST, NEEDED, SHAPE_NEEDED, Fitted
+from imubench.diagnosis.discrepancy.best_term import best_term
+from imubench.diagnosis.discrepancy.fitted_terms import MOST, NEEDED, SHAPE_NEEDED, FittedTerm
 from imubench.diagnosis.discrepancy.term_scores import ENOUGH
 from imubench.diagnosis.discrepancy.terms import Term, Unknown, channels_of, signals_of
 from imubench.diagnosis.evidence import Trace
-from imubench.diagnosis.noise.pooled import balanced
+from imubench.diagnosis.noise.pooled import with_pooled_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.residual_checks.excess_noise import left_over, loud, off_its_equation
-from imubench.diagnosis.residual_checks.implausible import lawless, strained
+from imubench.diagnosis.residual_checks.excess_noise import excess_noise, left_over, off_its_equation
+from imubench.diagnosis.residual_checks.implausible import implausible_places, lawless
 from imubench.diagnosis.residual_checks.localize import locate, shares
 from imubench.diagnosis.residual_checks.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Parameter, Rejected, Where
 from imubench.diagnosis.search.confidence import confidence, nameless
-from imubench.diagnosis.search.moves.drop import spared
-from imubench.diagnosis.search.moves.swap_for_term import displaced
+from imubench.diagnosis.search.moves.drop import price_of_dropping
+from imubench.diagnosis.search.moves.swap_for_term import swapped_for_terms
 from imubench.diagnosis.search.moves.term_rivals import MUCH
-from imubench.diagnosis.search.nonlinear_spring import bent, left_by, may_bend, stiffened, unheld
+from imubench.diagnosis.search.nonlinear_spring import (
+    left_by,
+    nonlinear_finding,
+    nonlinear_springs,
+    suspected_findings,
+    unheld,
+)
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import information
@@ -55,32 +61,32 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
     if gives_way(fit):
         loose = unheld(fit)
         return Unknowns(tuple(left_by(h, fit) for h in loose), fit, tuple(loose))
-    springs, unsure = bent(fit, say)
-    held = displaced(balanced(springs[-1].fit if springs else fit), say)
+    springs, unsure = nonlinear_springs(fit, say)
+    held = swapped_for_terms(with_pooled_noise(springs[-1].fit if springs else fit), say)
     found, fit = held.terms, held.fit
     while len(found) < MOST:
         say("looking for something without a name")
-        best = found_in(balanced(fit))
+        best = best_term(with_pooled_noise(fit))
         if best is None:
             break
         found.append(best)
         fit = superseded(fit, best, [f.term for f in found], say)
-    out = [stiffened(b) for b in springs]
+    out = [nonlinear_finding(b) for b in springs]
     for f in found:
         if f.term.at not in {o.at for o in out}:
             out.append(finding(f))
     out += [instead_of(*one) for one in held.likely if one[0].term.at not in {o.at for o in out}]
-    out += [f for f in may_bend(unsure, fit) if f.at not in {o.at for o in out}]
+    out += [f for f in suspected_findings(unsure, fit) if f.at not in {o.at for o in out}]
     loose = [h for h in unheld(fit) if h.at not in {o.at for o in out}]
     out += [left_by(h, fit) for h in loose]
-    out += [lawless(at, where) for at in sorted(strained(fit) - {o.at for o in out})]
+    out += [lawless(at, where) for at in sorted(implausible_places(fit) - {o.at for o in out})]
     out += [] if out else off_its_equation(fit)
-    noisy = loud(fit, where, {f.at for f in out})
-    sunk = drowned(fit, say) if any(f.effect == UNKNOWN for f in noisy) else []
+    noisy = excess_noise(fit, where, {f.at for f in out})
+    sunk = negligible_names(fit, say) if any(f.effect == UNKNOWN for f in noisy) else []
     return Unknowns((*out, *noisy), fit, (*held.doubted, *unsure, *loose, *sunk))
 
 
-def superseded(before: Fit, new: Fitted, terms: Sequence[Term], say: Callable[[str], None] = lambda _: None) -> Fit:
+def superseded(before: Fit, new: FittedTerm, terms: Sequence[Term], say: Callable[[str], None] = lambda _: None) -> Fit:
     """Return the fit with a new term and without the effects that only stood in for terms which it has now.
 
     `before` is the fit without that term. A curve holds a misalignment too: what explained more than ten times as much
@@ -92,13 +98,13 @@ def superseded(before: Fit, new: Fitted, terms: Sequence[Term], say: Callable[[s
     for h in [h for h in named if not any(t.holds(h.effect.name) for t in terms)]:
         say(f"trying to do without {h.name}")
         with suppress(NotPositiveDefiniteError):
-            nat, without = spared(fit, h)
-            if nat < ENOUGH and MUCH * spared(before, h)[0] < new.evidence:
+            nat, without = price_of_dropping(fit, h)
+            if nat < ENOUGH and MUCH * price_of_dropping(before, h)[0] < new.evidence:
                 fit = without
     return fit
 
 
-def drowned(fit: Fit, say: Callable[[str], None] = lambda _: None) -> list[Hypothesis]:
+def negligible_names(fit: Fit, say: Callable[[str], None] = lambda _: None) -> list[Hypothesis]:
     """Return the names of a fit that are worth less than what it leaves: beside that they explain next to nothing.
 
     A bias of 34 nat and a drift of 12 at the other IMU gained 1,174 on held-out data of an accelerometer that rectifies
@@ -108,11 +114,11 @@ def drowned(fit: Fit, say: Callable[[str], None] = lambda _: None) -> list[Hypot
     for h in [h for h in fit.model.judged if not isinstance(h.effect, Unknown)]:
         say(f"trying to do without {h.name}")
         with suppress(NotPositiveDefiniteError):
-            out += [h] if spared(fit, h)[0] < most else []
+            out += [h] if price_of_dropping(fit, h)[0] < most else []
     return out
 
 
-def finding(found: Fitted) -> Finding:
+def finding(found: FittedTerm) -> Finding:
     """Return a fitted term as a finding, with the names that it equals."""
     sure = confidence(max(found.evidence - NEEDED, found.shape - SHAPE_NEEDED), 0.0)
     said = nameless(found.term.at, sure, sizes(found), found.heldout, place(found))
@@ -120,12 +126,12 @@ def finding(found: Fitted) -> Finding:
     return replace(said, equivalent=equal)
 
 
-def instead_of(found: Fitted, names: Sequence[Hypothesis]) -> Finding:
+def instead_of(found: FittedTerm, names: Sequence[Hypothesis]) -> Finding:
     """Return a term that is likelier than the names that it equals as a finding that says so."""
     return replace(finding(replace(found, equal=tuple(names))), confidence=LATER_SURE)
 
 
-def sizes(found: Fitted) -> dict[str, Parameter]:
+def sizes(found: FittedTerm) -> dict[str, Parameter]:
     """Return the RMS of what a term adds, by part, with its standard deviation."""
     h, fit = found.hypothesis, found.fit
     columns = fit.model.parameters.columns(h.key("weight"))
@@ -142,7 +148,7 @@ def sizes(found: Fitted) -> dict[str, Parameter]:
     return out
 
 
-def place(found: Fitted) -> Where:
+def place(found: FittedTerm) -> Where:
     """Return where a term acts: its channels by their power over the noise, and the bands and windows of what it is."""
     h, fit, term = found.hypothesis, found.fit, found.term
     weight = fit.state.values[h.key("weight")]

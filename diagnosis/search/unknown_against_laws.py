@@ -11,9 +11,9 @@ from contextlib import suppress
 
 import numpy as np
 
-from imubench.diagnosis.criteria.conditional_aic import weighed, worth
-from imubench.diagnosis.criteria.cross_validation import SEED, Gain, foretold
-from imubench.diagnosis.criteria.dynamic_aic import resolved
+from imubench.diagnosis.criteria.conditional_aic import aic_gain, aic_gain_and_freedoms
+from imubench.diagnosis.criteria.cross_validation import SEED, Gain, heldout_gain
+from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
 from imubench.diagnosis.criteria.trial import MOST, TRIED, Kept, Trial
 from imubench.diagnosis.discrepancy.terms import SERIES, Unknown
@@ -22,7 +22,7 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.admission import Refused
 from imubench.diagnosis.search.moves.add_dynamic import MORE
 from imubench.diagnosis.search.moves.drop import SPLINES, prune
-from imubench.diagnosis.search.moves.dynamic_refits import ROUNDS, begun_screened
+from imubench.diagnosis.search.moves.dynamic_refits import ROUNDS, refit_from_screening
 from imubench.diagnosis.search.moves.term_rivals import NEARLY
 from imubench.diagnosis.search.selection import Selection, candidates
 from imubench.diagnosis.search.unknown import Unknowns
@@ -48,8 +48,8 @@ def named_by_law(selection: Selection, strange: Unknowns, say: Callable[[str], N
             best = by_law(fit, term.at)
             if best is None or best.evidence < SPLINES:
                 continue
-            won = foretold(fit, best.fit, np.random.default_rng(SEED))
-            if won.low > weighed(fit, best.fit)[1] and as_good(best, won, fit, with_series(fit, term)):
+            won = heldout_gain(fit, best.fit, np.random.default_rng(SEED))
+            if won.low > aic_gain_and_freedoms(fit, best.fit)[1] and as_good(best, won, fit, with_series(fit, term)):
                 new, now = Kept(best.hypothesis, best.evidence, won, ()), best.fit
                 dropped: Refused = []
                 kept = [k for k in (*selection.kept, new) if k.hypothesis not in gone or k.hypothesis in back]
@@ -64,10 +64,13 @@ def as_good(best: Trial, won: Gain, fit: Fit, series: Fit) -> bool:
 
     Its states follow some noise, and pay for it: a filter was worth 185 nat for 212, and gained 235 for 215.
     """
-    other = worth(fit, series)
+    other = aic_gain(fit, series)
     if best.evidence >= other:
         return True
-    return best.evidence * (1 + NEARLY) > other and won.value > foretold(fit, series, np.random.default_rng(SEED)).value
+    return (
+        best.evidence * (1 + NEARLY) > other
+        and won.value > heldout_gain(fit, series, np.random.default_rng(SEED)).value
+    )
 
 
 def by_law(fit: Fit, at: str) -> Trial | None:
@@ -78,8 +81,8 @@ def by_law(fit: Fit, at: str) -> Trial | None:
     trials = []
     for some in screen(fit, [h for h in asked if h.effect.variant != "isotropic"])[:TRIED]:
         with suppress(NotPositiveDefiniteError):
-            trials.append(begun_screened(fit, [some], rounds=ROUNDS + MORE))
-    return max((t for t in trials if resolved(t) and rings(t)), key=lambda t: t.evidence, default=None)
+            trials.append(refit_from_screening(fit, [some], rounds=ROUNDS + MORE))
+    return max((t for t in trials if holds_its_law(t) and rings(t)), key=lambda t: t.evidence, default=None)
 
 
 def rings(trial: Trial) -> bool:

@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.criteria.cross_validation import SEED, foretold
+from imubench.diagnosis.criteria.cross_validation import SEED, heldout_gain
 from imubench.diagnosis.criteria.equivalence import LIKE
-from imubench.diagnosis.criteria.score_at_size import sized
+from imubench.diagnosis.criteria.score_at_size import scores_at_size
 from imubench.diagnosis.criteria.trial import MOST, NEEDED, Kept
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.noise.reml import with_noise
@@ -41,14 +41,14 @@ def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], 
         fit = selection.fit
         every, taken = candidates(fit.model), {h.name for h in fit.model.hypotheses}
         likely = [h for h in every if h.at == term.at and nearly_straight(h) and h.name not in taken]
-        nat = sized(Base.of(fit), [term, *likely])
+        nat = scores_at_size(Base.of(fit), [term, *likely])
         best = max(likely, key=lambda h: nat[h], default=term)
         if best is term or nat[best][0] < max(nat[term][0], NEEDED + np.log(len(every))):
             continue
         worth, size = nat[best]
         small = replace(best, effect=best.effect.as_large(size))
         better = with_noise(refit(fit, (*fit.model.hypotheses, small)))
-        won = foretold(fit, better, np.random.default_rng(SEED))
+        won = heldout_gain(fit, better, np.random.default_rng(SEED))
         if won.foretells():
             fit, kept, dropped = prune(better, [*selection.kept, Kept(small, worth, won, ())], say)
             selection = Selection(fit, tuple(kept), (*selection.rejected, *dropped))
@@ -64,7 +64,7 @@ def with_equals(strange: Unknowns) -> Unknowns:
         i = next((i for i, f in enumerate(found) if f.at == term.at and f.effect == UNKNOWN), None)
         if i is None:
             continue
-        nat = sized(Base.of(refit_without(fit, [term], steps=4)), [term, *likely])
+        nat = scores_at_size(Base.of(refit_without(fit, [term], steps=4)), [term, *likely])
         near = sorted((h for h in likely if nat[h][0] > max(nat[term][0] - LIKE, NEEDED)), key=lambda h: -nat[h][0])
         beyond = found[i].heldout_gain.value - nat[term][0]
         found[i] = found[i].equalled_by(Rejected(h.effect.name, h.at, nat[h][0] + beyond) for h in near)

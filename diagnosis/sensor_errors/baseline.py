@@ -41,7 +41,7 @@ from imubench.diagnosis.result import (
     SensorErrors,
 )
 from imubench.diagnosis.samples.noise_floor import WANDER
-from imubench.diagnosis.samples.screening import Sampled
+from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.sensor_errors.baseline_change import allowed, changed, differ
 from imubench.diagnosis.sensor_errors.own_errors import ranges_of, samplewise
 from imubench.effects import EFFECTS
@@ -140,7 +140,7 @@ class Learned:
         told = (_wider(Own(f.effect, f.at, f.parameters)) for f in self.told)
         return Baseline(self.recording, (*errors, *told), self.doubt)
 
-    def on(self, samples: Sampled) -> Sampled:
+    def on(self, samples: SampleChecks) -> SampleChecks:
         """Return what raw samples show, with the noise of sensors that the earlier recording alone knows."""
         quieter = {
             name: n.std

@@ -5,12 +5,12 @@ stretch between them is cut in two; so is a single swing, and a recording withou
 its motion is over, by the square of the rate: a swing that friction stops shows in its second minute nothing. So both
 halves have what shows a torque, and a roll-out begins anew with its half, from the state at its start.
 
-Each half's parameters are one Gauss-Newton step from those of the whole (as in `heldout`): exact where the rows are
-linear in them, and off by the square of a step of some standard deviations where they are not. The motion is then
-solved for again, on all samples, with the other half's parameters held and springs and filters held to their laws. It
-begins where that step leads it, or where it was, whichever costs less: of a declared model that leaves much, one step
-may lead anywhere. The state at the start of a swing, and the motion of a hand, belong to the samples that are judged:
-nothing else could tell them.
+Each half's parameters are one Gauss-Newton step from those of the whole (as in `cross_validation`): exact where the
+rows are linear in them, and off by the square of a step of some standard deviations where they are not. The motion is
+then solved for again, on all samples, with the other half's parameters held and springs and filters held to their laws.
+It begins where that step leads it, or where it was, whichever costs less: of a declared model that leaves much, one
+step may lead anywhere. The state at the start of a swing, and the motion of a hand, belong to the samples that are
+judged: nothing else could tell them.
 
 Some numbers only one half can tell: when a sensor slipped, how a stop gives way that is met once. Where a half knows a
 number `TELLS` times worse than the other half does, the number is that of the whole, and the simulation says

@@ -17,7 +17,7 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import declared_by
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import UNKNOWN, Simulation
-from imubench.diagnosis.samples.screening import sampled
+from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.simulation.channels import channels, dense_rate, read_out
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Part
@@ -53,7 +53,7 @@ def judged_on(folder: Path, recording: Recording, step: Step = silent) -> OnReco
     if recording.body is None or not recording.free_swings:
         raise InputError(f"{recording.name}: expected [[free_swing]] windows and a [body] to roll out, got none")
     with step("fit the motion"):
-        samples = sampled(recording)
+        samples = check_samples(recording)
         known = samples.heard(recording)
         fit = nominal_fit(known, samples.masks, samples.humming, samples.wander)
         levels = fit_summary.weighed(fit, declared_by(recording), samples.white).levels

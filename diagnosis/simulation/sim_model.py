@@ -31,7 +31,7 @@ class SimModel:
     effects: Effects
     start: float  # s, the stamp that counts as zero
     motion: Played | None = None  # what the hand drives; None: nothing but free swings is played
-    encoder_error: Array | None = None  # (1 + 2 waves,) rad, see `misread`
+    encoder_error: Array | None = None  # (1 + 2 waves,) rad, see `encoder_calibration`
 
 
 def named(fit: Fit) -> tuple[Hypothesis, ...]:

@@ -3,15 +3,15 @@
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.equivalence import Rival, alike
+from imubench.diagnosis.criteria.equivalence import Rival, equivalents
 from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Kept, Passed, misfit
 from imubench.diagnosis.experiments.design import separation
 from imubench.diagnosis.noise.coloured import parameter_std
-from imubench.diagnosis.noise.intervals import with_springs
+from imubench.diagnosis.noise.intervals import with_spring_intervals
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import states_inside
 from imubench.diagnosis.residual_checks.excess_noise import left_over
-from imubench.diagnosis.residual_checks.implausible import STRAINED_SURE, strained
+from imubench.diagnosis.residual_checks.implausible import STRAINED_SURE, implausible_places
 from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
 from imubench.diagnosis.search.confidence import MOST_SURE, confidence
 from imubench.diagnosis.search.moves.swap_for_rival import SHARE, TIE
@@ -41,14 +41,14 @@ def findings(selection: Selection, measured: Recording | None = None, briefly: b
     """
     numbers = selection.fit if briefly else selection.numbers
     covariance, white = information(numbers)
-    std = white if briefly else with_springs(numbers, parameter_std(numbers))
+    std = white if briefly else with_spring_intervals(numbers, parameter_std(numbers))
     covariance = widened(numbers, covariance, white, std)
     recording = selection.fit.model.recording
-    loose, small, odd = loosely(selection.fit), overshadowed(selection), strained(selection.fit)
+    loose, small, odd = loosely(selection.fit), overshadowed(selection), implausible_places(selection.fit)
     out = []
     for kept in strongest_first(selection):
         h, gain = kept.hypothesis, kept.heldout
-        others = [] if briefly else alike(selection.fit, h)
+        others = [] if briefly else equivalents(selection.fit, h)
         same = [Rejected(r.effect, r.at, gain.value - r.loss) for r in others]
         springs = like(kept)
         same += [Rejected(t.hypothesis.effect.name, h.at, gain.value - kept.evidence + t.evidence) for t in springs]

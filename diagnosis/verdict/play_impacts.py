@@ -28,7 +28,7 @@ ALONG = 0.9  # of the mean u u': 0.97 of the play of an unseen trial; 0.49 to 0.
 ACROSS = 0.25  # cosine of the line and r, at most
 
 
-def rattling(named: Sequence[Finding], recording: Recording) -> tuple[Finding, ...]:
+def impacts_of_play(named: Sequence[Finding], recording: Recording) -> tuple[Finding, ...]:
     """Return the findings, knocks at the second IMU of a hinge called play where they all lie along one line."""
     if recording.rig != "hinge" or len(recording.imus) < 2 or any(f.effect == PLAY for f in named):
         return tuple(named)
@@ -60,4 +60,4 @@ def across(imu: Imu, times: Array) -> bool:
     return bool(shares[-1] > ALONG and abs(lines[:, -1] @ lever) < ACROSS * np.linalg.norm(lever))
 
 
-__all__ = ["rattling"]
+__all__ = ["impacts_of_play"]

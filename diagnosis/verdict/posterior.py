@@ -9,7 +9,7 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import CHANNELS
 from imubench.diagnosis.problem.rig_kinematics import Rig
 from imubench.diagnosis.result import Finding, Unseen, Verdict
-from imubench.diagnosis.samples.screening import Sampled
+from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.search.confidence import DOUBTFUL, STRANGE, at_most
 from imubench.diagnosis.traits import HUM, KNOCKING, MOVED
 from imubench.effects import EFFECTS
@@ -24,7 +24,9 @@ MUCH = 0.1  # of what a name is worth on held-out data
 SURELY = 0.9  # confidence from which on a finding stands before what is doubted
 
 
-def with_samples(fitted: tuple[Finding, ...], samples: Sampled, rest: tuple[Finding, ...] = ()) -> tuple[Finding, ...]:
+def with_samples(
+    fitted: tuple[Finding, ...], samples: SampleChecks, rest: tuple[Finding, ...] = ()
+) -> tuple[Finding, ...]:
     """Return what the fit found, and what the raw samples show that it did not find itself.
 
     A hum is doubted beside a torque without a name, which may hum: cogs at the rate that they pass; and at an IMU that

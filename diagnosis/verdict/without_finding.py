@@ -33,7 +33,7 @@ from imubench.diagnosis.problem.dynamics_factors import equation_of
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Move, Pair, is_material
 from imubench.diagnosis.samples.check_findings import UNITS, declared
-from imubench.diagnosis.samples.screening import Sampled
+from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended, refit_without
@@ -50,7 +50,7 @@ DRIVING = ("torque", "lighter", "gravity")  # what enters the equation of motion
 def moves_of(
     findings: Iterable[Finding],
     fit: Fit,
-    samples: Sampled,
+    samples: SampleChecks,
     recording: Recording,
     without: dict[tuple[str, str], Fit] | None = None,
 ) -> Iterator[tuple[Finding, dict[str, Move]]]:
@@ -122,7 +122,7 @@ def worth_telling(moves: dict[str, Move], tolerance: Pair) -> dict[str, Move]:
     return {name: move for name, move in moves.items() if move is not constant}
 
 
-def fit_without(fit: Fit, finding: Finding, samples: Sampled, recording: Recording) -> Fit | None:
+def fit_without(fit: Fit, finding: Finding, samples: SampleChecks, recording: Recording) -> Fit | None:
     """Return the fit solved again without a finding; None where that cannot be said."""
     gone = in_fit(fit, finding)
     if gone:
@@ -165,7 +165,7 @@ def _left_out(fit: Fit, gone: list[Hypothesis]) -> Fit:
     return extended(fit, tuple(h for h in fit.model.hypotheses if h not in gone))
 
 
-def _counting(fit: Fit, finding: Finding, samples: Sampled) -> Fit:
+def _counting(fit: Fit, finding: Finding, samples: SampleChecks) -> Fit:
     """Return the fit with samples counted that a finding of the raw samples left out; the fit where there are none."""
     masks = dict(fit.model.masks or {})
     changed = False

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.diagnosis.candidates.grids import placed
-from imubench.diagnosis.candidates.mount_start import best_begun
+from imubench.diagnosis.candidates.mount_start import better_start
 from imubench.diagnosis.criteria.score_test import Score, score
 from imubench.diagnosis.criteria.trial import NEEDED, TRIED, Trial
 from imubench.diagnosis.noise.reml import with_noise
@@ -44,7 +44,7 @@ def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most
 
     def tried(s: Score) -> Trial | None:
         say(f"refitting with {s.hypothesis.name}")
-        done = best_begun(fit, s.hypothesis, refit(fit, (*fit.model.hypotheses, s.hypothesis)))
+        done = better_start(fit, s.hypothesis, refit(fit, (*fit.model.hypotheses, s.hypothesis)))
         if not (dated(done, s.hypothesis) and natural(done, s.hypothesis)):
             return None
         return Trial(s.hypothesis, done, log_evidence(done) - base)

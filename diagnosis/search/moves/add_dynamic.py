@@ -6,13 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.criteria.dynamic_aic import against, resolved
+from imubench.diagnosis.criteria.dynamic_aic import holds_its_law, trial_beside
 from imubench.diagnosis.criteria.dynamic_score import Screened, screen
 from imubench.diagnosis.criteria.trial import NEEDED, SCREENED, UNEXPLAINED, Trial, breaks_its_law, misfit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_order import pairs, promising, softer
-from imubench.diagnosis.search.moves.dynamic_refits import ROUNDS, begun_screened, grown, joined
+from imubench.diagnosis.search.moves.dynamic_refits import (
+    ROUNDS,
+    on_whole_recording,
+    refit_beside,
+    refit_from_screening,
+)
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.subset import excerpt, loudest
@@ -63,12 +68,12 @@ def state_trials(
     worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > NEEDED}
     both = [p for p in pairs(likely) if worth_it & {s.hypothesis.name for s in p}]  # one alone is worth something too
     tried += _paired(short, tried, both, say)
-    tried = sorted((t for t in tried if t[0].evidence > NEEDED and resolved(t[0])), key=lambda t: -explained(t[0]))
+    tried = sorted((t for t in tried if t[0].evidence > NEEDED and holds_its_law(t[0])), key=lambda t: -explained(t[0]))
     if not tried:
         return []
     (best, some), *others = tried
     if whole:
-        return [against(fit, [best.hypothesis, *best.also], best.fit), *(t for t, _ in others)]
+        return [trial_beside(fit, [best.hypothesis, *best.also], best.fit), *(t for t, _ in others)]
     say(f"refitting with {best.hypothesis.name} on the whole recording")
     on_all = _on_all(fit, best, some)
     if on_all is None:
@@ -109,7 +114,7 @@ def _one_by_one(
         ways = []
         for begin in filter(None, (one, softer(one))):
             with suppress(NotPositiveDefiniteError):
-                ways.append((begun_screened(short, [begin]), [begin]))
+                ways.append((refit_from_screening(short, [begin]), [begin]))
             if ways and not HOPELESS < ways[-1][0].evidence < SHORT * one.evidence:
                 break
         return max(ways, key=lambda way: way[0].evidence, default=None)
@@ -118,7 +123,7 @@ def _one_by_one(
     tried: list[tuple[Trial, list[Screened]]] = []
     for likely in promised:
         tried += [t for t in side_by_side(refitted, likely, short.model.tracks.knots.count) if t is not None]
-        best = max((t for t, _ in tried if resolved(t)), key=explained, default=None)
+        best = max((t for t, _ in tried if holds_its_law(t)), key=explained, default=None)
         good = best is not None and best.evidence > NEEDED and best.hypothesis.effect.lawful
         if best is not None and good and (short.model.wander or misfit(best.fit) < UNEXPLAINED):
             break  # a sensor beside errors that wander leaves more than its quiet moments say, whatever moves
@@ -129,12 +134,12 @@ def _on_all(fit: Fit, best: Trial, some: list[Screened]) -> Trial | None:
     """Return the best trial on the whole recording: grown from its part, or where that is worse begun anew."""
     ways: list[Trial] = []
     with suppress(NotPositiveDefiniteError):
-        ways.append(grown(fit, best))
+        ways.append(on_whole_recording(fit, best))
     if not ways or ways[0].evidence < best.evidence:
         with suppress(NotPositiveDefiniteError):
-            ways.append(begun_screened(fit, some, rounds=ROUNDS + MORE))
+            ways.append(refit_from_screening(fit, some, rounds=ROUNDS + MORE))
     found = max(ways, key=lambda t: t.evidence, default=None)
-    return found if found is not None and resolved(found) else None
+    return found if found is not None and holds_its_law(found) else None
 
 
 def _paired(
@@ -158,7 +163,7 @@ def _paired(
         ways = [(alone[a.hypothesis.name], b) for a, b in (some, some[::-1]) if a.hypothesis.name in alone]
         for way in (*ways, None):
             with suppress(NotPositiveDefiniteError):
-                out.append((begun_screened(short, some) if way is None else joined(short, *way), some))
+                out.append((refit_from_screening(short, some) if way is None else refit_beside(short, *way), some))
                 if out[-1][0].evidence < rival:
                     break
     alone_best = max((t.evidence for t, _ in single), default=0.0)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import SEED, predicted
 from imubench.diagnosis.criteria.dynamic_aic import tightened
 from imubench.diagnosis.criteria.trial import NEEDED, SCREENED, Kept
@@ -148,13 +148,13 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
             loss = about_zero(fit, [h], covariance)
         else:
             short = excerpt(fit, *loudest(fit, SCREENED))
-            loss = worth(_without(short, h), short)
+            loss = aic_gain(_without(short, h), short)
         if loss > CERTAIN:
             return loss, None
-    return spared(fit, h)
+    return price_of_dropping(fit, h)
 
 
-def spared(fit: Fit, h: Hypothesis) -> tuple[float, Fit]:
+def price_of_dropping(fit: Fit, h: Hypothesis) -> tuple[float, Fit]:
     """Return the nat that it costs to do without an effect, and the fit without it.
 
     A state's with its law as tight as it bears, where that decides: for its freedoms alone a mount at its law's floor
@@ -163,9 +163,9 @@ def spared(fit: Fit, h: Hypothesis) -> tuple[float, Fit]:
     without = _without(fit, h)
     if not h.effect.states:
         return evidence_over(without, fit), without
-    lost = worth(without, fit)
+    lost = aic_gain(without, fit)
     tight = tightened(fit, [h]) if h.effect.lawful and lost < needed(h) else None
-    return (lost if tight is None else max(lost, worth(without, tight))), without
+    return (lost if tight is None else max(lost, aic_gain(without, tight))), without
 
 
 def _without(fit: Fit, h: Hypothesis) -> Fit:

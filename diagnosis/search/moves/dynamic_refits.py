@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.criteria.dynamic_aic import against, law_levels
+from imubench.diagnosis.criteria.dynamic_aic import law_levels, trial_beside
 from imubench.diagnosis.criteria.dynamic_score import Screened
-from imubench.diagnosis.criteria.effect_dynamics import led
+from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.reml import declared, fit_with_noise, with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -19,7 +19,7 @@ from imubench.diagnosis.solve.retract import settled
 ROUNDS = 3  # of their noise estimation
 
 
-def begun_screened(fit: Fit, some: list[Screened], rounds: int = ROUNDS) -> Trial:
+def refit_from_screening(fit: Fit, some: list[Screened], rounds: int = ROUNDS) -> Trial:
     """Return the refit with state effects, begun as their laws say and where a law outweighs the measurements.
 
     From the screening's stiff and damped starts: the motion of a fit that knows no spring holds the spring's own, and
@@ -32,23 +32,23 @@ def begun_screened(fit: Fit, some: list[Screened], rounds: int = ROUNDS) -> Tria
     for s in some:
         noise |= s.noise
     start = calm_for_laws(replace(begun, noise=noise), hypotheses)
-    tried = solve(begun.model, led(begun.model, begun.state, hypotheses), start, fit.anchor, steps=4)
+    tried = solve(begun.model, driven_by_motion(begun.model, begun.state, hypotheses), start, fit.anchor, steps=4)
     tried = with_noise(tried, rounds)
-    return against(fit, hypotheses, tried)
+    return trial_beside(fit, hypotheses, tried)
 
 
-def joined(fit: Fit, alone: Trial, other: Screened) -> Trial:
+def refit_beside(fit: Fit, alone: Trial, other: Screened) -> Trial:
     """Return the refit with a second state effect, begun where the first alone had come to."""
     h, found = other.hypothesis, alone.fit
     guess = {name: value for name, value in found.state.values.items() if name not in fit.model.priors}
     begun = extended(found, (*found.model.hypotheses, h), guess | dict(other.values))
     noise = begun.noise | found.noise | other.noise
-    tried = solve(begun.model, led(begun.model, begun.state, [h]), noise, fit.anchor, steps=4)
+    tried = solve(begun.model, driven_by_motion(begun.model, begun.state, [h]), noise, fit.anchor, steps=4)
     tried = with_noise(tried, ROUNDS)
-    return against(fit, [alone.hypothesis, h], tried)
+    return trial_beside(fit, [alone.hypothesis, h], tried)
 
 
-def grown(fit: Fit, trial: Trial) -> Trial:
+def on_whole_recording(fit: Fit, trial: Trial) -> Trial:
     """Return a trial on a part of the recording as one on all of it, from the parameters and the noise found there."""
     hypotheses = [trial.hypothesis, *trial.also]
     guess = {name: value for name, value in trial.fit.state.values.items() if name not in fit.model.priors}
@@ -56,13 +56,14 @@ def grown(fit: Fit, trial: Trial) -> Trial:
     laws_loose = {n: begun.noise[n] for n in law_levels(begun, hypotheses)}
     noise = begun.noise | trial.fit.noise | laws_loose
     quiet = calm_for_laws(replace(begun, noise=noise), hypotheses)
-    driven = led(begun.model, begun.state, hypotheses)  # by a motion that holds the spring's own, it may resound
+    # by a motion that holds the spring's own, it may resound
+    driven = driven_by_motion(begun.model, begun.state, hypotheses)
     states = [begun.state, driven]
     states += [settled(begun.model, s, quiet, fit.anchor, fit.loose) for s in states]
     cost = [sum(r.cost for r in all_rows(begun.model, s, quiet, fit.anchor, fit.loose)) for s in states]
     begun = solve(begun.model, states[int(np.argmin(cost))], quiet, fit.anchor, steps=4)
     tried = fit_with_noise(begun.model, begun.state, noise, fit.anchor, rounds=ROUNDS)
-    return against(fit, hypotheses, tried)
+    return trial_beside(fit, hypotheses, tried)
 
 
 def calm_for_laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> dict[str, float]:
@@ -76,4 +77,4 @@ def calm(fit: Fit) -> dict[str, float]:
     return {name: 10 * told[name] if name in told else std for name, std in fit.noise.items()}
 
 
-__all__ = ["ROUNDS", "begun_screened", "calm_for_laws", "grown", "joined"]
+__all__ = ["ROUNDS", "calm_for_laws", "on_whole_recording", "refit_beside", "refit_from_screening"]

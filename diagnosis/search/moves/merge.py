@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from itertools import combinations
 
-from imubench.diagnosis.criteria.equivalence import LIKE, Instead, alternatives, instead
+from imubench.diagnosis.criteria.equivalence import LIKE, Replacement, alternatives, replacements
 from imubench.diagnosis.criteria.trial import NEEDED, Kept
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
@@ -28,7 +28,7 @@ def merged(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit,
     plain = [k for k in kept if k.hypothesis in fit.model.hypotheses and not k.hypothesis.effect.states]
     for pair in combinations(plain, 2):
         two = [k.hypothesis for k in pair]
-        for one in instead(fit, two, alternatives(fit.model, two[0]))[:1]:
+        for one in replacements(fit, two, alternatives(fit.model, two[0]))[:1]:
             rub = all(h.effect.name in FRICTION for h in (*two, one.hypothesis))  # settled, in a smoother motion
             if one.share < SHARE and not rub:
                 say(f"trying {one.hypothesis.name} in the place of {' and '.join(h.name for h in two)}")
@@ -39,7 +39,7 @@ def merged(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit,
     return fit, kept
 
 
-def _instead(fit: Fit, pair: tuple[Kept, Kept], one: Instead) -> Fit | None:
+def _instead(fit: Fit, pair: tuple[Kept, Kept], one: Replacement) -> Fit | None:
     """Return the fit with one effect in the place of two, at the noise that it leaves; None where that is worse."""
     gone = {k.hypothesis for k in pair}
     rest = tuple(h for h in fit.model.hypotheses if h not in gone)

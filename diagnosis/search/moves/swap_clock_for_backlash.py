@@ -10,14 +10,14 @@ from contextlib import suppress
 
 import numpy as np
 
-from imubench.diagnosis.criteria.conditional_aic import worth
-from imubench.diagnosis.criteria.cross_validation import SEED, foretold
-from imubench.diagnosis.criteria.dynamic_aic import resolved
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
+from imubench.diagnosis.criteria.cross_validation import SEED, heldout_gain
+from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
 from imubench.diagnosis.criteria.trial import NEEDED, Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.dynamic_refits import begun_screened
+from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit
@@ -27,7 +27,7 @@ from imubench.effects import possible
 BACKLASH = "backlash"
 
 
-def slack(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
+def clocks_to_backlash(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, with backlash in the place of every clock's offset if that is worth more."""
     clocks = [k for k in kept if k.hypothesis.effect.name == CLOCK]
     asked = [Hypothesis(effect, at) for effect, at in possible(fit.model.recording) if effect.name == BACKLASH]
@@ -37,13 +37,13 @@ def slack(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, 
     say(f"trying {asked[0].name} in the place of {' and '.join(k.hypothesis.name for k in clocks)}")
     with suppress(NotPositiveDefiniteError):
         bare = with_noise(refit(fit, tuple(k.hypothesis for k in others)))
-        trial = begun_screened(bare, screen(bare, asked))
-        if resolved(trial) and worth(fit, trial.fit) > NEEDED:
-            won = foretold(bare, trial.fit, np.random.default_rng(SEED))
+        trial = refit_from_screening(bare, screen(bare, asked))
+        if holds_its_law(trial) and aic_gain(fit, trial.fit) > NEEDED:
+            won = heldout_gain(bare, trial.fit, np.random.default_rng(SEED))
             if won.foretells():
                 passed = tuple(Passed(k.hypothesis, k.evidence) for k in clocks)
                 return trial.fit, [*others, Kept(trial.hypothesis, trial.evidence, won, passed)]
     return fit, kept
 
 
-__all__ = ["slack"]
+__all__ = ["clocks_to_backlash"]

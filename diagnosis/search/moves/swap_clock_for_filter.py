@@ -16,9 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.delays import late, quick
-from imubench.diagnosis.criteria.effect_dynamics import led
+from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.criteria.equivalence import LIKE
 from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Kept, Passed, Trial, misfit
 from imubench.diagnosis.noise.nominal import rougher
@@ -38,12 +38,14 @@ FASTEST = 5.0  # times the rate: a filter beyond is a delay
 AGAIN = 3  # times at most that what a quick filter does beside delaying is taken again
 
 
-def quickly(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
+def clock_to_quick_filter(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, a clock's offset changed for a filter far quicker than the motion if better."""
-    return filtered(fit, kept, say, splines=False)
+    return clock_to_filter(fit, kept, say, splines=False)
 
 
-def filtered(fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bool = True) -> tuple[Fit, list[Kept]]:
+def clock_to_filter(
+    fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bool = True
+) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, a clock's offset among them changed for a filter if that is better.
 
     Quick filters that are there already are taken again from the motion that all effects leave.
@@ -137,10 +139,10 @@ def gains(before: tuple[Fit, Fit], tried: Fit) -> tuple[float, float]:
 
     What a filter does beside a delay goes with the motion's second derivative, as what a motion held too smooth leaves.
     """
-    return worth(before[0], tried), worth(before[1], rougher(tried))
+    return aic_gain(before[0], tried), aic_gain(before[1], rougher(tried))
 
 
 def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, start: dict[str, Array]) -> Fit:
     begun = extended(fit, (*rest, h), start)
-    tried = solve(begun.model, led(begun.model, begun.state, [h]), begun.noise, fit.anchor, steps=6)
+    tried = solve(begun.model, driven_by_motion(begun.model, begun.state, [h]), begun.noise, fit.anchor, steps=6)
     return with_noise(tried, ROUNDS)

@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.criteria.conditional_aic import worth
-from imubench.diagnosis.criteria.cross_validation import foretold
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
+from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.dynamic_aic import TRIPLES
 from imubench.diagnosis.criteria.trial import MOST, NEEDED, Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
@@ -27,7 +27,7 @@ from imubench.diagnosis.traits import FILTER
 BROKEN = 1.0  # of a law's std, above which the law does not hold
 
 
-def halved(
+def filter_to_one_triple(
     fit: Fit,
     kept: list[Kept],
     everything: Sequence[Hypothesis],
@@ -52,8 +52,8 @@ def halved(
             if not tried or tried[0].evidence < NEEDED:
                 continue
             both = with_noise(tried[0].fit)
-            won = foretold(alone, both, rng)
-            if won.foretells() and worth(fit, both) > NEEDED:
+            won = heldout_gain(alone, both, rng)
+            if won.foretells() and aic_gain(fit, both) > NEEDED:
                 new = replace(k, hypothesis=half, rivals=(Passed(k.hypothesis, k.evidence), *k.rivals))
                 kept = [new if other is k else other for other in kept]
                 kept, fit = [*kept, Kept(tried[0].hypothesis, tried[0].evidence, won, ())], both
@@ -69,4 +69,4 @@ def of_one(fit: Fit, h: Hypothesis, everything: Sequence[Hypothesis]) -> Hypothe
     return next((o for o in everything if (o.effect.name, o.effect.variant, o.at) == (FILTER, held[0], h.at)), None)
 
 
-__all__ = ["halved", "of_one"]
+__all__ = ["filter_to_one_triple", "of_one"]

@@ -16,7 +16,7 @@ from imubench.diagnosis.solve.refit import log_evidence, refit
 TIE, SHARE = 20.0, 0.05  # nat, or of the evidence, within which two effects were as good
 
 
-def exchanged(
+def swapped_for_rivals(
     fit: Fit, kept: list[Kept], everything: Sequence[Hypothesis], say: Callable[[str], None]
 ) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, each changed for the rival of its round that is now worth more.

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imubench.diagnosis.criteria.conditional_aic import worth
-from imubench.diagnosis.criteria.cross_validation import SEED, foretold
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
+from imubench.diagnosis.criteria.cross_validation import SEED, heldout_gain
 from imubench.diagnosis.criteria.equivalence import LIKE
-from imubench.diagnosis.criteria.score_at_size import saved
+from imubench.diagnosis.criteria.score_at_size import gain_at_size
 from imubench.diagnosis.criteria.trial import breaks_its_law
 from imubench.diagnosis.discrepancy.drift_tests import beyond_a_drift
-from imubench.diagnosis.discrepancy.fitted_terms import MOST, Fitted, fitted
+from imubench.diagnosis.discrepancy.fitted_terms import MOST, FittedTerm, fitted_term
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.noise.nominal import certain, rougher
 from imubench.diagnosis.noise.reml import with_noise
@@ -40,16 +40,17 @@ NAMES = 60  # effects at their places: what a name was chosen from, as a term fr
 
 
 @dataclass(frozen=True)
-class Displaced:
+class TermSwaps:
     """What terms did to the names of a fit."""
 
-    terms: list[Fitted]
+    terms: list[FittedTerm]
     fit: Fit  # with these in the place of the names that they explain more than
     doubted: tuple[Hypothesis, ...]  # names beside which a term explains as much, and not surely more
-    likely: tuple[tuple[Fitted, tuple[Hypothesis, ...]], ...] = ()  # of such terms what mostly is there, and its equals
+    # of such terms what mostly is there, and its equals
+    likely: tuple[tuple[FittedTerm, tuple[Hypothesis, ...]], ...] = ()
 
 
-def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displaced:
+def swapped_for_terms(fit: Fit, say: Callable[[str], None] = lambda _: None) -> TermSwaps:
     """Return terms that explain more than named effects, the fit with them instead, and the names that they equal.
 
     What goes with shaking has a mean, and reads as a bias until it is held against one. A series holds a filter: it
@@ -58,9 +59,9 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
     a spline without a law are the simpler answer: of them a tie is enough, of one that breaks its law a hundredth less,
     and of a slow curve a fifth, where a joint's play never comes back or a pivot is pushed one way for seconds.
     """
-    terms: list[Fitted] = []
+    terms: list[FittedTerm] = []
     doubted: list[Hypothesis] = []
-    likelier: list[tuple[Fitted, tuple[Hypothesis, ...]]] = []
+    likelier: list[tuple[FittedTerm, tuple[Hypothesis, ...]]] = []
     for names in groups([h for h in fit.model.judged if h.effect.name not in certain(fit.model)]):
         if len(terms) == MOST or not set(names) <= set(fit.model.hypotheses):
             continue
@@ -70,14 +71,14 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
         say(f"looking whether something without a name explains more than {' and '.join(h.name for h in gone)}")
         with suppress(NotPositiveDefiniteError):
             without = refit_without(fit, gone, steps=4)
-            over = worth if any(h.effect.states for h in gone) else evidence_over
+            over = aic_gain if any(h.effect.states for h in gone) else evidence_over
             lost = over(without, fit)
             if terms and lost < 0:  # what came in for another name explains this one's part too
                 fit = with_noise(without)
                 continue
             guesses, tried = promising(without)
             price = float(np.log(max(tried / NAMES, 1)))
-            won: list[tuple[bool, float, Fitted]] = []
+            won: list[tuple[bool, float, FittedTerm]] = []
             free = any(h.effect.free for h in names)
             strained = together(names) and breaks_its_law(fit, names[0])
             least = {timed: margins(lost, slow and timed, free, strained, len(gone)) for timed in (False, True)}
@@ -86,26 +87,26 @@ def displaced(fit: Fit, say: Callable[[str], None] = lambda _: None) -> Displace
             asked = list(rivals(likely, fit, gone, slow))
             freer = rougher(fit) if asked else fit
             for guess in asked:
-                done = fitted(without, guess, price)
+                done = fitted_term(without, guess, price)
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
                 if guess.term.drift and is_a_drift(gone):
                     more = max(more, beyond_a_drift(without, guess.term))
                 if done.heldout.foretells() and more > -least[guess.term.timed][1]:
                     taken = takes_place(done, more, lost, names, free, strained)
                     if taken and nearly_a_filter(done, more, lost, gone):
-                        taken = foretold(without, fit, np.random.default_rng(SEED)).value < done.heldout.value
+                        taken = heldout_gain(without, fit, np.random.default_rng(SEED)).value < done.heldout.value
                     won.append((taken, more, done))
             taken, more, best = max(won, key=lambda w: w[:2], default=(False, 0.0, None))
             if taken and best:
                 surely = free or strained
-                equal = () if surely or more > LIKE + saved(without, gone, lost) else tuple(gone)
+                equal = () if surely or more > LIKE + gain_at_size(without, gone, lost) else tuple(gone)
                 terms, fit = [*terms, best if surely else replace(best, evidence=more, equal=equal)], best.fit
             elif (best and not a_filter_is(best, gone[0])) or wanders(guesses, gone, lost):
                 doubted += gone
                 likelier += [(best, gone)] if best and comes_late(best.term, gone[0]) else []
     at = {h.at for h in doubted if h.effect.name in SLOW}
     slips = [h for h in fit.model.hypotheses if h.effect.name == SLIP and h.at in at]  # what wanders jumps as well
-    return Displaced(terms, fit, (*doubted, *slips), tuple(likelier))
+    return TermSwaps(terms, fit, (*doubted, *slips), tuple(likelier))
 
 
-__all__ = ["Displaced", "displaced"]
+__all__ = ["TermSwaps", "swapped_for_terms"]

@@ -27,7 +27,7 @@ from imubench.effects import EFFECTS
 SETTLED = 2  # rounds of noise levels beside the smoother motion
 
 
-def mixed(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
+def best_friction(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects with those laws of friction that together have the most evidence.
 
     They are told apart where the motion is no rougher than it was estimated to be: the equation of motion says how it
@@ -95,4 +95,4 @@ def without(whole: Fit, some: Sequence[Hypothesis], gone: Sequence[Hypothesis], 
     return np.asarray(value - covariance[np.ix_(own, zero)] @ np.linalg.solve(covariance[np.ix_(zero, zero)], off))
 
 
-__all__ = ["mixed", "mixture", "together"]
+__all__ = ["best_friction", "mixture", "together"]

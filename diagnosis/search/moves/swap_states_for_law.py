@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
-from imubench.diagnosis.criteria.conditional_aic import worth
+from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.trial import NEEDED, Trial, misfit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add import next_plain
-from imubench.diagnosis.search.moves.dynamic_refits import grown
+from imubench.diagnosis.search.moves.dynamic_refits import on_whole_recording
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over
@@ -23,7 +23,7 @@ BESIDE = 3  # plain effects at most beside one
 AS_MUCH = 1.1  # times the misfit that is left beside states without a law, which follow all that one with a law does
 
 
-def led_by_law(
+def states_to_law(
     fit: Fit, further: Fit, lively: Sequence[Trial], plain: Sequence[Hypothesis], say: Callable[[str], None]
 ) -> list[Trial] | None:
     """Return an effect with a law and those beside it, in their order, that are worth more than states without one.
@@ -41,7 +41,7 @@ def led_by_law(
         whole = on_all(fit, t)
         way = beside(whole, plain, say) if whole is not None else []
         as_little = bool(way) and misfit(way[-1].fit) < AS_MUCH * misfit(lively[0].fit)
-        if as_little and worth(fit, way[-1].fit) > lively[0].evidence + NEEDED:
+        if as_little and aic_gain(fit, way[-1].fit) > lively[0].evidence + NEEDED:
             return way
     return None
 
@@ -51,7 +51,7 @@ def on_all(fit: Fit, trial: Trial) -> Trial | None:
     if trial.fit.span == fit.span:
         return trial
     with suppress(NotPositiveDefiniteError):
-        return grown(fit, trial)
+        return on_whole_recording(fit, trial)
     return None
 
 
@@ -67,4 +67,4 @@ def beside(trial: Trial, plain: Sequence[Hypothesis], say: Callable[[str], None]
     return out
 
 
-__all__ = ["led_by_law"]
+__all__ = ["states_to_law"]

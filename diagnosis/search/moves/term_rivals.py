@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from imubench.diagnosis.criteria.equivalence import alike
+from imubench.diagnosis.criteria.equivalence import equivalents
 from imubench.diagnosis.discrepancy.basis_functions import drifts
-from imubench.diagnosis.discrepancy.fitted_terms import NEEDED, Fitted
+from imubench.diagnosis.discrepancy.fitted_terms import NEEDED, FittedTerm
 from imubench.diagnosis.discrepancy.term_scores import Guess
 from imubench.diagnosis.discrepancy.terms import LATE, SERIES, Term
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -83,12 +83,12 @@ def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis], slow:
         yield best
     if steady and steady[0] is not best and len(gone) == 1:
         (h,) = gone
-        if (h.effect.name, steady[0].term.at) in {(r.effect, r.at) for r in alike(fit, h)}:
+        if (h.effect.name, steady[0].term.at) in {(r.effect, r.at) for r in equivalents(fit, h)}:
             yield steady[0]
 
 
 def takes_place(
-    found: Fitted, more: float, lost: float, names: Sequence[Hypothesis], free: bool, strained: bool
+    found: FittedTerm, more: float, lost: float, names: Sequence[Hypothesis], free: bool, strained: bool
 ) -> bool:
     """Return whether a term that explains so much more than names of `lost` nat takes their place.
 
@@ -103,7 +103,7 @@ def takes_place(
     return more > max(NEEDED, 0.0 if unlike else MUCH * lost / found.louder)
 
 
-def nearly_a_filter(found: Fitted, more: float, lost: float, names: Sequence[Hypothesis]) -> bool:
+def nearly_a_filter(found: FittedTerm, more: float, lost: float, names: Sequence[Hypothesis]) -> bool:
     """Return whether a term is a series that explains little more than a filter alone, of `lost` nat, in its place."""
     return len(names) == 1 and a_filter_is(found, names[0]) and more < NEARLY * lost
 
@@ -118,7 +118,7 @@ def is_a_drift(gone: Sequence[Hypothesis]) -> bool:
     return len(gone) == 1 and gone[0].effect.name in DRIFTS
 
 
-def a_filter_is(found: Fitted, h: Hypothesis) -> bool:
+def a_filter_is(found: FittedTerm, h: Hypothesis) -> bool:
     """Return whether a term is what a filter does anyway."""
     return h.effect.name == FILTER and found.term.goes_with in SERIES
 
