@@ -1,13 +1,14 @@
-"""Which effect plays on which rig, by which door: computed from the code, and written as docs/effects.md.
+"""The reference of effects, computed from the code and written as docs/effects.md: what each is, and where it plays.
 
 Three doors: `sim` injects it (`sim.injected`), a dataset draws it (`dataset`), a diagnosis' `model/` replays it
-(`diagnosis.export`). Each cell is held by tests/test_every_effect_plays.py.
+(`correction.export`). Each cell is held by tests/test_every_effect_plays.py.
 """
 
 from dataclasses import dataclass
 
 from imubench.correction.export import plays
 from imubench.dataset.effect_ranges import EffectRange, Shown
+from imubench.effect_reference import sections
 from imubench.effects import EFFECTS
 from imubench.models import RIG_FILES
 from imubench.sim.injected import INJECTED, SWUNG
@@ -69,11 +70,21 @@ def page() -> str:
     """Return docs/effects.md."""
     found = {(c.effect, c.rig): c for c in cells()}
     lines = [
-        "# Every effect plays",
+        "# Effects",
         "",
-        "Written by `python scripts/effect_table.py`; a test holds that it is what the code says.",
+        "Every effect of the library: its law, where it acts and its parameters. Written by `python",
+        "scripts/effect_table.py`; a test holds that it is what the code says. How to add one is in",
+        "[add-an-effect.md](add-an-effect.md), the words are in [glossary.md](glossary.md).",
         "",
-        "One law, three doors: injected by `sim`, drawn in a dataset, replayed from a diagnosis' `model/`. In each",
+        "A parameter's plausible range is the prior that a fit has of it: centre +- one standard deviation, or a",
+        "factor either way of what is positive. An array has the range in each of its numbers.",
+        "",
+        "## Laws and parameters",
+        "",
+        *sections(),
+        "## Where each effect plays",
+        "",
+        "One law, three ways in: injected by `sim`, drawn in a dataset, replayed from a diagnosis' `model/`. In each",
         "cell an effect is concealed by the independent generator (`proof/`), its true numbers are put into a",
         "`model/`, and MuJoCo plays it (`tests/test_every_effect_plays.py`):",
         "",
@@ -87,7 +98,7 @@ def page() -> str:
     for name, effect in EFFECTS.items():
         row = [_words(found.get((name, rig))) for rig in RIG_FILES]
         lines.append(f"| `{name}` | {effect.place} | " + " | ".join(row) + " |")
-    lines += ["", "An empty cell: the rig has no such place. A door that is missing is named.", ""]
+    lines += ["", "An empty cell: the rig has no such place. A way in that is missing is named.", ""]
     lines += [f"- `{name}`: {why}." for name, why in OTHERWISE.items()]
     return "\n".join(lines) + "\n"
 

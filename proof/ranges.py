@@ -5,6 +5,7 @@ that anybody would see in the plots. Secondary parameters (damping, directions, 
 """
 
 from collections.abc import Callable
+from itertools import chain
 
 import numpy as np
 
@@ -53,13 +54,14 @@ SIZES: dict[str, tuple[float, float, float]] = {
     "inertia": (0.03, 0.1, 0.3),  # scale - 1
     "gravity": (0.02, 0.06, 0.2),  # m/s^2: the span over the Earth is 0.05
 }
-IMU_EFFECTS = tuple(SIZES)[:24]
-JOINT_EFFECTS = {
+JOINT_EFFECTS: dict[str, tuple[str, ...]] = {
     "hinge": ("joint_play", "axis_coupling", "moving_centre"),
     "pendulum": ("moving_pivot",),
     "free": (),
 }
 TORQUES = ("viscous_friction", "dry_friction", "air_drag", "joint_spring", "end_stop")
+IN_THE_RIG = {*chain(*JOINT_EFFECTS.values()), *TORQUES, "backlash", "inertia", "gravity"}
+IMU_EFFECTS = tuple(name for name in SIZES if name not in IN_THE_RIG)
 
 
 def places(options: Options) -> dict[str, tuple[str, ...]]:

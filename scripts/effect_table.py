@@ -1,4 +1,4 @@
-"""Write docs/effects.md: which effect plays on which rig, by which door."""
+"""Write docs/effects.md anew: every effect's law, place and parameters, and where it plays."""
 
 from pathlib import Path
 

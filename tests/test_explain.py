@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from imubench.diagnosis.report.words import EFFECTS as PHRASES
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.estimators import ESTIMATORS
@@ -24,6 +25,10 @@ def test_everything_is_explained_once():
         assert one.text.endswith("."), one.name
         assert one.text[0].isupper(), one.name
         assert "{" not in one.text, one.name
+
+
+def test_every_effect_has_words_for_people():
+    assert set(EFFECTS) <= set(PHRASES)
 
 
 def test_every_effect_says_its_law_its_place_and_its_numbers():

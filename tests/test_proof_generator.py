@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from imubench import format1
 from imubench.cli import app
+from imubench.effects import EFFECTS
 from imubench.proof.case import build, make_case
 from imubench.proof.filed import write
 from imubench.proof.options import Options
@@ -114,6 +115,7 @@ def test_every_effect_changes_what_it_should_on_every_rig_it_fits(rig, tmp_path)
 
 def test_every_effect_of_the_table_and_of_the_unknown_is_drawn_somewhere():
     assert {name for rig in RIGS for name in all_of(rig)} == {*SIZES, *UNKNOWN}
+    assert set(SIZES) == set(EFFECTS)  # the generator shares no code with the library, and has a size for each effect
 
 
 @pytest.mark.parametrize(("name", "estimator"), [("hinge", "olsson2020"), ("pendulum", "mrvs")])

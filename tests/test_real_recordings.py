@@ -1,4 +1,4 @@
-"""Real recordings, diagnosed without being told what they are; `docs/diagnosis.md` has the figures."""
+"""Real recordings, diagnosed without being told what they are; `lab/011` has the figures."""
 
 from functools import cache
 
