@@ -10,9 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from imubench import cli_reproduce
 from imubench.errors import InputError
 from imubench.reproduce import PAPERS
 from imubench.reproduce.claims import Claim, Measured, judge, load_claims
+from imubench.terminal import Terminal
 from tests.papers import BOUNDED, SEEN
 
 
@@ -43,6 +45,15 @@ def test_a_bound_reads_as_one():
     assert entry["measured"] is None  # JSON has no NaN
     assert entry["why"] == "none was accepted"
     assert {"claim", "source", "published", "measured", "unit", "bound", "verdict", "why"} <= entry.keys()
+
+
+def test_a_guard_that_is_broken_is_called_so_and_ends_the_command_with_1(tmp_path, monkeypatch, capsys):
+    held, broken = (judge(replace(BOUNDED, guard=0.5), Measured(x, "because")) for x in (0.4, 0.6))
+    failing = judge(BOUNDED, Measured(3.0, "because"))
+    for judged, code, said in (([held], 0, ""), ([broken], 1, "guard broken: "), ([failing], 1, "new: ")):
+        monkeypatch.setattr(cli_reproduce, "reproduce", lambda *a, judged=judged: judged)
+        assert cli_reproduce.run("olsson2020", tmp_path, True, 0, Terminal(), Terminal(stderr=True)) == code
+        assert capsys.readouterr().err.startswith(said)
 
 
 def test_news_is_an_unknown_failure_or_a_guard_that_was_passed():
