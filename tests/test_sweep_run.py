@@ -217,3 +217,12 @@ def test_killed_in_the_middle_it_goes_on_to_the_same_bytes():
     assert started("killed").wait(300) == 0
     assert contents(Path("killed")) == contents(Path("whole"))
     assert not Path(".killed.parts").exists()
+
+
+@pytest.mark.slow
+def test_ray_makes_the_same_bytes():
+    pytest.importorskip("ray")
+    asked, names = load_sweep(Path("sweep.toml"), 1), ["seel2012", "mine.py:at_random"]
+    sweep(asked, names, Path("here"), workers=0)
+    sweep(asked, names, Path("there"), workers=1, engine="ray")
+    assert contents(Path("there")) == contents(Path("here"))
