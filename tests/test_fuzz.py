@@ -71,6 +71,7 @@ OWN = {
     "imubench.trials.report:page": "the package's own style sheet",
     "imubench.trials.figures:figures": "the package's own limits",
     "imubench.reproduce.parts:sources": "the package's own code, for its hash",
+    "imubench.checks.versions:estimator_key": "the estimator's own code, for its hash",
     "imubench.reproduce.parts:run_parts": "through `Store.load`, which a reader reaches",
     "imubench.trials.prove:_proved": "what `publish` and `publish_sealed` have just written or read",
     "imubench.trials.guard:watch": "opens a note for writing",
