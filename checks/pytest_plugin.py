@@ -35,12 +35,12 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
     if not file_path.match(PATTERN):
         return None
     named = parent.session.isinitpath(file_path)
-    if not named and not (parent.config.getoption(FLAG) and _holds_claims(file_path)):
+    if not named and not (parent.config.getoption(FLAG) and holds_claims(file_path)):
         return None
     return ClaimsFile.from_parent(parent, path=file_path)
 
 
-def _holds_claims(path: Path) -> bool:
+def holds_claims(path: Path) -> bool:
     """Return whether a file has claims of ours, or is meant to: other tools have files of such a name too."""
     from imubench.errors import InputError
     from imubench.inputs.toml import load_toml

@@ -74,6 +74,7 @@ OWN = {
     "imubench.sweeps.run:_outcomes": "through `Store.load`, which a reader reaches",
     "imubench.sweeps.outside:_fingerprint": "the code of an estimator, for its hash",
     "imubench.reproduce.parts:sources": "the package's own code, for its hash",
+    "imubench.checks.versions:estimator_key": "the estimator's own code, for its hash",
     "imubench.reproduce.parts:run_parts": "through `Store.load`, which a reader reaches",
     "imubench.trials.prove:_proved": "what `publish` and `publish_sealed` have just written or read",
     "imubench.trials.guard:watch": "opens a note for writing",
