@@ -75,9 +75,9 @@ class ClaimsFile(pytest.File):
 
     def teardown(self) -> None:
         """End the process in which estimators ran."""
-        from imubench.checks.runs import apart
+        from imubench.attempt import own_apart
 
-        apart().end()
+        own_apart().end()
 
 
 class ClaimItem(pytest.Item):

@@ -10,14 +10,12 @@ from collections.abc import Generator, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from functools import cache
 from hashlib import sha256
-from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 
 from imubench.atomic import atomic_file, remove_partial_files
-from imubench.attempt import Apart, Failed, attempted
+from imubench.attempt import Failed, attempted, own_apart
 from imubench.checks.figures import figures_of
 from imubench.checks.scenario import Scenario
 from imubench.checks.versions import ESTIMATING, SIMULATING, code_key, estimator_key
@@ -69,21 +67,10 @@ def played(subject: Subject, number: int) -> Outcome:
     recording, truth = subject.scenario.recording(number)
     estimator = find_estimator(subject.estimator)
     limit = subject.time_limit if is_outside(estimator) else None
-    answer = attempted(estimator, recording, limit, apart())
+    answer = attempted(estimator, recording, limit, own_apart())
     if isinstance(answer, Failed):
         return Outcome({}, f"{answer.status}: {answer.why}")
     return Outcome(figures_of(score(answer, truth)))
-
-
-@cache
-def apart() -> Apart:
-    """Return the process in which this one has estimators from outside run; it begins with the first of them.
-
-    It is ended before this one ends, which else would wait for it for ever.
-    """
-    made = Apart()
-    Finalize(None, made.end, exitpriority=1)
-    return made
 
 
 class Runs:
@@ -178,7 +165,7 @@ def running(workers: int, out: Path | None) -> Iterator[Runs]:
     """
     store = None if out is None else real(out).parent / f".{real(out).name}.runs"
     with ExitStack() as stack:
-        stack.enter_context(undone(apart().end))
+        stack.enter_context(undone(own_apart().end))
         pool = stack.enter_context(process_pool(workers)) if workers > 1 else None
         runs = Runs(pool, workers, store)
         yield runs

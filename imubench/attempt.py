@@ -4,8 +4,10 @@ import traceback
 from collections.abc import Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import cache
 from math import isfinite
 from multiprocessing import get_context
+from multiprocessing.util import Finalize
 
 from imubench.entry_points import OURS, said
 from imubench.errors import InputError
@@ -76,6 +78,17 @@ class Apart:
         return self._pool
 
 
+@cache
+def own_apart() -> Apart:
+    """Return the process apart of this one, for all its attempts; it begins with the first of them.
+
+    It ends before this process waits for its children, as one of a pool does at its end, and would for ever.
+    """
+    apart = Apart()
+    Finalize(None, apart.end, exitpriority=0)
+    return apart
+
+
 @contextmanager
 def running_apart() -> Iterator[Apart]:
     """Hand out a process for attempts with a limit; it begins with the first, and is killed when the context ends."""
@@ -143,4 +156,4 @@ def _trace(error: BaseException) -> str:
     return "".join(traceback.format_exception(type(error), error, trace))
 
 
-__all__ = ["Apart", "Failed", "attempted", "checked_answer", "running_apart"]
+__all__ = ["Apart", "Failed", "attempted", "checked_answer", "own_apart", "running_apart"]

@@ -1,10 +1,8 @@
 """Attempts of estimators at recordings: each worker has one process apart, in which they run one after the other."""
 
 import re
-from functools import cache
-from multiprocessing.util import Finalize
 
-from imubench.attempt import Apart, Failed, attempted
+from imubench.attempt import Failed, attempted, own_apart
 from imubench.estimate import Estimate
 from imubench.estimators import Estimator
 from imubench.recording import Recording
@@ -12,22 +10,14 @@ from imubench.recording import Recording
 ADDRESS = re.compile(r"0x[0-9a-fA-F]{6,}")  # of an object in memory, another one in every run
 
 
-@cache
-def _apart() -> Apart:
-    """Return this process' own; it begins with the first attempt, and ends before a worker waits for its children."""
-    apart = Apart()
-    Finalize(None, apart.end, exitpriority=0)
-    return apart
-
-
 def attempt(estimator: Estimator, recording: Recording, seconds: float) -> Estimate | Failed:
     """Return an estimate, or how it failed; one that takes longer than `seconds` s by the clock is stopped."""
-    return attempted(estimator, recording, seconds, _apart())
+    return attempted(estimator, recording, seconds, own_apart())
 
 
 def end() -> None:
     """End the process apart, where this process has one."""
-    _apart().end()
+    own_apart().end()
 
 
 def why(failed: Failed) -> str:
