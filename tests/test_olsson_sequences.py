@@ -284,7 +284,7 @@ def test_what_is_no_toml_and_what_is_not_there_says_so(tmp_path):
         find(tmp_path / "gone.toml")
     with pytest.raises(
         InputError,
-        match=r"^unknown sequence 'sequence5'; known: sequence1, .*to a .toml file; did you mean 'sequence1'\?$",
+        match=r"^unknown sequence 'sequence5'; known: sequence1, .*to a .toml file; did you mean 'sequence\d'\?$",
     ):
         find("sequence5")
 

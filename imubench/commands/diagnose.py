@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from imubench.commands.command import RECORDING, Command, Out, console, errors
-from imubench.sources import label
 
 
 def diagnose_command(
@@ -50,6 +49,7 @@ def diagnose_command(
     Exit code 2 for bad input, with one line about it.
     """
     from imubench.cli_diagnose import run as run_diagnosis
+    from imubench.sources import label
 
     out = out or Path("runs") / f"diagnosis-{label(recording)}"
     run_diagnosis(recording, out, time_limit, tolerance, baseline, console, errors)

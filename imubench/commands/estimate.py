@@ -19,7 +19,6 @@ from imubench.commands.command import (
 )
 from imubench.inputs.files import NOTHING, what_is
 from imubench.progress import on_console
-from imubench.sources import label
 
 
 def estimate(
@@ -44,6 +43,7 @@ def estimate(
     from imubench.commands.shown import say_band, say_failed, say_figures, say_moved, say_note
     from imubench.plugins import known_estimators
     from imubench.run import NoEstimateError, estimate_on_disk
+    from imubench.sources import label
 
     if what_is(Path(recording)) == NOTHING and what_is(Path(name)) == "a folder":
         known = [*known_estimators(), *([recording] if ":" in recording else [])]

@@ -17,7 +17,6 @@ from imubench.commands.command import (
 )
 from imubench.errors import InputError
 from imubench.progress import on_console
-from imubench.sources import label
 
 
 def run(
@@ -69,6 +68,7 @@ def run(
 
     if on is not None:
         from imubench.cli_on import run as run_on
+        from imubench.sources import label
 
         given = {"--estimator": estimator, "--band": band, "--profile": imu, "--duration": duration, "--effect": effect}
         more = [option for option, value in given.items() if value is not None]
