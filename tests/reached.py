@@ -28,7 +28,6 @@ def reached() -> set[str]:
 
     with tempfile.TemporaryDirectory() as home:
         os.chdir(home)
-        sys.setprofile(note)
         for reader in READERS.values():
             valid = reader.files()[reader.target]
             for number, content in enumerate((valid, *(inputs.content(reader, 11, i) for i in range(BROKEN)))):
@@ -37,6 +36,7 @@ def reached() -> set[str]:
                     path = folder / name
                     path.parent.mkdir(parents=True, exist_ok=True)
                     path.write_bytes(one)
+                sys.setprofile(note)  # each time: Python drops it where a call of it fails, as in too deep a recursion
                 with contextlib.suppress(Exception):  # what comes of it is judged elsewhere
                     reader.read(folder, Path(home, f"{reader.name}-{number}-out"))
         sys.setprofile(None)

@@ -41,7 +41,7 @@ def test_the_commands_about_your_own_estimator_run(tmp_path, monkeypatch):
     (block,) = (b for b in BLOCKS if "# mine.py" in b)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(block)
-    commands = re.findall(r"^imubench (.*mine\.py:\S+.*?) *(?:#.*)?$", README, flags=re.MULTILINE)
+    commands = re.findall(r"^imubench ((?:run|estimate) .*mine\.py:\S+.*?) *(?:#.*)?$", README, flags=re.MULTILINE)
     assert len(commands) == 2
     for command in commands:
         done = here(*shlex.split(command.replace("my-recording", "runs/hinge-hand/recording")))
