@@ -22,37 +22,36 @@ def locked(path: Path, what: object) -> Iterator[None]:
         InputError: another process, or another part of this one, holds it.
         OSError: the file cannot be made.
     """
-    handles = [_held(path, what)]
+    handles: list[int] = []
 
     def release() -> None:
-        if handles:
-            handle = handles.pop()
-            with suppress(OSError):
-                path.unlink()  # before it is let go: nobody may remove the next holder's
-            os.close(handle)  # and with it the lock
+        with suppress(OSError):  # a signal may have come before the opened file was noted, or locked
+            handle = handles.pop() if handles else os.open(path, os.O_RDWR)
+            try:
+                if _taken(handle) and _is_still(path, handle):  # nobody may remove another holder's
+                    path.unlink()  # before it is let go
+            finally:
+                os.close(handle)  # and with it the lock
 
     with undone(release):
+        _hold(path, what, handles)
         os.ftruncate(handles[0], 0)
         os.write(handles[0], f"{os.getpid()}\n".encode())
         yield
 
 
-def _held(path: Path, what: object) -> int:
+def _hold(path: Path, what: object, handles: list[int]) -> None:
+    """Put the handle of the lock file into `handles`, and lock it; see `locked`."""
     while True:
-        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        held = False
-        try:
-            if not _taken(handle):
-                holder = os.read(handle, 32).decode(errors="replace").strip() or "another one"
-                raise InputError(
-                    f"{what}: expected a place that no other run writes to, got one in use by process {holder}"
-                )
-            held = _is_still(path, handle)
-        finally:
-            if not held:  # or its holder removed it between the opening and the locking
-                os.close(handle)
-        if held:
-            return handle
+        handles.append(os.open(path, os.O_RDWR | os.O_CREAT, 0o644))
+        if not _taken(handles[0]):
+            holder = os.read(handles[0], 32).decode(errors="replace").strip() or "another one"
+            raise InputError(
+                f"{what}: expected a place that no other run writes to, got one in use by process {holder}"
+            )
+        if _is_still(path, handles[0]):
+            return
+        os.close(handles.pop())  # its holder removed it between the opening and the locking
 
 
 def _is_still(path: Path, handle: int) -> bool:
