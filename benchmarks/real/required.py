@@ -6,6 +6,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from benchmarks.real.scoring import HELDOUT, CaseScore
+from benchmarks.real.steps import NOT_RUN
 from benchmarks.real.table import Halves, Line
 from benchmarks.real_axes import ROUNDED, ROWS
 from benchmarks.table import Row
@@ -24,7 +25,8 @@ Asked = Callable[[CaseScore], bool | None]
 def rows(lines: Sequence[Line], halves: Sequence[Halves]) -> list[Row]:
     """Return a row for everything that is required of recordings that are among the cases.
 
-    A case without a diagnosis is no success: it counts against a share, and a number that it lacks is not met.
+    A case without a diagnosis is no success: it counts against a share, and a number that it lacks is not met. One that
+    has not been run yet counts for nothing; how many these are is said.
     """
     alone = [line for line in lines if BASELINE not in line.name]
     given = [line for line in lines if BASELINE in line.name]
@@ -66,11 +68,13 @@ def _none(what: str, lines: Sequence[Line], asked: Asked) -> Row:
 def _share(what: str, lines: Sequence[Line], pattern: str, asked: Asked, least: float = 1.0) -> Row | None:
     """Return the row of how often a question is answered by yes; None where no case is asked it."""
     fitting = [line for line in lines if fnmatchcase(line.name, pattern)]
-    answers = [False if line.score is None else asked(line.score) for line in fitting]
+    ran = [line for line in fitting if line.failed != NOT_RUN]
+    answers = [False if line.score is None else asked(line.score) for line in ran]
     count, of = sum(a is True for a in answers), sum(a is not None for a in answers)
     if not of:
         return None
-    return _row(what, f"{count} of {of}", "all" if least == 1 else f"{least:.0%}", count >= least * of)
+    rest = f"; {len(fitting) - len(ran)} not run yet" if len(ran) < len(fitting) else ""
+    return _row(what, f"{count} of {of}{rest}", "all" if least == 1 else f"{least:.0%}", count >= least * of)
 
 
 def _most(what: str, lines: Sequence[Line], pattern: str, most: float, unit: str) -> Row | None:

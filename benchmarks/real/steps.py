@@ -35,6 +35,7 @@ from imubench.trials.blind import Children, end
 from imubench.workers import THREADS, die_with_parent
 
 ROOT = Path(__file__).resolve().parents[2]
+NOT_RUN = "not run yet"
 REPORT = 120.0  # s of processor time beyond the limit that writing the report, the model and the log may take
 ESTIMATING = 300.0  # s of processor time for three estimators, and the fit that takes out what was found
 HUNG = 10.0  # times its processor time that a process may last by the clock, however busy the machine
@@ -107,7 +108,7 @@ def commit() -> str:
 def kept(case: Case, out: Path) -> Answer:
     """Return what an earlier run has of a case."""
     folder = out / case.name
-    return Answer(case, folder, _finished(folder / "diagnose.step.json"), "not run yet")
+    return Answer(case, folder, _finished(folder / "diagnose.step.json"), NOT_RUN)
 
 
 def answered(case: Case, out: Path, limit: float, children: Children) -> Answer:

@@ -10,6 +10,7 @@ from benchmarks.real.axes import ESTIMATORS
 from benchmarks.real.facts import Disturbance, Fact, Name
 from benchmarks.real.repeat import Repeated
 from benchmarks.real.scoring import AxisError, CaseScore, degrees
+from benchmarks.real.steps import NOT_RUN
 from benchmarks.table import Row
 from imubench.arrays import Array
 from imubench.diagnosis.result import Pair
@@ -54,7 +55,9 @@ class Halves:
 
 
 def cases_table(lines: Sequence[Line]) -> str:
-    """Return the table of all cases; one without a score says why."""
+    """Return the table of the cases that were run; one without a score says why. The others are named behind it."""
+    rest = [line.name for line in lines if line.failed == NOT_RUN]
+    lines = [line for line in lines if line.failed != NOT_RUN]
     rows = [list(COLUMNS), [":--" if i < 3 else "--:" for i in range(len(COLUMNS))]]
     for line in lines:
         s = line.score
@@ -76,7 +79,8 @@ def cases_table(lines: Sequence[Line]) -> str:
                 f"{line.memory:.2f}",
             ]
         )
-    return "\n".join("| " + " | ".join(_cell(c) for c in row) + " |" for row in rows) + "\n"
+    table = "\n".join("| " + " | ".join(_cell(c) for c in row) + " |" for row in rows) + "\n"
+    return table + (f"\nNot run yet, {len(rest)} cases: {', '.join(rest)}.\n" if rest else "")
 
 
 def halves_table(halves: Sequence[Halves]) -> str:
