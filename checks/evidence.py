@@ -64,8 +64,28 @@ class ShareTest:
         self.for_it -= math.log(ratio)
 
 
-class MeanTest:
-    """The mean of errors raised to `power` is that of the bound at most, or that of `bound` (1 + margin) or more."""
+class _Wagered:
+    """Bets against a claim, and bets for it."""
+
+    _against: "_Bets"
+    _for_it: "_Bets"
+
+    @property
+    def against(self) -> float:
+        """The log of the evidence that the claim is wrong."""
+        return self._against.log
+
+    @property
+    def for_it(self) -> float:
+        """The log of the evidence that it is not broken."""
+        return self._for_it.log
+
+
+class MeanTest(_Wagered):
+    """The mean of errors raised to `power` is that of the bound at most, or that of `bound` (1 + margin) or more.
+
+    Evidence against it is of a mean larger than claimed; for it, of clipped errors with a mean below the broken level.
+    """
 
     def __init__(self, bound: float, margin: float, power: int) -> None:
         self.bound, self.broken, self.power = bound, bound * (1.0 + margin), power
@@ -73,38 +93,21 @@ class MeanTest:
         room = CLIP**power - 1.0
         self._for_it = _Bets(-np.asarray(STAKES) / room)  # the largest clipped error loses a bet of 1 / room
 
-    @property
-    def against(self) -> float:
-        """The log of the evidence that the mean is larger than claimed."""
-        return self._against.log
-
-    @property
-    def for_it(self) -> float:
-        """The log of the evidence that the mean of the clipped errors is smaller than the broken level."""
-        return self._for_it.log
-
     def add(self, error: float) -> None:
         """Take in one error."""
         self._against.add((error / self.bound) ** self.power - 1.0)
         self._for_it.add(min(error / self.broken, CLIP) ** self.power - 1.0)
 
 
-class MedianTest:
-    """Half of the errors are within the bound, or half of them are `bound` (1 + margin) or more."""
+class MedianTest(_Wagered):
+    """Half of the errors are within the bound, or half of them are `bound` (1 + margin) or more.
+
+    Evidence against it is of fewer than half within the bound; for it, of more than half below the broken level.
+    """
 
     def __init__(self, bound: float, margin: float) -> None:
         self.bound, self.broken = bound, bound * (1.0 + margin)
         self._against, self._for_it = _Bets(np.asarray(STAKES)), _Bets(-np.asarray(STAKES))
-
-    @property
-    def against(self) -> float:
-        """The log of the evidence that fewer than half are within the bound."""
-        return self._against.log
-
-    @property
-    def for_it(self) -> float:
-        """The log of the evidence that more than half are below the broken level."""
-        return self._for_it.log
 
     def add(self, error: float) -> None:
         """Take in one error."""
