@@ -87,6 +87,16 @@ def _weigh(knots: Knots, stamps: bytes, order: int) -> Weights:
 _weighed, _weighed_long = lru_cache(KNOWN)(_weigh), lru_cache(KNOWN_LONG)(_weigh)
 
 
+def place_of(widths: dict[str, int], name: str) -> slice:
+    """Return where the numbers of a name lie, those of all names in a row; `KeyError` where there is no such name."""
+    at = 0
+    for known, width in widths.items():
+        if known == name:
+            return slice(at, at + width)
+        at += width
+    raise KeyError(name)
+
+
 @dataclass(frozen=True)
 class Tracks:
     """Splines of several widths that share their knots, and how they lie side by side."""
@@ -101,12 +111,7 @@ class Tracks:
 
     def columns(self, name: str) -> slice:
         """Return where a spline lies among the numbers of a knot."""
-        at = 0
-        for known, width in self.widths.items():
-            if known == name:
-                return slice(at, at + width)
-            at += width
-        raise KeyError(name)
+        return place_of(self.widths, name)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.problem.bspline import place_of
 from imubench.jets import Jet
 
 CHANNELS = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z")}
@@ -50,9 +51,4 @@ class Parameters:
 
     def columns(self, name: str) -> slice:
         """Return where a parameter lies in the vector."""
-        at = 0
-        for known, width in self.widths.items():
-            if known == name:
-                return slice(at, at + width)
-            at += width
-        raise KeyError(name)
+        return place_of(self.widths, name)
