@@ -2,7 +2,6 @@
 
 from functools import lru_cache
 from hashlib import sha256
-from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import numpy as np
 
 import imubench
 from imubench.inputs.files import read_bytes
-from imubench.reproduce.parts import sources
+from imubench.reproduce.parts import hash_code
 
 SIMULATING = ("imubench.dataset", "imubench.effects", "imubench.models", "imubench.scenarios", "imubench.sim")
 """The packages that decide what a run's recording is."""
@@ -21,9 +20,7 @@ ESTIMATING = ("imubench.estimators",)
 def code_key(packages: tuple[str, ...]) -> str:
     """Return what changes with any line of code of some of our packages, and with NumPy's version."""
     digest = sha256(f"{imubench.__version__} {np.__version__}".encode())
-    for package in packages:
-        for name, content in sorted(sources(files(package))):
-            digest.update(f"{package}/{name}".encode() + content)
+    hash_code(digest, packages)
     return digest.hexdigest()[:16]
 
 

@@ -4,11 +4,10 @@ import hashlib
 import platform
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 import imubench
-from imubench.reproduce.parts import sources
+from imubench.reproduce.parts import hash_code
 
 if TYPE_CHECKING:
     from imubench.dataset.shard import Job
@@ -40,9 +39,7 @@ def computed_by(packages: Sequence[str], deciding: Sequence[str]) -> dict[str, A
         deciding: those of others.
     """
     digest = hashlib.sha256()
-    for package in packages:
-        for name, content in sorted(sources(files(package))):
-            digest.update(f"{package}/{name}".encode() + content)
+    hash_code(digest, packages)
     return {
         "versions": {"imubench": imubench.__version__} | {name: version(name) for name in deciding},
         "code": digest.hexdigest(),

@@ -68,10 +68,15 @@ class Store:
 def _key(settings: str, computing: Sequence[str]) -> str:
     """Return a name that changes with the settings and with any line of code of the packages that compute."""
     digest = hashlib.sha256(f"{imubench.__version__} {np.__version__} {settings}".encode())
-    for package in computing:
+    hash_code(digest, computing)
+    return digest.hexdigest()[:16]
+
+
+def hash_code(digest: "hashlib._Hash", packages: Iterable[str]) -> None:
+    """Add every line of code of some of this project's packages to a hash."""
+    for package in packages:
         for name, content in sorted(sources(files(package))):
             digest.update(f"{package}/{name}".encode() + content)
-    return digest.hexdigest()[:16]
 
 
 def sources(folder: Traversable) -> Iterator[tuple[str, bytes]]:

@@ -3,14 +3,13 @@
 import hashlib
 import json
 from dataclasses import asdict, dataclass, replace
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 
 import imubench
 from imubench.proof.mixture import Question, mixture
-from imubench.reproduce.parts import sources
+from imubench.reproduce.parts import hash_code
 from imubench.trials import blind
 from imubench.trials.crime import Simulated, simulable, twice
 from imubench.trials.make import shortened
@@ -58,9 +57,7 @@ def key(settings: Settings) -> str:
     """Return a name that changes with what an answer depends on: the settings less what comes beside, and the code."""
     asked = replace(settings, baselines=False, leave_one_out=False)  # so that these may be added, or given up, later
     digest = hashlib.sha256(json.dumps([imubench.__version__, np.__version__, asdict(asked)]).encode())
-    for package in CODE:
-        for name, content in sorted(sources(files(package))):
-            digest.update(f"{package}/{name}".encode() + content)
+    hash_code(digest, CODE)
     return digest.hexdigest()[:16]
 
 
