@@ -14,6 +14,8 @@ picture: demo
 
 # Every core has a worker already: with BLAS threads of their own they wait for each other (11 minutes, not 7).
 test test-all: export OMP_NUM_THREADS := 1
+# Where bytecode may not be kept, every process of a test compiles the package anew, and every worker all tests.
+test test-all: export PYTHONDONTWRITEBYTECODE :=
 
 test: $(VENV)/.test
 	$(BIN)/python -m pytest -n auto --dist loadfile --durations 25 -m "not slow and not long"
