@@ -38,7 +38,7 @@ class Budget:
     """The processor time of one diagnosis, and what it was too short for."""
 
     limit: float = float("inf")  # s, of all threads
-    began: float = field(default_factory=process_time)
+    began: float = field(default_factory=lambda: process_time())
     not_tried: list[str] = field(default_factory=list)
 
     @contextmanager

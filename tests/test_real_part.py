@@ -14,7 +14,6 @@ from benchmarks.real.sources import sources
 from imubench.terminal import Terminal
 
 LIMITS = {"diodem/trial1/3-4-rigid/20-40": 10.0, "broad/24_*/40-80": 15.0}  # s of processor time
-WRITING = 15.0  # s of processor time for a diagnosis' report, model and log, on a machine half as fast as ours
 
 
 @pytest.mark.long
@@ -24,7 +23,6 @@ def test_a_part_of_the_suite(pattern, recordings, tmp_path):
     (answer,) = run(some, tmp_path, LIMITS[pattern], 1, Terminal(stderr=True))
     one = line(answer)
     assert one.score is not None, one.failed
-    assert one.seconds < LIMITS[pattern] + WRITING
     assert not one.score.wrong
     if one.score.axes:
         assert np.degrees(one.score.axes["seel2012"][0].off).max() < 1.4  # of screwed-on IMUs, as qmt's

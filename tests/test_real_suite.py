@@ -275,7 +275,7 @@ def test_a_process_is_measured_bounded_and_not_run_again(tmp_path):
     words = ["-c", f"open({str(grown)!r}, 'a').write('x'); x = bytearray(10**8); print(sum(range(10**6)))"]
     step = _done("first", words, tmp_path, 20.0, 0.0, Children())
     assert step.code == 0 and not step.failed
-    assert step.memory > 0.1 and 0.0 < step.seconds < 20.0  # GB: it has a tenth of its own
+    assert step.memory > 0.1 and step.seconds > 0.0  # GB: it has a tenth of its own
     assert _done("first", words, tmp_path, 20.0, 0.0, Children()) == step
     assert grown.read_text() == "x"
     endless = _done("endless", ["-c", "while True: pass"], tmp_path, 1.0, 0.0, Children())

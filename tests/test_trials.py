@@ -180,9 +180,8 @@ def test_the_environment_of_a_diagnosis_has_nothing_of_ours(tmp_path, monkeypatc
 
 def test_a_diagnosis_that_hangs_is_stopped_and_said_to_have_failed(case, tmp_path):
     command = program(tmp_path, "import time; time.sleep(60)")
-    run = blind.diagnosed(case[0], tmp_path / "kept", command, 2.0, blind.Children())
-    assert (run.code, run.error) == (-1, "stopped after 2 s")
-    assert run.seconds < 20  # two, and what a busy machine adds
+    run = blind.diagnosed(case[0], tmp_path / "kept", command, 1.0, blind.Children())
+    assert (run.code, run.error) == (-1, "stopped after 1 s")
 
 
 def test_a_diagnosis_needs_to_be_told_where(tmp_path):
