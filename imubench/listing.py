@@ -1,12 +1,6 @@
-"""What this installation knows, by kind."""
+"""What this installation knows, by kind. What a kind needs is imported when it is asked for, as a shell may."""
 
-from imubench.convert import known_converters
-from imubench.effects import EFFECTS
-from imubench.models import RIG_FILES
-from imubench.plugins import known_estimators
-from imubench.reproduce import PAPERS
-from imubench.scenarios import known_scenarios
-from imubench.sim.profiles import PROFILES
+from collections.abc import Callable, Mapping
 
 RIG_SUMMARIES = {
     "hinge": "two segments on a hinge that a screw can lock, free or fixed base, an IMU on each",
@@ -15,14 +9,60 @@ RIG_SUMMARIES = {
 }
 
 
+def _rigs() -> dict[str, str]:
+    from imubench.models import RIG_FILES
+
+    return {name: RIG_SUMMARIES[name] for name in RIG_FILES}
+
+
+def _scenarios() -> dict[str, str]:
+    from imubench.scenarios import known_scenarios
+
+    return known_scenarios()
+
+
+def _estimators() -> dict[str, str]:
+    from imubench.plugins import known_estimators
+
+    return {name: e.summary for name, e in known_estimators().items()}
+
+
+def _profiles() -> dict[str, str]:
+    from imubench.sim.profiles import PROFILES
+
+    return {name: p.summary for name, p in PROFILES.items()}
+
+
+def _formats() -> dict[str, str]:
+    from imubench.convert import known_converters
+
+    return known_converters()
+
+
+def _effects() -> dict[str, str]:
+    from imubench.effects import EFFECTS
+
+    return {name: f"{e.place}: {e.law}" for name, e in EFFECTS.items()}
+
+
+def _claims() -> dict[str, str]:
+    from imubench.reproduce import PAPERS
+
+    return {name: p.summary for name, p in PAPERS.items()}
+
+
+KINDS: Mapping[str, Callable[[], dict[str, str]]] = {
+    "rigs": _rigs,
+    "scenarios": _scenarios,
+    "estimators": _estimators,
+    "profiles": _profiles,
+    "formats": _formats,
+    "effects": _effects,
+    "claims": _claims,
+}
+"""By kind a function that returns each name with one line about it."""
+
+
 def known() -> dict[str, dict[str, str]]:
     """Return every kind of thing, each name with one line about it."""
-    return {
-        "rigs": {name: RIG_SUMMARIES[name] for name in RIG_FILES},
-        "scenarios": known_scenarios(),
-        "estimators": {name: e.summary for name, e in known_estimators().items()},
-        "profiles": {name: p.summary for name, p in PROFILES.items()},
-        "formats": known_converters(),
-        "effects": {name: f"{e.place}: {e.law}" for name, e in EFFECTS.items()},
-        "claims": {name: p.summary for name, p in PAPERS.items()},
-    }
+    return {kind: names() for kind, names in KINDS.items()}

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,11 +31,11 @@ class Done:
     err: str
 
 
-def here(*words: object) -> Done:
-    """Return what `imubench` came to in this process, which is afterwards as it was."""
+def here(*words: object, folder: Path | None = None) -> Done:
+    """Return what `imubench` came to in this process, in a folder; the process is afterwards as it was."""
     before = sys.argv, sys.stdout, sys.stderr
     streams = [io.TextIOWrapper(io.BytesIO(), "utf-8", write_through=True) for _ in range(2)]
-    with own_signals():
+    with own_signals(), chdir(folder or Path.cwd()):
         sys.argv, sys.stdout, sys.stderr = ["imubench", *map(str, words)], *streams
         try:
             main()

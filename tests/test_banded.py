@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -20,7 +19,7 @@ from imubench.paired import Paired
 from imubench.rotations import multiply
 from imubench.run import estimate
 from imubench.score import axis_deviation
-from tests import command
+from tests.command import here
 
 NOISE = 0.0044, 0.015  # rad/s, m/s^2 a sample: an MTw at 50 Hz
 RATE = 50.0  # Hz
@@ -269,24 +268,21 @@ def test_every_estimator_takes_a_band(name):
 # --- the command line ---
 
 
-imubench = partial(command.imubench, limit=240)
-
-
 @pytest.mark.long
 def test_band_on_the_command_line(tmp_path):
-    done = imubench("run", "hinge-soft", "--band", 3, "--out", "run", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "both IMUs filtered below 3 Hz" in " ".join(done.stdout.split())
+    done = here("run", "hinge-soft", "--band", 3, "--out", "run", folder=tmp_path)
+    assert done.code == 0, done.err
+    assert "both IMUs filtered below 3 Hz" in " ".join(done.out.split())
     score = json.loads((tmp_path / "run" / "score.json").read_text())
     assert score["estimate"]["details"]["filtered_below"] == 3.0
-    done = imubench("estimate", "olsson2020-banded", "run/recording", "--out", "est", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = here("estimate", "olsson2020-banded", "run/recording", "--out", "est", folder=tmp_path)
+    assert done.code == 0, done.err
     written = json.loads((tmp_path / "est" / "estimate.json").read_text())
     assert "the surest of those that keep the motion" in written["band"]
-    assert "the surest of those that keep the motion" in " ".join(done.stdout.split())
-    done = imubench("estimate", "seel2012", "run/recording", "--band", 30, folder=tmp_path)
-    assert done.returncode == 2
-    assert "imu1: expected a band below 25 Hz" in " ".join(done.stderr.split())
+    assert "the surest of those that keep the motion" in " ".join(done.out.split())
+    done = here("estimate", "seel2012", "run/recording", "--band", 30, folder=tmp_path)
+    assert done.code == 2
+    assert "imu1: expected a band below 25 Hz" in " ".join(done.err.split())
     assert not (tmp_path / "runs").exists()
 
 

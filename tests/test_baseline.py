@@ -257,9 +257,9 @@ def test_bad_baselines_are_refused_and_nothing_is_left(given, out, message, fold
 
 
 def test_the_command_refuses_a_baseline_in_one_line(folders):
-    done = command.imubench("diagnose", "rec", "--out", "out", "--baseline", "hinge", folder=folders, limit=100)
-    assert (done.returncode, len(done.stderr.strip().splitlines())) == (2, 1), done.stderr
-    assert "expected the sensors of" in done.stderr
+    done = command.here("diagnose", "rec", "--out", "out", "--baseline", "hinge", folder=folders)
+    assert (done.code, len(done.err.strip().splitlines())) == (2, 1), done.err
+    assert "expected the sensors of" in done.err
 
 
 # Against recordings of an independent generator

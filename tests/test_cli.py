@@ -1,24 +1,21 @@
 """The commands as a user calls them: what they write, and what they say about bad input."""
 
 import json
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from imubench.format1 import read_recording, read_reference
-from tests import command
-
-imubench = partial(command.imubench, limit=120)
+from tests.command import here
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("run")
-    done = imubench("run", "hinge-hand", "--seed", 5, "--out", "out", folder=folder)
-    assert done.returncode == 0, done.stderr
-    assert "deviation_imu1" in done.stdout
+    done = here("run", "hinge-hand", "--seed", 5, "--out", "out", folder=folder)
+    assert done.code == 0, done.err
+    assert "deviation_imu1" in done.out
     return folder / "out"
 
 
@@ -41,8 +38,8 @@ def test_run_writes_score_recording_and_log(run):
 
 @pytest.mark.long
 def test_estimate_on_disk_is_the_estimate_of_the_run(run, tmp_path):
-    done = imubench("estimate", "olsson2020", run / "recording", "--out", "est", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = here("estimate", "olsson2020", run / "recording", "--out", "est", folder=tmp_path)
+    assert done.code == 0, done.err
     on_disk = json.loads((tmp_path / "est" / "estimate.json").read_text())
     in_run = json.loads((run / "score.json").read_text())["estimate"]
     assert on_disk["value"] == in_run["value"]
@@ -53,12 +50,12 @@ def test_estimate_on_disk_is_the_estimate_of_the_run(run, tmp_path):
 
 @pytest.mark.long
 def test_list_names_everything(tmp_path):
-    done = imubench("list", "--json", folder=tmp_path)
-    listed = json.loads(done.stdout)
+    done = here("list", "--json", folder=tmp_path)
+    listed = json.loads(done.out)
     assert {"rigs", "scenarios", "estimators", "effects", "claims"} <= listed.keys()
     assert {"hinge", "pendulum", "free"} == {rig["name"] for rig in listed["rigs"]}
     assert {"olsson2020", "seel2012"} <= {e["name"] for e in listed["estimators"]}
-    plain = imubench("list", folder=tmp_path).stdout
+    plain = here("list", folder=tmp_path).out
     assert "hinge-hand" in plain
 
 
@@ -67,8 +64,8 @@ def test_convert_csv_makes_a_readable_recording(tmp_path):
     rows = np.column_stack([t, *np.zeros((3, 200)), np.zeros(200), np.zeros(200), np.full(200, 9.81)])
     header = "time,gyr_x,gyr_y,gyr_z,acc_x,acc_y,acc_z"
     np.savetxt(tmp_path / "raw.csv", rows, delimiter=",", header=header, comments="")
-    done = imubench("convert", "csv", "raw.csv", "--out", "rec", "--table", "parquet", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = here("convert", "csv", "raw.csv", "--out", "rec", "--table", "parquet", folder=tmp_path)
+    assert done.code == 0, done.err
     assert (tmp_path / "rec" / "imu1.parquet").exists()
     assert read_recording(tmp_path / "rec").imus[0].rate == pytest.approx(100)
 
@@ -86,16 +83,16 @@ def test_convert_csv_makes_a_readable_recording(tmp_path):
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(words, message, tmp_path):
-    done = imubench(*words, "--out", "out", folder=tmp_path)
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    done = here(*words, "--out", "out", folder=tmp_path)
+    assert done.code == 2
+    assert message in done.err
+    assert len(done.err.strip().splitlines()) == 1, done.err
     assert list(tmp_path.iterdir()) == []
 
 
 def test_out_refuses_a_folder_with_other_peoples_files(tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("years of work")
-    done = imubench("run", "hinge-planar", "--out", "mine", folder=tmp_path)
-    assert done.returncode == 2
+    done = here("run", "hinge-planar", "--out", "mine", folder=tmp_path)
+    assert done.code == 2
     assert [p.name for p in tmp_path.rglob("*.*")] == ["thesis.txt"]

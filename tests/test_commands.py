@@ -169,3 +169,13 @@ def test_help_needs_neither_numpy_nor_mujoco():
     script = "import sys, imubench.cli; print([m for m in ('numpy', 'scipy', 'mujoco', 'rerun') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_rigs_are_listed_without_numpy_and_mujoco():
+    """What other kinds need is not imported."""
+    script = (
+        "import sys; from imubench.listing import KINDS; assert KINDS['rigs'](); "
+        "print([m for m in ('numpy', 'scipy', 'mujoco', 'rerun') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -33,6 +33,7 @@ from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.signals import hand
 from tests import command
+from tests.command import here
 
 SECONDS = 10.0
 WHITE = ImuProfile("white", 50.0, ChannelProfile(noise_std=0.004), ChannelProfile(noise_std=0.02))
@@ -107,10 +108,10 @@ def test_noise_alone_is_no_mismatch(clean):
 def test_bad_input_is_one_line_and_nothing_is_left(words, message, tmp_path):
     (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / "recording.toml").write_text("format = 2")
-    done = imubench(*words, "--out", "out", folder=tmp_path)
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    done = here(*words, "--out", "out", folder=tmp_path)
+    assert done.code == 2
+    assert message in done.err
+    assert len(done.err.strip().splitlines()) == 1, done.err
     assert [p.name for p in tmp_path.iterdir()] == ["broken"]
 
 
@@ -146,7 +147,7 @@ def test_every_step_of_a_diagnosis_is_a_stage_that_is_counted(tmp_path):
 
 
 def test_help_says_what_it_does_and_writes(tmp_path):
-    text = imubench("diagnose", "--help", folder=tmp_path).stdout
+    text = here("diagnose", "--help", folder=tmp_path).out
     for word in ("diagnosis.json", "report.html", "diagnosis.rrd", "format 1", "--out"):
         assert word in text
 

@@ -13,7 +13,7 @@ from imubench.explain import ALWAYS_EQUIVALENT, every, explained, glossary_page
 from imubench.glossary import FIGURES, TERMS
 from imubench.run import simulate
 from imubench.score import score
-from tests.command import imubench
+from tests.command import here
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 
@@ -80,8 +80,8 @@ def test_the_page_of_the_docs_is_what_the_glossary_says():
 
 
 def test_the_command_explains_and_writes(tmp_path):
-    done = imubench("explain", "misfit", "--out", "out", folder=tmp_path, limit=60)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("misfit (word): ")
+    done = here("explain", "misfit", "--out", "out", folder=tmp_path)
+    assert done.code == 0, done.err
+    assert done.out.startswith("misfit (word): ")
     assert json.loads((tmp_path / "out" / "explain.json").read_text())["text"] == TERMS["misfit"]
-    assert imubench("explain", "misfot", folder=tmp_path, limit=60).returncode == 2
+    assert here("explain", "misfot", folder=tmp_path).code == 2

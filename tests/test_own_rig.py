@@ -1,7 +1,5 @@
 """A rig of one's own, an MJCF file beside the recording, passes the reader: what cannot take it says so in one line."""
 
-from functools import partial
-
 import pytest
 
 from imubench.diagnosis.pipeline import diagnose
@@ -10,10 +8,9 @@ from imubench.estimators import ESTIMATORS
 from imubench.format1 import read, write_recording
 from imubench.recording import Recording
 from imubench.run import estimate_on_disk
-from tests import command
+from tests.command import here
 from tests.test_diagnose_cli import moved_hinge
 
-imubench = partial(command.imubench, limit=300, OMP_NUM_THREADS="1", COLUMNS="200")
 MESSAGE = "key 'rig': expected hinge, pendulum, free for a diagnosis, got 'my.xml'"
 
 
@@ -31,10 +28,10 @@ def own(tmp_path_factory):
 def test_a_diagnosis_of_it_is_one_line_and_no_key_error(own, tmp_path):
     with pytest.raises(InputError, match=r"for a diagnosis, got 'my\.xml'"):
         diagnose(read(own)[0])
-    done = imubench("diagnose", own, "--out", "out", folder=tmp_path)
-    assert done.returncode == 2
-    assert MESSAGE in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
+    done = here("diagnose", own, "--out", "out", folder=tmp_path)
+    assert done.code == 2
+    assert MESSAGE in done.err
+    assert len(done.err.strip().splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
 
 
@@ -45,7 +42,7 @@ def test_a_correction_by_a_diagnosis_is_refused_too(own, tmp_path):
     few = one.time[:2], one.gyro[:2], one.accel[:2]  # a diagnosis that takes no time
     short = Recording("own", "hinge", (type(one)("imu1", *few, one.rate), two))
     write_recording(short, tmp_path / "rec")
-    assert imubench("diagnose", "rec", "--out", "said", folder=tmp_path).returncode == 0
+    assert here("diagnose", "rec", "--out", "said", folder=tmp_path).code == 0
     with pytest.raises(InputError, match=r"for a correction by its diagnosis, got 'my\.xml'"):
         estimate_on_disk("seel2012", own, tmp_path / "out", diagnosis=tmp_path / "said")
 

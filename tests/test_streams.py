@@ -32,7 +32,7 @@ def shell(line: str, folder: Path, **environment: str) -> subprocess.CompletedPr
 def listed(tmp_path_factory):
     """What `list --out` writes, undisturbed."""
     folder = tmp_path_factory.mktemp("listed")
-    assert shell("imubench list --out out", folder).returncode == 0
+    assert shell("imubench list rigs --out out", folder).returncode == 0
     found = content(folder / "out")
     assert set(found) == RESULT
     return found
@@ -41,7 +41,7 @@ def listed(tmp_path_factory):
 @pytest.mark.long
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs Linux' always full device")
 def test_an_output_stream_on_a_full_disk_is_one_line_and_the_result_is_there(listed, tmp_path):
-    done = shell("imubench list --out out > /dev/full", tmp_path)
+    done = shell("imubench list rigs --out out > /dev/full", tmp_path)
     assert done.returncode == 2
     line = "imubench: standard output: expected a place that can be written, got: No space left on device"
     assert one_line(done.stderr) == line
@@ -51,26 +51,26 @@ def test_an_output_stream_on_a_full_disk_is_one_line_and_the_result_is_there(lis
 @pytest.mark.long
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs Linux' always full device")
 def test_an_error_that_cannot_be_said_keeps_its_exit_code(tmp_path):
-    assert shell("imubench run hinge-hnd --out out 2> /dev/full", tmp_path).returncode == 2
-    assert shell("imubench run hinge-hnd --out out > /dev/full 2>&1", tmp_path).returncode == 2
+    assert shell("imubench list rgs --out out 2> /dev/full", tmp_path).returncode == 2
+    assert shell("imubench list rgs --out out > /dev/full 2>&1", tmp_path).returncode == 2
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("reader", ("head -1", "true", "head -c 1", "sh -c 'exec <&-'"))
 def test_a_reader_that_goes_away_ends_nothing(reader, listed, tmp_path):
-    done = shell(f"imubench list --out out | {reader}", tmp_path)
+    done = shell(f"imubench list rigs --out out | {reader}", tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert content(tmp_path / "out") == listed
 
 
 def test_a_reader_of_errors_that_goes_away_leaves_the_exit_code(tmp_path):
-    assert shell("imubench run hinge-hnd 2>&1 >/dev/null | true", tmp_path).returncode == 2
+    assert shell("imubench list rgs 2>&1 >/dev/null | true", tmp_path).returncode == 2
 
 
 @pytest.mark.parametrize("closed", ("<&-", ">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-", "<&- 2>&-"))
 def test_streams_that_are_closed_are_not_mistaken_for_files(closed, listed, tmp_path):
     """A file that is opened where a closed stream was would take what is said."""
-    done = shell(f"imubench list --out out {closed}", tmp_path)
+    done = shell(f"imubench list rigs --out out {closed}", tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert content(tmp_path / "out") == listed
 

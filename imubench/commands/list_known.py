@@ -15,17 +15,19 @@ def list_command(
     out: Out = None,
 ) -> None:
     """List rigs, scenarios, estimators, effects, claims and more, one line each."""
-    from imubench.answers import write_json
-    from imubench.atomic import atomic_directory
-    from imubench.listing import known
+    from imubench.listing import KINDS, known
 
-    names = known()
-    if kind is not None:
-        if kind not in names:
-            raise unknown("kind", kind, names)
-        names = {kind: names[kind]}
+    if kind is None:
+        names = known()
+    elif kind in KINDS:
+        names = {kind: KINDS[kind]()}
+    else:
+        raise unknown("kind", kind, KINDS)
     content = {kind: [{"name": n, "summary": s} for n, s in entries.items()] for kind, entries in names.items()}
     if out is not None:
+        from imubench.answers import write_json
+        from imubench.atomic import atomic_directory
+
         with atomic_directory(out) as folder:
             write_json(folder / "list.json", content)
     if as_json:
