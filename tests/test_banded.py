@@ -139,7 +139,7 @@ def test_bands_of_half_an_octave_down_to_twenty_periods():
     assert bands[-1] * 40.0 > 20.0 > bands[-1] * 0.5**0.5 * 40.0  # 40 s
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(1, 6))])
 def test_rigid_rigs_lose_nothing(seed):
     """Against all samples: not farther off by more than what the narrower band is unsure of, and inside its region."""
     clean = random_rig(np.random.default_rng([1, seed]), 2000, RATE, lever=0.0, planar=bool(seed % 2))
@@ -316,7 +316,7 @@ def test_real_imus_on_foam_below_their_own_band(foam, joint):
     assert (axis_deviation(answer.value, axes["optical"]) < sure + np.deg2rad(0.5)).all()
 
 
-@pytest.mark.parametrize("joint", ["3-4", "4-5"])
+@pytest.mark.parametrize("joint", ["3-4", pytest.param("4-5", marks=pytest.mark.long)])
 def test_real_imus_screwed_on_lose_nothing(recordings, joint):
     recording, axes = trial(recordings / "diodem" / "trial1", joint, "rigid")
     answer, plain = banded.estimate(recording), olsson2020.estimate(recording)

@@ -40,6 +40,7 @@ def test_it_ends_where_it_ends_from_elsewhere(sliding):
         assert apart.max() < 0.1, (name, apart)
 
 
+@pytest.mark.long
 def test_a_search_alone_does_not(sliding):
     """What it is for: the same start, not converged, ends elsewhere."""
     std = parameter_std(sliding)

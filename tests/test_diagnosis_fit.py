@@ -82,6 +82,7 @@ def test_a_bias_scores_first_where_it_is(biased):
     assert (np.abs(best.estimate - true) < np.maximum(5 * best.bound, 0.1 * np.abs(true).max())).all()
 
 
+@pytest.mark.long
 def test_the_bound_is_the_scatter(biased):
     """The refit's error over its standard deviation is near 1."""
     fit, truth = biased
@@ -93,6 +94,7 @@ def test_the_bound_is_the_scatter(biased):
     assert np.sqrt(np.mean(off**2)) < 3  # 3 numbers
 
 
+@pytest.mark.long
 def test_the_effect_predicts_what_it_has_not_seen(biased):
     fit, _ = biased
     h = next(h for h in plain(fit) if h.name == "gyro_bias@imu2")

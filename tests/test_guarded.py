@@ -237,7 +237,16 @@ def test_real_rigid_imus_are_accepted_and_right(recordings, segments):
 
 
 @pytest.mark.parametrize("segments", ["3-4", "4-5"])
-@pytest.mark.parametrize("options", [{}, {"w0": 5.0}, {"n_min": 3}, {"n_min": 3, "e_max": math.radians(6.0)}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        *(
+            pytest.param(o, marks=pytest.mark.long)
+            for o in ({"w0": 5.0}, {"n_min": 3}, {"n_min": 3, "e_max": math.radians(6.0)})
+        ),
+    ],
+)
 def test_real_imus_on_foam_are_refused(recordings, segments, options):
     # But for the first, Algorithm 4 accepts, 24 to 56 deg off, on at least one of the two joints.
     (out,) = convert(recordings / "diodem" / "trial1", segments, "nonrigid")

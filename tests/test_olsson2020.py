@@ -205,7 +205,9 @@ def chi_square(errors, covariance):
     return errors @ np.linalg.pinv(covariance, rcond=1e-9, hermitian=True) @ errors / 4
 
 
-@pytest.mark.parametrize(("planar", "count"), [(False, 1000), (True, 2000), (True, 8000)])
+@pytest.mark.parametrize(
+    ("planar", "count"), [(False, 1000), (True, 2000), pytest.param(True, 8000, marks=pytest.mark.long)]
+)
 def test_error_over_sigma_is_near_one(planar, count):
     # 240 runs of chi-square / 4 with 4 degrees of freedom: 1 +- 0.046, four sigma.
     bounds = 0.82, 1.18
@@ -224,6 +226,7 @@ def test_error_over_sigma_is_near_one(planar, count):
     assert np.mean(paper) > bounds[1]  # eq. (57) is too sure of itself with weights that are not 1 / std
 
 
+@pytest.mark.long
 def test_the_papers_covariance_holds_for_the_papers_ideal_weights():
     squares = []
     for seed in range(3):

@@ -104,6 +104,7 @@ def test_the_equivalent_effects_of_the_table_look_the_same():
     assert same < 0.02 * alone and opposite > 1.9 * alone  # the lever of segment 1 differs by the slide, second order
 
 
+@pytest.mark.long
 def test_bounds_agree_with_visibility_and_with_known_orders():
     case = build("hinge", [("time_offset", "imu2", {"offset": 1e-3})], seed=2, seconds=20.0)
     bound = bounds(case)["offset"]

@@ -149,6 +149,7 @@ def test_the_start_of_a_swing_is_found_from_its_first_second(family):
     assert np.max(np.abs(off)) < 1e-5  # rad/s: Newton's third step from 0.02 away
 
 
+@pytest.mark.long
 def test_the_horizon_is_a_chaotic_limbs_and_no_hinges():
     """A limb that almost stands on its head, twice: the way it falls is told by what no sensor sees."""
     rig = replace(pendulum(), segments=(LIMB,))

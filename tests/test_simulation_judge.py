@@ -53,6 +53,7 @@ def over_noise(found):
     return {n: (c.before / c.noise, c.after / c.noise) for n, c in found.simulation.channels.items()}
 
 
+@pytest.mark.long
 def test_friction_that_was_found_is_what_the_declared_arm_lacks(swung):
     recording = swung({"dry_friction": 0.02, "viscous_friction": 0.002})
     effects = (("dry_friction", "joint"), ("viscous_friction", "joint"))
@@ -71,6 +72,7 @@ def test_friction_that_was_found_is_what_the_declared_arm_lacks(swung):
         assert lacks > 3 * has  # each of them alone is needed
 
 
+@pytest.mark.long
 def test_a_swing_that_is_declared_beyond_the_samples_is_replayed_to_the_last_of_them(swung):
     """A model/ on disk refuses a swing without samples."""
     recording = swung({"dry_friction": 0.02}, 6.0)

@@ -24,7 +24,7 @@ def looked_at(tmp_path, effect, seed):
     return truth["effects"][0]["parameters"], known, samples, nominal_fit(known, samples.masks)
 
 
-@pytest.mark.parametrize("seed", [201, 202])
+@pytest.mark.parametrize("seed", [201, pytest.param(202, marks=pytest.mark.long)])
 def test_a_stop_is_where_the_knocks_begin(seed, tmp_path):
     true, known, samples, fit = looked_at(tmp_path, ("end_stop", "joint"), seed)
     stop = stop_of(fit, samples)

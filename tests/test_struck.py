@@ -108,7 +108,7 @@ def test_knocks_that_a_free_motion_follows_are_rougher_than_it_is_elsewhere(tmp_
     assert all(np.min(np.abs(np.array(TIMES) - t)) < 0.06 for t in times)
 
 
-@pytest.mark.parametrize("band", [3.0, 10.0])
+@pytest.mark.parametrize("band", [pytest.param(3.0, marks=pytest.mark.long), 10.0])
 def test_the_quickest_strokes_of_a_free_body_are_no_knocks(tmp_path, monkeypatch, band):
     fit, samples = calm(tmp_path, [], "free", 80, band=band, vigour=1.4, rest=0.3, rate=128.0)
     (imu,) = fit.model.recording.imus

@@ -71,6 +71,7 @@ def test_l1_and_the_oracle_find_a_large_bias(told):
     assert oracle(start, truth | {"effects": []}).findings == ()
 
 
+@pytest.mark.long
 def test_the_oracle_reads_off_the_samples_what_they_show_and_nothing_that_it_was_not_told(told):
     start, truth = told
     step = Finding("quantisation", "imu1", 0.99, {}, NO_GAIN)
@@ -101,6 +102,7 @@ def test_an_effect_left_out_is_not_in_the_library_of_the_diagnosis(tmp_path):
     assert libraries[0] - libraries[1] == {"accel_bias"}
 
 
+@pytest.mark.long
 def test_only_what_was_found_and_has_no_twin_is_left_out(told):
     start, truth = told
     said = oracle(start, truth)

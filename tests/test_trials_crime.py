@@ -81,6 +81,7 @@ def test_a_mount_is_off_by_the_truth_from_where_it_is_declared(monkeypatch):
     assert placed.position - declared.mount_position == pytest.approx([0.02, 0.0, 0.0], abs=1e-12)
 
 
+@pytest.mark.long
 def test_what_the_simulator_cannot_do_is_told_and_the_rest_is_played(tmp_path):
     asked = {f"{i:03d}": shortened(q, 4.0) for i, q in enumerate(mixture(SEED, 40))}
     again = twice(asked)

@@ -230,6 +230,7 @@ def test_a_case_is_built_again_from_its_truth(scaled):
     assert np.array_equal(again.imus[1].gyro, scaled.case.imus[1].gyro)
 
 
+@pytest.mark.long
 def test_scores_are_completed_and_counted(scaled, tmp_path):
     truths = {"000": truth_of(scaled.case), "001": truth_of(scaled.case)}
     right = answered(scaled, tmp_path / "answers" / "000", where=(at("imu2", "gyr_x"),))

@@ -77,6 +77,7 @@ def test_the_public_part_of_a_seal_tells_nothing(folder):
     assert seal(folder / "monday.truth.json") != first  # a new salt each time
 
 
+@pytest.mark.long
 def test_a_proof_on_sealed_recordings_end_to_end(folder, tmp_path):
     done = prove(settings(folder, tmp_path), tmp_path / "out", 2, quiet, lambda sealed: None)
     monday, tuesday = done.scores
@@ -91,6 +92,7 @@ def test_a_proof_on_sealed_recordings_end_to_end(folder, tmp_path):
     assert check_proof(tmp_path / "out") == 2
 
 
+@pytest.mark.long
 def test_the_truth_may_come_after_the_diagnoses(folder, tmp_path):
     kept_back = folder / "monday.sealed.json"
     content = kept_back.read_bytes()

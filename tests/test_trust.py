@@ -78,6 +78,7 @@ def test_a_small_part_of_a_vector_that_is_another_in_either_half_is_not_doubted(
     assert of_two_minds(spliced(tmp_path, [0.1, 0.004, 0.1], [0.1, 0.018, 0.1])) == ()
 
 
+@pytest.mark.long
 def test_a_number_far_from_what_is_plausible_is_doubted_and_springs_without_damping_are_not(fits):
     _, fit = fits("rocking_mount", "imu2", "rocking_mount")
 
@@ -95,6 +96,7 @@ def test_a_number_far_from_what_is_plausible_is_doubted_and_springs_without_damp
     assert "rocking_mount@imu2.damping_ratio" not in off("damping_ratio", -6.0)
 
 
+@pytest.mark.long
 def test_a_model_that_predicts_worse_than_the_declared_one_is_doubted(fits):
     first, fit = fits("gyro_scale", "imu2", "gyro_scale")
     before, after = both(first, fit)
