@@ -14,7 +14,7 @@ from imubench.diagnosis.result import Diagnosis
 from imubench.diagnosis.result_simulation import SimulatedChannel, Simulation
 from imubench.displays.svg import POINTS, bars, traces
 from imubench.recording import Encoder, Pose
-from tests.test_diagnosis_result import diagnosis
+from tests.diagnosis.test_diagnosis_result import diagnosis
 
 KINDS = ("Recording", "Truth", "Estimate", "stream", "Score", "Diagnosis", "played")
 

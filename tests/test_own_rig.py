@@ -9,7 +9,7 @@ from imubench.format1 import read, write_recording
 from imubench.recording import Recording
 from imubench.run import estimate_on_disk
 from tests.command import here
-from tests.test_diagnose_cli import moved_hinge
+from tests.commands.test_diagnose_cli import moved_hinge
 
 MESSAGE = "key 'rig': expected hinge, pendulum, free for a diagnosis, got 'my.xml'"
 

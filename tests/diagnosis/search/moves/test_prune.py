@@ -90,7 +90,7 @@ def test_a_mount_that_is_not_worth_its_freedoms_is_asked_with_a_tighter_law(
     """A rocking mount of 31 Hz at the floor of its law's noise, on the knots that its springs ask for."""
     fit = hardly_counting(300)
     tight = replace(fit, noise=dict(fit.noise))
-    monkeypatch.setattr(prune_module, "_without", lambda fit, _: fit)
+    monkeypatch.setattr(prune_module, "refit_without", lambda fit, _, steps: fit)
     monkeypatch.setattr(prune_module, "tightened", lambda *_: tight)
     monkeypatch.setattr(prune_module, "aic_gain", lambda _, with_it: 101.0 if with_it is tight else -98.0)
     monkeypatch.setattr(prune_module, "evidence_over", lambda *_: 30.0)

@@ -30,7 +30,7 @@ from imubench.diagnosis.result import (
 )
 from imubench.glossary import TERMS
 from imubench.terminal import Terminal
-from tests.test_diagnosis_result import TIME, WHERE, diagnosis, evidence, finding
+from tests.diagnosis.test_diagnosis_result import TIME, WHERE, diagnosis, evidence, finding
 
 VOID = {"meta", "br", "img"}
 
