@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -90,13 +91,15 @@ def random_motion() -> Callable[[int, float], AngleMotion]:
     return make
 
 
-@pytest.fixture
-def hardly_counting(tmp_path) -> Callable[[int], Fit]:
-    """Return the fit of a clean hinge of whose second accelerometer only the first so many samples count."""
+@pytest.fixture(scope="session")
+def hardly_counting(tmp_path_factory) -> Callable[[int], Fit]:
+    """Return the fit of a clean hinge of whose second accelerometer only the first so many samples count, made once."""
+    folder = tmp_path_factory.mktemp("hinge") / "r"
+    make_case(folder, "hinge", [], 5, seconds=3.0)
+    recording = read(folder)[0]
 
+    @cache
     def fit(count: int) -> Fit:
-        make_case(tmp_path / "r", "hinge", [], 5, seconds=3.0)
-        recording = read(tmp_path / "r")[0]
         return nominal_fit(recording, {"imu2.accel": np.arange(recording.imus[1].time.size) < count})
 
     return fit
