@@ -3,16 +3,20 @@
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from imubench.arrays import Array
+from imubench.effects.traits import OF_FAULT, Correction, Traits
 from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.links import Link, Motion
 from imubench.recording import Imu, Recording
+
+if TYPE_CHECKING:
+    from imubench.sim.rigs import Mount, Rig
 
 Place = Literal["imu", "joint", "body", "world"]
 
@@ -29,6 +33,8 @@ class Parameter:
     log: bool = False  # positive: the fit moves its logarithm, and `std` is that of the logarithm
     sided: bool = False  # nature knows it only at or above zero, though the fit may go below
     reported: bool = True  # False: the law needs it, the table of effects does not name it
+    axes: Literal["sensor", "segment"] = "sensor"  # of three numbers: whose axes they are along or about
+    about: bool = False  # whether they are about the axes, and not along them
 
     @property
     def width(self) -> int:
@@ -140,11 +146,16 @@ class State:
 
 
 Values = Mapping[str, Jet]
+Numbers = Mapping[str, Array]  # parameter -> (k,), as a diagnosis reports or a simulation is given it
+Stage = Literal[
+    "clock", "gravity", "joint", "encoder", "mount", "filtered", "error", "lighter", "torque", "equations", "corrupt"
+]
+"""Where in the chain of a measurement an effect may act: the method that its class overrides."""
 Setting = float | str | tuple[str, ...]
 
 
-class Effect:
-    """One left-out law. A subclass names it and overrides the stage where it acts.
+class Effect(Traits):
+    """One left-out law. A subclass names it, overrides the stage where it acts and declares what is special of it.
 
     Everything is written on `Jet`, so the same lines simulate (no derivatives) and fit (exact Jacobian).
     Objects of one class may differ in their settings: they share the name and are told apart by `variant`.
@@ -217,6 +228,30 @@ class Effect:
         """Return the windows in s since the start in which its sensor moves as the law does not say."""
         return ()
 
+    def acts(self, *stages: Stage) -> bool:
+        """Return whether the effect acts at one of some stages."""
+        return any(getattr(type(self), stage) is not getattr(Effect, stage) for stage in stages)
+
+    @property
+    def borne(self) -> bool:
+        """Whether it goes along where the sensor is put on another segment: no mount's, and no seat's."""
+        return self.place == "imu" and self.on_sensor and not self.acts("mount")
+
+    @property
+    def correction(self) -> Correction:
+        """What is done about it in a recording that is corrected."""
+        if self.fault is not None:
+            return OF_FAULT[self.fault]
+        if self.misplaces:
+            return Correction.MOUNT
+        if self.free:
+            return Correction.FREE
+        if self.acts("torque", "lighter"):
+            return Correction.SHAPED
+        if self.acts("gravity"):
+            return Correction.GRAVITY
+        return Correction.CLOCK if self.between_sensors else Correction.TAKEN_OUT
+
     @property
     def numbers(self) -> int:
         """How many numbers its parameters are."""
@@ -288,3 +323,35 @@ class Effect:
     ) -> tuple[Array, Array, Array]:
         """Return time (n,), gyro (n, 3) and accel (n, 3) as the samples of a plain simulation come out."""
         return time, gyro, accel
+
+    # What follows plays an effect in MuJoCo or out of a report: numbers in, no derivatives.
+
+    @property
+    def rolled_out(self) -> bool:
+        """Whether it shows only where a body is let go: it drives the equation of motion of a free swing."""
+        return self.acts("torque", "lighter")
+
+    @property
+    def in_the_rig(self) -> bool:
+        """Whether the rig that MuJoCo plays has it in: in a mount, in a joint, in the world."""
+        return any(getattr(type(self), name) is not getattr(Effect, name) for name in ("on_mount", "on_rig"))
+
+    def on_mount(self, mount: "Mount", numbers: Numbers) -> "Mount":
+        """Return a mount of MuJoCo's rig with the effect in it."""
+        return mount
+
+    def on_rig(self, rig: "Rig", numbers: Numbers, weighed: bool) -> "Rig":
+        """Return MuJoCo's rig with what the effect does to its joint, its bodies or its world.
+
+        `weighed`: whether its bodies are as a recording declares them. What `numbers` leaves out is as the law's prior
+        has it.
+        """
+        return rig
+
+    def encoder_reads(self, angle: Array, numbers: Numbers) -> Array:
+        """Return what an encoder reads (n,) rad of a joint that turns through `angle` (n,) rad."""
+        return angle
+
+    def of_report(self, numbers: Numbers, rng: np.random.Generator) -> Numbers:
+        """Return numbers of the law's own parameters for those that a report names; what nobody told is drawn."""
+        return numbers
