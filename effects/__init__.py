@@ -50,7 +50,7 @@ def possible(recording: Recording) -> list[tuple[Effect, str]]:
 
 def filter_law() -> Effect | None:
     """Return the first filter of the library; None where it has none."""
-    return next((e for e in VARIANTS if e.filters), None)
+    return EFFECTS.first(lambda e: e.filters)
 
 
 __all__ = ["EFFECTS", "VARIANTS", "Effect", "filter_law", "possible", "traits_of"]

@@ -70,6 +70,11 @@ class LowPass(_Filter):
             out.append(Equation(channel, y + rate / speed - met[channel], CLOSE[channel]))
         return out
 
+    def far_quicker(
+        self, time: Array, beside: Mapping[str, Array], slope: Mapping[str, Array], delay: float
+    ) -> "QuickLowPass":
+        return QuickLowPass(time, beside, slope, delay)
+
 
 class QuickLowPass(_Filter):
     """The same where it is far quicker than the motion: a delay tau = 1 / (2 pi cutoff), and little beside.

@@ -1,6 +1,6 @@
 """What an effect is: one physical law, its parameters, and where in the chain of a measurement it acts."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -267,6 +267,42 @@ class Effect(Traits):
         """Whether its states are splines without a law, which take what they can of anything."""
         return bool(self.states) and not self.lawful
 
+    def known_parts(self) -> Iterator[tuple["Effect", Parameter, Array, Array]]:
+        """Yield what numbers of other effects its own (k,) stand for: effect, parameter (w,), M (w, k) and c (w,).
+
+        The other's numbers are M x + c. Of what stands for none, nothing.
+        """
+        yield from ()
+
+    def far_quicker(
+        self, time: Array, beside: Mapping[str, Array], slope: Mapping[str, Array], delay: float
+    ) -> "Effect":
+        """Return a filter as it is where it is far quicker than a motion that is known: a delay, and little beside.
+
+        Args:
+            time: (n,) s, of the world.
+            beside: gyro and accel (n, 3) that it reads beside one that only delays by `delay`, in rad/s and m/s^2.
+            slope: the same by the delay, per second.
+            delay: s, about which both are taken.
+
+        Raises:
+            ValueError: for what is no filter.
+        """
+        raise ValueError(f"{self.name}: expected a filter, got none")
+
+    def bending(self, size: Array) -> "Effect":
+        """Return the same on springs whose stiffness changes with how far they are pushed, `size` (3,) of it.
+
+        Raises:
+            ValueError: for what is not on straight springs.
+        """
+        raise ValueError(f"{self.name}: expected straight springs, got none")
+
+    @property
+    def straight_springs(self) -> bool:
+        """Whether it is on springs that pull with how far they are pushed."""
+        return False
+
     def clock(self, time: Jet, p: Values) -> Jet:
         """Return the world's time (n, 1) at stamps (n, 1)."""
         return time
@@ -330,6 +366,11 @@ class Effect(Traits):
     def rolled_out(self) -> bool:
         """Whether it shows only where a body is let go: it drives the equation of motion of a free swing."""
         return self.acts("torque", "lighter")
+
+    @property
+    def drives(self) -> bool:
+        """Whether it enters the equation of motion of a free swing."""
+        return self.acts("torque", "lighter", "gravity")
 
     @property
     def in_the_rig(self) -> bool:

@@ -6,7 +6,7 @@ no effect, or has a name that is taken is left out with a warning: it may not st
 """
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import overload
 
@@ -25,14 +25,14 @@ class Library(Sequence[Effect]):
 
     def __init__(self, own: Iterable[Effect]) -> None:
         """Take our own effects."""
-        self._own = tuple(own)
+        self.own = tuple(own)
         self._gone: set[str] = set()
         self._added: list[Effect] = []
 
     @cached_property
     def _every(self) -> tuple[Effect, ...]:
-        taken = {e.name for e in self._own}
-        return tuple(e for e in (*self._own, *from_packages(taken), *self._added) if e.name not in self._gone)
+        taken = {e.name for e in self.own}
+        return tuple(e for e in (*self.own, *from_packages(taken), *self._added) if e.name not in self._gone)
 
     @cached_property
     def by_name(self) -> dict[str, Effect]:
@@ -98,6 +98,23 @@ class ByName(Mapping[str, Effect]):
 
     def __len__(self) -> int:
         return len(self._library.by_name)
+
+    def first(self, asked: Callable[[Effect], object]) -> Effect | None:
+        """Return the first effect of which something is so; None where it is of none."""
+        return next((e for e in self.values() if asked(e)), None)
+
+    def name_of(self, asked: Callable[[Effect], object]) -> str:
+        """Return the name of the first effect of which something is so, taken out of the library or not.
+
+        What shows in the raw samples has that name, even where no fit may have the effect.
+
+        Raises:
+            KeyError: it is so of none.
+        """
+        for effect in (*self._library.own, *self.values()):
+            if asked(effect):
+                return effect.name
+        raise KeyError("no effect of the library is of that kind")
 
     def traits(self, name: str) -> Traits:
         """Return what is declared of the effect of a name; of what is none, that nothing is."""

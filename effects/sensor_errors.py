@@ -29,7 +29,7 @@ class GyroBias(Effect):
     name, place, law = "gyro_bias", "imu", "y = x + bias"
     phrase = "a constant offset of {imu}'s gyroscope"
     channel = "gyro"
-    time_power, additive, expected = 0, True, True
+    time_power, additive, in_every_sensor = 0, True, True
     parameters = (Parameter("bias", (3,), "rad/s", 0.05),)
     of_the_sensor = NEXT_GYRO_BIAS
 

@@ -32,6 +32,10 @@ class Sprung(Effect):
 
     size: Array | None = None  # (3,) of its state; springs that bend pull w^2 x (1 + bend (q - 1)), q as in `bent`
 
+    @property
+    def straight_springs(self) -> bool:
+        return self.size is None
+
     def bending(self, size: Array) -> "Sprung":
         """Return the same on springs whose stiffness changes with how far they are pushed, `size` (3,) of it."""
         out = copy(self)
@@ -92,6 +96,7 @@ class RockingMount(Sprung):
 
     name, place = "rocking_mount", "imu"
     phrase = "a mount that {imu} rocks on"
+    rocks = True
     law = "w' + com x f / gyration^2 + 2 z w0 rho' + w0^2 rho = 0: rho the rotation vector, w' and f the sensor's"
     states = (State("rotation", 3, 0.1),)
     settings = {"gyration": GYRATION}  # noqa: RUF012
@@ -135,4 +140,7 @@ class RockingMount(Sprung):
         )
 
 
-EFFECTS: tuple[Effect, ...] = (SoftMount(), SoftMount(axes=1), RockingMount(), RockingMount(axes=1))
+ROCKING = RockingMount()
+"""The one that a fit of two IMUs on a hinge may begin with."""
+
+EFFECTS: tuple[Effect, ...] = (SoftMount(), SoftMount(axes=1), ROCKING, RockingMount(axes=1))

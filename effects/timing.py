@@ -36,7 +36,7 @@ class TimeOffset(_Clock):
 
     name, place, law = "time_offset", "imu", "stamp t shows the world at t - offset"
     phrase = "a clock of {imu} that is set wrong"
-    late_by, expected = "offset", True
+    late_by, in_every_sensor = "offset", True
     alike = (Alike(name, COMMON, OPPOSITE, only_imus=True),)
     parameters = (Parameter("offset", (), "s", 0.05),)
 

@@ -90,7 +90,7 @@ class Traits:
     additive: ClassVar[bool] = False  # whether two of it, one on top of the other, are their sum
     crosses_axes: ClassVar[bool] = False  # whether an axis reads what another one meets
     tone: ClassVar[str] = ""  # the parameter in Hz of the steady line that it adds to the readings
-    expected: ClassVar[bool] = False  # whether each sensor has it, so that nobody doubts it beside poses that wander
+    in_every_sensor: ClassVar[bool] = False  # so that nobody doubts it beside poses whose errors wander
     fault: ClassVar[Fault | None] = None  # what it does to single samples
     on_sensor: ClassVar[bool] = True  # at an IMU: whether it goes along with the sensor to another place
 
@@ -105,6 +105,7 @@ class Traits:
     misplaces: ClassVar[bool] = False  # whether the sensor is all along not where it is declared to be
     onset: ClassVar[str] = ""  # the parameter in s at which it begins, once
     on_springs: ClassVar[bool] = False  # whether the sensor hangs on springs and dampers
+    rocks: ClassVar[bool] = False  # whether it turns on them, and is not displaced
 
     # of joints, and of torques in free swings
     loosens: ClassVar[bool] = False  # whether its state turns a limb across its hinge: (1) about its axis, or (2) x, z

@@ -27,9 +27,7 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended, refit
-from imubench.diagnosis.traits import CLOCK, FILTER
 from imubench.effects import VARIANTS
-from imubench.effects.bandwidth import QuickLowPass
 from imubench.effects.timing import TIME_OFFSET
 from imubench.recording import Imu
 
@@ -54,7 +52,7 @@ def clock_to_filter(
     beside a motion as smooth, ties with the offset.
     """
     fit, kept = renewed(fit, kept)
-    k = next((k for k in kept if k.hypothesis.effect.name == CLOCK), None)
+    k = next((k for k in kept if k.hypothesis.effect.late_by), None)
     slow = k and late(fit, k.hypothesis)
     if k is None or not slow or fit.model.wander:  # a pose whose errors last was smoothed: it is no ruler for a filter
         return fit, kept
@@ -66,7 +64,7 @@ def clock_to_filter(
     moved = replace(k, hypothesis=replace(k.hypothesis, at=slow[0].name))
     cutoff = 1 / (2 * np.pi * max(slow[1], 1e-9))
     known = quick(settled, *slow) if cutoff < FASTEST * slow[0].rate else None
-    stateful = [e for e in VARIANTS if e.name == FILTER and cutoff < slow[0].rate and (e.variant or not known)]
+    stateful = [e for e in VARIANTS if e.filters and cutoff < slow[0].rate and (e.variant or not known)]
     effects = ([known] if known else []) + (stateful if splines else [])
     if not effects:
         return fit, kept
@@ -94,7 +92,7 @@ def clock_to_filter(
 
 def renewed(fit: Fit, kept: list[Kept]) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, quick filters taken again from the motion that all effects leave."""
-    for k in [k for k in kept if isinstance(k.hypothesis.effect, QuickLowPass)]:
+    for k in [k for k in kept if k.hypothesis.effect.renewed]:
         with suppress(NotPositiveDefiniteError):
             fit, h = taken_again(fit, k.hypothesis)
             kept = [replace(k, hypothesis=h) if other is k else other for other in kept]
