@@ -368,6 +368,11 @@ class Effect(Traits):
         return self.acts("torque", "lighter")
 
     @property
+    def by_hand(self) -> bool:
+        """Whether it says where a joint or a sensor goes, which no forces alone do."""
+        return self.acts("joint") or (self.acts("mount") and not self.misplaces and not self.on_springs)
+
+    @property
     def drives(self) -> bool:
         """Whether it enters the equation of motion of a free swing."""
         return self.acts("torque", "lighter", "gravity")
@@ -388,6 +393,14 @@ class Effect(Traits):
         has it.
         """
         return rig
+
+    def injected_mount(self, mount: "Mount", numbers: Numbers) -> "Mount":
+        """Return a mount with the effect in it that a simulation is given; its numbers are as they are."""
+        return self.on_mount(mount, numbers)
+
+    def injected_rig(self, rig: "Rig", numbers: Numbers) -> "Rig":
+        """Return the rig with the effect in it that a simulation is given; its numbers are as they are."""
+        return self.on_rig(rig, numbers, weighed=False)
 
     def encoder_reads(self, angle: Array, numbers: Numbers) -> Array:
         """Return what an encoder reads (n,) rad of a joint that turns through `angle` (n,) rad."""

@@ -100,6 +100,10 @@ class MovingPivot(Effect):
         """Where the pivot goes is in the motion."""
         return replace(rig, pivot_moves=True)
 
+    def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
+        """With the motion that moves it; see `sim.injected.carried`."""
+        return rig
+
 
 class Backlash(Effect):
     """The encoder's side of the joint follows with free play: the gap between the two sides stays within a range.

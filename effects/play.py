@@ -75,6 +75,11 @@ class JointPlay(Effect):
     def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
         return replace(rig, play=Play(_reach(numbers), _direction(numbers)))
 
+    def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
+        """On springs where a frequency is told, and within its range all the same."""
+        springs = (float(numbers.get(key, 0.0)) for key in ("frequency", "damping_ratio"))
+        return replace(rig, play=Play(float(numbers["range"]), float(numbers["direction"]), *springs))
+
 
 class WobblyPlay(JointPlay):
     """Segment 2 wobbles about any axis across the hinge's: a real loose hinge did, without falling over."""

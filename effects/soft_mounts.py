@@ -131,11 +131,14 @@ class RockingMount(Sprung):
         com = np.asarray(numbers.get("com", np.zeros(3)), dtype=float)
         gyration = float(numbers.get("gyration", mount.gyration))
         smaller = min(1.0, 0.99 * HEAVIEST * gyration / max(float(np.linalg.norm(com)), 1e-12))
+        return self.injected_mount(mount, {**numbers, "com": com * smaller**2, "gyration": gyration * smaller})
+
+    def injected_mount(self, mount: Mount, numbers: Numbers) -> Mount:
         return replace(
             mount,
             rotation=springs(numbers["frequency"], numbers["damping_ratio"]),
-            com=com * smaller**2,
-            gyration=gyration * smaller,
+            com=numbers["com"],
+            gyration=float(numbers["gyration"]),
             lever=numbers.get("lever", np.zeros(3)),
         )
 

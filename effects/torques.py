@@ -16,10 +16,13 @@ from imubench.effects.traits import Alike
 from imubench.jets import Jet, stack
 from imubench.recording import STANDARD_GRAVITY, Recording
 from imubench.sim.joints import Stop
-from imubench.sim.rigs import Rig
+from imubench.sim.rigs import Rig, inertia_about
 
 STUCK = 0.02  # rad/s, below which dry friction gives way
 EDGE = 0.005  # rad, over which a stop begins
+BOUNCE, BOUNCE_RATIO = 25.0, 0.3
+"""Hz and damping ratio of a limb on an end stop of which nobody says how stiff it is: it stops within some hundredths
+of a radian, and knocks a few times."""
 
 
 class _Torque(Effect):
@@ -112,6 +115,10 @@ class JointSpring(_Torque):
         stiffness, slack = (float(numbers.get(key, np.zeros(()))) for key in ("k", "q0"))
         return replace(rig, stiffness=stiffness, spring_angle=slack, spring_conserves=self.conservative)
 
+    def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
+        """On a ball joint it keeps its energy, as a cable does; see `sim.ball`."""
+        return replace(self.on_rig(rig, numbers, weighed=False), spring_conserves=rig.family == "pendulum")
+
 
 def gradient(axis: Jet) -> Jet:
     """Return the gradient (n, 3) of a pendulum's swing by a rotation from the world's y, both in the limb's axes."""
@@ -148,6 +155,12 @@ class EndStop(_Torque):
         told = (np.asarray(numbers.get(key, usual[key])) for key in ("angle", "stiffness", "damping"))
         return replace(rig, stop=Stop(*(float(number) for number in told)))
 
+    def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
+        """Where nobody says how stiff it is, the limb bounces on it at `BOUNCE` Hz."""
+        inertia, w = inertia_about(rig, np.eye(3)[1]), 2 * np.pi * BOUNCE
+        bounce = {"stiffness": np.asarray(inertia * w**2), "damping": np.asarray(inertia * 2 * BOUNCE_RATIO * w)}
+        return self.on_rig(rig, {**bounce, **numbers}, weighed=False)
+
 
 class Inertia(Effect):
     """The body swings faster or slower than declared; its weight is as declared."""
@@ -162,6 +175,10 @@ class Inertia(Effect):
 
     def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
         return replace(rig, inertia_scale=float(numbers["scale"]))
+
+    def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
+        """It is the declared body that is another one; see `sim.injected.believed`."""
+        return rig
 
 
 class Gravity(Effect):
