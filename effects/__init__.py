@@ -53,4 +53,9 @@ def filter_law() -> Effect | None:
     return EFFECTS.first(lambda e: e.filters)
 
 
-__all__ = ["EFFECTS", "VARIANTS", "Effect", "filter_law", "possible", "traits_of"]
+def delay_law() -> Effect:
+    """Return the law of a clock that is late by a constant, which a fit may begin with, in the library or not."""
+    return EFFECTS.whichever(lambda e: e.late_by)
+
+
+__all__ = ["EFFECTS", "VARIANTS", "Effect", "delay_law", "filter_law", "possible", "traits_of"]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from imubench.arrays import Array
+from imubench.effects.parameters import Change, Found, Parameter
 from imubench.effects.traits import OF_FAULT, Correction, Traits
 from imubench.errors import InputError
 from imubench.jets import Jet
@@ -19,54 +20,6 @@ if TYPE_CHECKING:
     from imubench.sim.rigs import Mount, Rig
 
 Place = Literal["imu", "joint", "body", "world"]
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter of a law: its shape, unit, and how large it may plausibly be."""
-
-    name: str
-    shape: tuple[int, ...]  # () a number, (3,) an array
-    unit: str
-    std: float  # of the prior about `start`, in `unit`
-    start: float | tuple[float, ...] = 0.0  # where a fit begins, and the prior's centre
-    log: bool = False  # positive: the fit moves its logarithm, and `std` is that of the logarithm
-    sided: bool = False  # nature knows it only at or above zero, though the fit may go below
-    reported: bool = True  # False: the law needs it, the table of effects does not name it
-    axes: Literal["sensor", "segment"] = "sensor"  # of three numbers: whose axes they are along or about
-    about: bool = False  # whether they are about the axes, and not along them
-
-    @property
-    def width(self) -> int:
-        """How many numbers it is."""
-        return int(np.prod(self.shape, dtype=int))
-
-    @property
-    def centre(self) -> Array:
-        """The prior's centre (k,) in the fit's variable."""
-        start = np.broadcast_to(np.asarray(self.start, dtype=float).reshape(-1), (self.width,))
-        return np.log(start) if self.log else start.copy()
-
-
-@dataclass(frozen=True)
-class Found:
-    """A parameter that is read off the raw samples or the fitted states, not fitted itself."""
-
-    name: str
-    shape: tuple[int | None, ...]  # None: any number of them
-    unit: str
-
-
-@dataclass(frozen=True)
-class Change:
-    """How far the numbers of an effect go from one recording of a sensor to the next, as standard deviations."""
-
-    std: float = 0.0  # in the number's unit
-    share: float = 0.0  # of the number
-
-    def of(self, value: Array) -> Array:
-        """Return the standard deviations (k,) of numbers (k,)."""
-        return np.asarray(np.hypot(self.std, self.share * value))
 
 
 @dataclass(frozen=True)
@@ -290,6 +243,14 @@ class Effect(Traits):
         """
         raise ValueError(f"{self.name}: expected a filter, got none")
 
+    def at_moments(self, moments: Array) -> "Effect":
+        """Return what begins anew at every one of some moments (k,) s, without a moment among its parameters.
+
+        Raises:
+            ValueError: for what does not begin once, at a mount.
+        """
+        raise ValueError(f"{self.name}: expected an effect that begins once, got another one")
+
     def bending(self, size: Array) -> "Effect":
         """Return the same on springs whose stiffness changes with how far they are pushed, `size` (3,) of it.
 
@@ -409,3 +370,9 @@ class Effect(Traits):
     def of_report(self, numbers: Numbers, rng: np.random.Generator) -> Numbers:
         """Return numbers of the law's own parameters for those that a report names; what nobody told is drawn."""
         return numbers
+
+
+__all__ = [
+    "Change", "Effect", "Equation", "Error", "Found", "Numbers", "Parameter", "Place", "Reading", "Scene", "Setting",
+    "Stage", "State", "Values",
+]  # fmt: skip

@@ -63,6 +63,10 @@ class Library(Sequence[Effect]):
         self._added = [e for e in self._added if e.name != name]
         self._forget()
 
+    def look_again(self) -> None:
+        """Look anew for what packages offer: one was installed since, or Python looks into other folders."""
+        self._forget()
+
     def _forget(self) -> None:
         for key in ("_every", "by_name"):
             self.__dict__.pop(key, None)
@@ -111,9 +115,17 @@ class ByName(Mapping[str, Effect]):
         Raises:
             KeyError: it is so of none.
         """
+        return self.whichever(asked).name
+
+    def whichever(self, asked: Callable[[Effect], object]) -> Effect:
+        """Return the first effect of which something is so, taken out of the library or not.
+
+        Raises:
+            KeyError: it is so of none.
+        """
         for effect in (*self._library.own, *self.values()):
             if asked(effect):
-                return effect.name
+                return effect
         raise KeyError("no effect of the library is of that kind")
 
     def traits(self, name: str) -> Traits:

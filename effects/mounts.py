@@ -73,6 +73,9 @@ class MountShift(Effect):
     def grid(self, seconds: float) -> dict[str, Array]:
         return {"time": np.arange(0.5, max(seconds - 0.5, 0.6), 0.5)}
 
+    def at_moments(self, moments: Array) -> "Effect":
+        return Slips(moments)
+
     def blind(self, values: Mapping[str, Array]) -> tuple[tuple[float, float], ...]:
         start = float(values["time"][0])
         return ((start - LONGEST / 2, start + LONGEST),)
@@ -88,6 +91,25 @@ class MountShift(Effect):
 
     def on_mount(self, mount: Mount, numbers: Numbers) -> Mount:
         return replace(mount, slip=Slip(float(numbers["time"]), numbers["translation"], numbers["rotation"]))
+
+
+class Slips(MountShift):
+    """A slip that begins anew at every one of some moments: its columns are those of each alone, as long as it lasts.
+
+    While it slips a sensor turns by itself, which its gyroscope reads: a mount that is another from a moment on, and
+    does not turn there, explains little of it.
+    """
+
+    name = "slips"  # beside whatever else a fit says of the mount
+    parameters = MountShift.parameters[:2]
+
+    def __init__(self, moments: Array) -> None:
+        self.moments = moments
+
+    def began(self, time: Jet, p: Values) -> Jet:
+        """Return the last of the moments before each time (n, 1) s."""
+        last = np.searchsorted(self.moments, time.value[:, 0], side="right") - 1
+        return Jet(self.moments[np.maximum(last, 0)][:, None])
 
 
 class SkinSliding(Effect):

@@ -77,8 +77,8 @@ class JointPlay(Effect):
 
     def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
         """On springs where a frequency is told, and within its range all the same."""
-        springs = (float(numbers.get(key, 0.0)) for key in ("frequency", "damping_ratio"))
-        return replace(rig, play=Play(float(numbers["range"]), float(numbers["direction"]), *springs))
+        frequency, ratio = (float(numbers.get(key, np.zeros(()))) for key in ("frequency", "damping_ratio"))
+        return replace(rig, play=Play(float(numbers["range"]), float(numbers["direction"]), frequency, ratio))
 
 
 class WobblyPlay(JointPlay):

@@ -131,7 +131,9 @@ class RockingMount(Sprung):
         com = np.asarray(numbers.get("com", np.zeros(3)), dtype=float)
         gyration = float(numbers.get("gyration", mount.gyration))
         smaller = min(1.0, 0.99 * HEAVIEST * gyration / max(float(np.linalg.norm(com)), 1e-12))
-        return self.injected_mount(mount, {**numbers, "com": com * smaller**2, "gyration": gyration * smaller})
+        return self.injected_mount(
+            mount, {**numbers, "com": com * smaller**2, "gyration": np.asarray(gyration * smaller)}
+        )
 
     def injected_mount(self, mount: Mount, numbers: Numbers) -> Mount:
         return replace(
@@ -143,7 +145,4 @@ class RockingMount(Sprung):
         )
 
 
-ROCKING = RockingMount()
-"""The one that a fit of two IMUs on a hinge may begin with."""
-
-EFFECTS: tuple[Effect, ...] = (SoftMount(), SoftMount(axes=1), ROCKING, RockingMount(axes=1))
+EFFECTS: tuple[Effect, ...] = (SoftMount(), SoftMount(axes=1), RockingMount(), RockingMount(axes=1))

@@ -70,7 +70,4 @@ class ClockSkew(_Clock):
         return {"skew": 0 * values["skew"]}
 
 
-TIME_OFFSET = TimeOffset()
-"""The one that a fit may begin with, whether it is in a library or not."""
-
-EFFECTS: tuple[Effect, ...] = (TIME_OFFSET, ClockSkew())
+EFFECTS: tuple[Effect, ...] = (TimeOffset(), ClockSkew())

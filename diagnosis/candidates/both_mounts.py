@@ -21,7 +21,7 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.samples.rest_noise import MOST
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended
-from imubench.effects.soft_mounts import ROCKING
+from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.estimators.banded import chosen_fit
 from imubench.recording import Imu, Recording
@@ -116,7 +116,8 @@ def on_springs(fit: Fit, hz: float, rounds: int = ROUNDS) -> Fit | None:
     recording = fit.model.recording
     slow = nominal_fit(slow_recording(recording, hz))
     held = {n: v for n, v in slow.state.values.items() if n.endswith((".rotation", ".translation"))}
-    springs = tuple(Hypothesis(ROCKING, imu.name) for imu in recording.imus)
+    rocking = EFFECTS.whichever(lambda e: e.rocks)
+    springs = tuple(Hypothesis(rocking, imu.name) for imu in recording.imus)
     guess: dict[str, Array] = {}
     for h in springs:
         guess |= {h.key("frequency"): np.full(3, np.log(BEGUN)), h.key("damping_ratio"): np.full(3, np.log(DAMPED))}

@@ -35,7 +35,7 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
             if found := hummed(fit, h.at):
                 out.append(replace(h, effect=effect.starting(**{effect.tone: found})))
         elif effect.onset and effect.acts("mount"):
-            out.append(replace(h, effect=effect.starting(**{effect.onset: slip(base, h.at)})))
+            out.append(replace(h, effect=effect.starting(**{effect.onset: slip(base, h)})))
         elif effect.rests_at:
             judged.append(rested(base, h))
         elif effect.stops_at:

@@ -25,9 +25,8 @@ from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import interpolated
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.effects import filter_law
+from imubench.effects import delay_law, filter_law
 from imubench.effects.effect import Effect
-from imubench.effects.timing import TIME_OFFSET
 from imubench.recording import Imu
 
 NEAR = 1.12  # how far a cutoff may be from that of the delay it stands for
@@ -55,11 +54,13 @@ def filters(bare: Model, still: State, imu: Imu, delay: float, noise: Mapping[st
     law = filter_law()
     if delay <= 0 or law is None:
         return {}
-    clock = Hypothesis(TIME_OFFSET, imu.name)
+    clock = Hypothesis(delay_law(), imu.name)
     moved = bare.with_effects((*bare.hypotheses, clock))
     at_once = {r.name: r.residual.value for r in bare.measured(still, {imu.name})}
     delayed = list(
-        moved.measured(State(still.coefficients, still.values | {clock.key("offset"): np.array([delay])}), {imu.name})
+        moved.measured(
+            State(still.coefficients, still.values | {clock.key(clock.effect.late_by): np.array([delay])}), {imu.name}
+        )
     )
     time, x = straight_on(*met(bare, still, imu, noise), delay)
     c = beside(law, time, x, delay)

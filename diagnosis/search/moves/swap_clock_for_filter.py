@@ -27,8 +27,7 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended, refit
-from imubench.effects import VARIANTS
-from imubench.effects.timing import TIME_OFFSET
+from imubench.effects import VARIANTS, delay_law
 from imubench.recording import Imu
 
 ROUNDS = 2  # of noise levels
@@ -102,11 +101,11 @@ def renewed(fit: Fit, kept: list[Kept]) -> tuple[Fit, list[Kept]]:
 def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
     """Return a fit and its quick filter, what that does beside delaying from the motion it leaves, while that gains."""
     imu, rest = fit.model.recording.imu(h.at), tuple(other for other in fit.model.hypotheses if other != h)
-    clock, found = Hypothesis(TIME_OFFSET, h.at), fit
+    clock, found = Hypothesis(delay_law(), h.at), fit
     for _ in range(AGAIN):
         cutoff = found.state.values[h.key("cutoff")]
         delay = 1 / (2 * np.pi * np.exp(cutoff))
-        effect = quick(extended(found, (*rest, clock), {clock.key("offset"): delay}), imu, float(delay[0]))
+        effect = quick(extended(found, (*rest, clock), {clock.key(clock.effect.late_by): delay}), imu, float(delay[0]))
         if effect is None:
             break
         new = Hypothesis(effect, h.at)
