@@ -201,13 +201,14 @@ class House:
         return [f"{name}: {len(values)} values, in {', '.join(_all(values))}" for name, values in several.items()]
 
     def effects_named(self, effects: Mapping[str, object]) -> list[str]:
-        """Return where an effect is named in quotes, but in rooms that speak to people."""
+        """Return where an effect is named in quotes, with a place or without, but in rooms that speak to people."""
         return [
             f"{m.name}:{node.lineno}: {node.value}"
             for m in self.modules.values()
             if m.room not in WORDS_FOR_PEOPLE
             for node in ast.walk(m.tree)
-            if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in effects
+            if isinstance(node, ast.Constant) and isinstance(node.value, str)
+            if node.value.partition("@")[0] in effects
         ]
 
     def laws_used(self, laws: Collection[str]) -> list[str]:

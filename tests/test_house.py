@@ -118,13 +118,14 @@ def test_effects_are_seen_by_their_names_but_where_people_read_them(tmp_path):
     house = planted(
         tmp_path,
         {
-            "diagnosis/search/a.py": '"""low_pass"""\nif name == "low_pass":\n    x = "passes"\n',
+            "diagnosis/search/a.py": '"""low_pass"""\nif name == "low_pass":\n    x = "passes", f"low_pass@{at}"\n',
             "diagnosis/report/words.py": 'WORDS = {"low_pass": "a filter"}',
         },
     )
     assert house.effects_named({"low_pass": None}) == [
         "diagnosis.search.a:1: low_pass",
         "diagnosis.search.a:2: low_pass",
+        "diagnosis.search.a:3: low_pass@",
     ]
 
 
