@@ -138,7 +138,7 @@ def test_laws_of_effects_are_seen_where_they_are_used(tmp_path):
             "diagnosis/search/b.py": "from imubench.effects.effect import Effect\nx: Effect\n",
         },
     )
-    assert {"LowPass", "TIME_OFFSET", "Sprung"} <= laws_of_effects()
+    assert {"LowPass", "TimeOffset", "Sprung"} <= laws_of_effects()
     assert not {"Effect", "EFFECTS", "delay_of"} & laws_of_effects()
     assert house.laws_used(laws_of_effects()) == ["diagnosis.search.a:3: LowPass"]
 
