@@ -11,13 +11,15 @@ from functools import cached_property
 from typing import overload
 
 from imubench.effects.effect import Effect
-from imubench.effects.traits import NO_TRAITS, Traits
+from imubench.effects.traits import NO_TRAITS, NUMBERS_OF_FAULT, Traits
 from imubench.entry_points import EFFECTS as GROUP
 from imubench.entry_points import attribute, imported, offered, origin, target, the_one
 from imubench.errors import InputError
 
 PLACES = ("imu", "joint", "body", "world")
 KIND = "effect"
+NAMING = ("scale", "late_by", "tone", "onset", "holds_by", "rests_at", "stops_at")
+"""The traits that name one of an effect's parameters."""
 
 
 class Library(Sequence[Effect]):
@@ -172,6 +174,8 @@ def checked(effects: Sequence[object], where: str, taken: Iterable[str]) -> tupl
             raise InputError(f"{where}: expected {', '.join(PLACES)} as place of {effect.name}, got '{effect.place}'")
         if not effect.name.isidentifier():
             raise InputError(f"{where}: expected a name of letters, digits and _, got '{effect.name}'")
+        if lacking := numbers_lacking(effect):
+            raise InputError(f"{where}: expected the numbers {', '.join(lacking)} of {effect.name}, got none")
         if effect.name in known:
             raise InputError(f"{where}: expected a name that no other effect has, got '{effect.name}'")
         out.append(effect)
@@ -180,4 +184,13 @@ def checked(effects: Sequence[object], where: str, taken: Iterable[str]) -> tupl
     return tuple(out)
 
 
-__all__ = ["ByName", "Library"]
+def numbers_lacking(effect: Effect) -> tuple[str, ...]:
+    """Return the numbers that an effect must have by its traits, and has not."""
+    needed = {name for key in NAMING if (name := getattr(effect, key))}
+    needed |= {"rotation", "translation"} if effect.misplaces else set()
+    needed |= {"amplitude"} if effect.tone else set()
+    needed |= NUMBERS_OF_FAULT.get(effect.fault, set()) if effect.fault is not None else set()
+    return tuple(sorted(needed - {n.name for n in (*effect.parameters, *effect.found)}))
+
+
+__all__ = ["ByName", "Library", "numbers_lacking"]

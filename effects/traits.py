@@ -63,6 +63,16 @@ OF_FAULT = {
 }
 
 
+NUMBERS_OF_FAULT = {
+    Fault.STRUCK: {"times"},
+    Fault.NOISY: {"std"},
+    Fault.CLIPPED: {"limit"},
+    Fault.ROUNDED: {"step"},
+    Fault.LOST: {"fraction"},
+}
+"""What a fault is told by, in what the raw samples show: s, the unit of the channel, and a share."""
+
+
 @dataclass(frozen=True)
 class Alike:
     """Another effect that the same readings follow from, whatever the motion."""
@@ -89,7 +99,7 @@ class Traits:
     time_power: ClassVar[int | None] = None  # of what it adds, if that goes with time alone: 0 an offset, 1 a drift
     additive: ClassVar[bool] = False  # whether two of it, one on top of the other, are their sum
     crosses_axes: ClassVar[bool] = False  # whether an axis reads what another one meets
-    tone: ClassVar[str] = ""  # the parameter in Hz of the steady line that it adds to the readings
+    tone: ClassVar[str] = ""  # the parameter in Hz of the steady line that it adds to the readings, of some amplitude
     in_every_sensor: ClassVar[bool] = False  # so that nobody doubts it beside poses whose errors wander
     fault: ClassVar[Fault | None] = None  # what it does to single samples
     on_sensor: ClassVar[bool] = True  # at an IMU: whether it goes along with the sensor to another place
@@ -102,7 +112,7 @@ class Traits:
     renewed: ClassVar[bool] = False  # whether it holds what it has from a motion, and is built anew from another one
 
     # of mounts
-    misplaces: ClassVar[bool] = False  # whether the sensor is all along not where it is declared to be
+    misplaces: ClassVar[bool] = False  # whether the sensor is all along elsewhere than declared: rotation, translation
     onset: ClassVar[str] = ""  # the parameter in s at which it begins, once
     on_springs: ClassVar[bool] = False  # whether the sensor hangs on springs and dampers
     rocks: ClassVar[bool] = False  # whether it turns on them, and is not displaced
@@ -122,4 +132,4 @@ class Traits:
 NO_TRAITS = Traits()
 """The answers of what is no effect of the library."""
 
-__all__ = ["NO_TRAITS", "OF_FAULT", "Alike", "Channel", "Correction", "Fault", "Traits"]
+__all__ = ["NO_TRAITS", "NUMBERS_OF_FAULT", "OF_FAULT", "Alike", "Channel", "Correction", "Fault", "Traits"]

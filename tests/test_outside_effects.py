@@ -58,7 +58,10 @@ THEIRS = """
     class Bias(GyroSquare):
         name = "gyro_bias"
 
-    SQUARE, RAISED, TAKEN, NONE = GyroSquare(), (Raised(),), Bias(), 3
+    class Hum(GyroSquare):
+        name, tone = "gyro_hum", "frequency"
+
+    SQUARE, RAISED, TAKEN, HUM, NONE = GyroSquare(), (Raised(),), Bias(), Hum(), 3
 """
 POINTS = "square = their_effects:SQUARE\nraised = their_effects:RAISED"
 SQUARE = np.array([0.03, -0.02, 0.04])  # s/rad: at 3 rad/s up to 0.4 rad/s, a hundred times the noise
@@ -147,6 +150,7 @@ def test_an_effect_of_a_package_is_found_replayed_and_reported(package):
     [
         ("bad = their_effects:NONE", "expected an Effect or some in their_effects:NONE, got int"),
         ("bad = their_effects:TAKEN", "expected a name that no other effect has, got 'gyro_bias'"),
+        ("bad = their_effects:HUM", "expected the numbers amplitude, frequency of gyro_hum, got none"),
         ("bad = their_effects:MISSING", "unknown effect in their_effects 'MISSING'"),
         ("bad = no_such_module:X", "expected an installed module, got none called 'no_such_module'"),
     ],
