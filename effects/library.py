@@ -190,7 +190,7 @@ def numbers_lacking(effect: Effect) -> tuple[str, ...]:
     needed |= {"rotation", "translation"} if effect.misplaces else set()
     needed |= {"amplitude"} if effect.tone else set()
     needed |= NUMBERS_OF_FAULT.get(effect.fault, set()) if effect.fault is not None else set()
-    return tuple(sorted(needed - {n.name for n in (*effect.parameters, *effect.found)}))
+    return tuple(sorted(needed - {p.name for p in effect.parameters} - {f.name for f in effect.found}))
 
 
 __all__ = ["ByName", "Library", "numbers_lacking"]
