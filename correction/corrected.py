@@ -26,36 +26,12 @@ from imubench.diagnosis.sensor_errors.baseline import whole
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.effects import VARIANTS
-from imubench.effects.soft_mounts import EFFECTS as SPRINGS
-from imubench.effects.soft_mounts import Sprung
+from imubench.effects import EFFECTS, traits_of
+from imubench.effects.traits import Correction
 from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.progress import Step, silent
 from imubench.recording import Imu, Recording
-
-SHAPED = "nothing to correct: it shaped the motion, which the readings show as it was"
-FREE = "left in: a motion without a law takes in what the mounts may explain, and would hand the fit's to an estimator"
-NOISE = "left in: what it took cannot be given back; the declared noise is raised by it"
-CLOCK = "the stamps are moved to the common clock"
-DECLARED = {
-    "mount_pose": "the declared mount is moved to where the sensor is",
-    "gravity": "the declared one is changed",
-}
-TORQUES = ("inertia", "viscous_friction", "dry_friction", "air_drag", "joint_spring", "end_stop")
-STAYING = (
-    DECLARED
-    | dict.fromkeys(("time_offset", "clock_skew"), CLOCK)
-    | dict.fromkeys(TORQUES, SHAPED)
-    | {e.name: FREE for e in VARIANTS if e.free}
-)
-"""What is done about effects that are in the readings of a corrected recording as well."""
-SAMPLES = dict.fromkeys(("quantisation", "gyro_noise", "accel_noise"), NOISE) | {
-    "saturation": "clipped samples are left out",
-    "dropouts": "repeated samples are left out",
-    "impacts": "knocked samples are left out",
-}
-LEFT_OUT = ("saturation", "dropouts", "impacts")
 
 
 @dataclass(frozen=True)
@@ -95,10 +71,11 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
     done = tuple(Done(f.effect, f.at, words(f)) for f in every)
     loose = springs_that_leave_more(diagnosis)
     out, keep = recording, {i.name: np.ones(i.time.size, dtype=bool) for i in recording.imus}
-    masks = check_samples(recording).masks if any(f.effect in LEFT_OUT for f in found) else {}
-    for name, part in ((f.at, part) for f in found if f.effect in LEFT_OUT for part in ("gyro", "accel")):
+    spoiled = [f.at for f in found if (fault := traits_of(f.effect).fault) is not None and fault.measures_nothing]
+    masks = check_samples(recording).masks if spoiled else {}
+    for name, part in ((name, part) for name in spoiled for part in ("gyro", "accel")):
         keep[name] &= masks.get(f"{name}.{part}", True)
-    if any(t.hypothesis.effect.name not in STAYING for t, *_ in laws):
+    if not all(t.hypothesis.effect.correction.stays for t, *_ in laws):
         try:
             with step("fit the motion with what was found"):
                 fit = explained_fit(recording, laws)
@@ -124,7 +101,7 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
 def springs_that_leave_more(diagnosis: Diagnosis) -> set[str]:
     """Return the sensors on springs that do what no straight springs do: something without a name is there too."""
     sure = [f for f in diagnosis.findings if f.confidence >= SURE]
-    sprung = {f.at for f in sure if f.effect in {e.name for e in SPRINGS}}
+    sprung = {f.at for f in sure if traits_of(f.effect).on_springs}
     return sprung & {f.at for f in sure if not f.named}
 
 
@@ -144,7 +121,7 @@ def taken_out(recording: Recording, fit: Fit, loose: Collection[str] = ()) -> Re
     is in the mean.
     """
     model, state = fit.model, fit.state
-    without = replace(model, hypotheses=tuple(h for h in model.hypotheses if h.effect.name in STAYING))
+    without = replace(model, hypotheses=tuple(h for h in model.hypotheses if h.effect.correction.stays))
     imus, encoders = [], []
     for imu in recording.imus:
         moment = model.moment(state, imu.time, imu.name)
@@ -169,7 +146,7 @@ def at_rest_in_the_mean(fit: Fit, imu: Imu) -> State:
 
         R exp(rotation) -> R exp(rotation) D,     p -> p + mean(p_k - p)
     """
-    springs = [h for h in fit.model.hypotheses if h.at == imu.name and isinstance(h.effect, Sprung)]
+    springs = [h for h in fit.model.hypotheses if h.at == imu.name and h.effect.on_springs]
     moment = fit.model.moment(fit.state, imu.time, imu.name)
     segment = fit.model.carrier(fit.state, moment, imu.name)
     links = [
@@ -202,7 +179,7 @@ def redeclared(recording: Recording, effects: Sequence[Told]) -> Recording:
         time = late
         for t in (t for t in effects if t.hypothesis.at == imu.name):
             time = t.hypothesis.effect.clock(time, t.values)
-            if t.hypothesis.effect.name == "mount_pose":
+            if t.hypothesis.effect.misplaces:
                 position = position + t.values["translation"].value[0]
                 turn = rotations.multiply(turn, rotations.exp(t.values["rotation"].value[0]))
         stamps = imu.time - (late.value - time.value)[:, 0]  # where nothing is late, as they were to the last digit
@@ -223,4 +200,5 @@ def words(f: Finding) -> str:
         return "left in: no law to correct it by"
     if f.confidence < SURE:
         return f"left in: its confidence of {f.confidence:.2f} is under {SURE:g}"
-    return STAYING.get(f.effect) or SAMPLES.get(f.effect) or "taken out of the readings"
+    law = EFFECTS.get(f.effect)
+    return (Correction.TAKEN_OUT if law is None else law.correction).value

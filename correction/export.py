@@ -16,7 +16,7 @@ from imubench.arrays import Array
 from imubench.correction.found_chain import chain_of
 from imubench.correction.found_rig import rig_of
 from imubench.correction.replay import told_play
-from imubench.correction.sensor_chain import Link, chained
+from imubench.correction.sensor_chain import Link, at_encoder, chained
 from imubench.correction.swing_file import KEY, swing_tables
 from imubench.diagnosis.evidence import Evidence, Played
 from imubench.diagnosis.result import UNKNOWN, Diagnosis
@@ -26,19 +26,11 @@ from imubench.format1.tables import write_table
 from imubench.format1.write import IMU
 from imubench.recording import span_of
 from imubench.sim.compile import specify
-from imubench.sim.injected import SWUNG
 from imubench.sim.joints import Play
 
 FORMAT = 1
 SENSORS, MOTION = "imus.toml", "motion.csv"
-IN_THE_RIG = (
-    "mount_pose", "mount_shift", "soft_mount", "rocking_mount", "skin_sliding", "joint_play", "axis_coupling",
-    "moving_centre", "moving_pivot", "viscous_friction", "dry_friction", "air_drag", "joint_spring", "end_stop",
-    "inertia", "gravity",
-)  # fmt: skip
-"""The effects that are in the MJCF file, or in the motion."""
 PLAY = ("play", "play_beside")  # columns of a motion
-AT_THE_ENCODER = ("backlash",)
 NAMES = {**IMU, "torque": ("torque",)}
 
 
@@ -47,7 +39,7 @@ def plays(effect: str, rig: str) -> bool:
     known = EFFECTS.get(effect)
     if known is None or rig not in known.rigs:
         return False
-    return effect in (*IN_THE_RIG, *AT_THE_ENCODER) or chained(effect)
+    return known.in_the_rig or at_encoder(effect) or chained(effect)
 
 
 def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
@@ -111,7 +103,7 @@ def effect_table(at: str, link: Link, rig: str, swings: bool, folder: Path) -> d
             table["signal"] = f"{UNKNOWN}_{at}.csv"
             write_table(folder / table["signal"], signal_columns(link))
         return table | {"parameters": {}}
-    replayed = plays(link.effect, rig) and (swings or link.effect not in SWUNG)
+    replayed = plays(link.effect, rig) and (swings or not EFFECTS[link.effect].rolled_out)
     parameters = {name: np.asarray(value).tolist() for name, value in link.values.items()}
     return {"name": link.effect, "at": at, "replayed": replayed, **link.settings, "parameters": parameters}
 

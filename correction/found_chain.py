@@ -9,6 +9,8 @@ from imubench.arrays import Array
 from imubench.correction.sensor_chain import Effects, Link
 from imubench.diagnosis.evidence import FittedEffect
 from imubench.diagnosis.result import UNKNOWN, Finding
+from imubench.effects import EFFECTS, traits_of
+from imubench.effects.traits import Fault
 from imubench.recording import Imu, Recording
 
 
@@ -31,9 +33,10 @@ def link_of(f: Finding, fitted: Sequence[FittedEffect], recording: Recording) ->
     own = next((own for own in fitted if (own.effect, own.at) == (f.effect, f.at)), None)
     values: dict[str, Array] = dict(own.values) if own is not None else {}
     time, signals = np.zeros(0), {}
-    if own is not None and "gap" in own.signals:  # of a backlash; at the recording's start it is a number
-        time, signals = own.time, {"gap": own.signals["gap"]}
-        values["gap"] = np.asarray(np.interp(0.0, time, signals["gap"][:, 0]))
+    law = EFFECTS.get(f.effect)
+    if own is not None and law is not None and law.acts("encoder"):  # at the recording's start its states are numbers
+        time, signals = own.time, dict(own.signals)
+        values |= {name: np.asarray(np.interp(0.0, time, x[:, 0])) for name, x in signals.items()}
     values |= {name: p.value for name, p in f.parameters.items()}
     return Link(f.effect, values, settings_of(f, own, recording), time, signals)
 
@@ -45,10 +48,11 @@ def settings_of(f: Finding, own: FittedEffect | None, recording: Recording) -> d
     """
     if own is not None and own.settings.get("channels"):
         return {"channels": list(own.settings["channels"])}  # type: ignore[arg-type]
-    if f.effect in ("saturation", "quantisation"):
+    fault = traits_of(f.effect).fault
+    if fault in (Fault.CLIPPED, Fault.ROUNDED):
         unit = next(iter(f.parameters.values())).unit
         return {"channels": ["gyro" if unit == "rad/s" else "accel"]}
-    if f.effect == "dropouts":
+    if fault is Fault.LOST:
         imus = [imu for imu in recording.imus if imu.name == f.at]
         share = float(f.parameters["fraction"].value)
         return {"mode": "held" if imus and 2 * held_share(imus[0]) > share else "missing"}

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.correction.export import AT_THE_ENCODER, FORMAT, NAMES, PLAY, SENSORS
-from imubench.correction.replay import DEGREE, TOLD
+from imubench.correction.export import FORMAT, NAMES, PLAY, SENSORS
+from imubench.correction.replay import DEGREE
 from imubench.correction.rig_file import read_rig
-from imubench.correction.sensor_chain import Effects, Link, at_place, chained
+from imubench.correction.sensor_chain import Effects, Link, at_encoder, at_place, chained
 from imubench.correction.swing_file import KEY, read_swings
-from imubench.diagnosis.evidence import FittedEffect, Played, Swing
+from imubench.diagnosis.evidence import Played, Swing
 from imubench.diagnosis.result import UNKNOWN
 from imubench.effects import EFFECTS
 from imubench.errors import InputError, shown, unknown
@@ -134,7 +134,7 @@ def _effect(table: Mapping[str, Any], where: str, folder: Path) -> tuple[str, Li
     for key, width in (widths(name) if chained(name) else {}).items():
         if key in values and values[key].size != width:
             raise InputError(f"{where}, key 'parameters.{key}': expected {width} of {name}, got {values[key].size}")
-    for key, (low, high) in LIMITS.items() if chained(name) or name in AT_THE_ENCODER else ():
+    for key, (low, high) in LIMITS.items() if chained(name) or at_encoder(name) else ():
         if key in values and not ((values[key] >= low) & (values[key] <= high)).all():
             got = values[key].tolist()
             raise InputError(f"{where}, key 'parameters.{key}': expected numbers from {low:g} to {high:g}, got {got}")
@@ -142,7 +142,7 @@ def _effect(table: Mapping[str, Any], where: str, folder: Path) -> tuple[str, Li
         time, signals = _signal(table, where, folder) if table.get("replayed") else (np.zeros(0), {})
         return at, Link(name, {}, {}, time, signals)
     link = Link(name, values, _settings(table, where))
-    if (chained(name) or name in AT_THE_ENCODER) and not needed(link) <= set(values):
+    if (chained(name) or at_encoder(name)) and not needed(link) <= set(values):
         missing = sorted(needed(link) - set(values))[0]
         raise InputError(f"{where}, key 'parameters': expected '{missing}' of {name}, got none")
     return at, link
@@ -256,10 +256,8 @@ def read_motion(path: Path) -> Played:
     has = [name for name in (*FORCE, *PLACE, *PLAY) if name in table.columns]
     place = table.stack(PLACE) if set(PLACE) <= set(has) else np.zeros((time.size, 3))
     force = table.stack(FORCE) if set(FORCE) <= set(has) else None
-    told: tuple[FittedEffect, ...] = ()
-    if set(PLAY) <= set(has):
-        told = (FittedEffect("joint_play", "joint", TOLD, time=time, signals={"rotation": table.stack(PLAY)}),)
-    return Played(time, table.stack(TURN), place, table.columns.get("hinge_angle"), force, told)
+    across = table.stack(PLAY).T if set(PLAY) <= set(has) else None
+    return Played(time, table.stack(TURN), place, table.columns.get("hinge_angle"), force, play=across)
 
 
 __all__ = ["Model", "Sampling", "read_model", "read_motion", "tables", "text"]

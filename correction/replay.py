@@ -8,6 +8,7 @@ from scipy.interpolate import make_interp_spline
 from imubench.arrays import Array
 from imubench.diagnosis.evidence import Played
 from imubench.diagnosis.problem.rig_kinematics import attitude
+from imubench.effects import traits_of
 from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.sim.joints import Play
@@ -21,7 +22,6 @@ DENSE = 400.0  # Hz, at least: what is read between samples of the simulation is
 END_ROWS = 4  # of a truth behind the last sample, for what is interpolated there
 FINE = 4  # steps a knot, on which the force at the joint becomes a movement
 DEGREE = 5
-TOLD = "told"  # variant of a play whose rotation is about e and beside it, not about x and z
 
 
 class SplineMotion:
@@ -107,12 +107,15 @@ def told_play(motion: Played, play: Play) -> Array | None:
     None where the motion does not tell, or the play is on springs: that follows by its law. What falls from side to
     side between stops that nobody measured has no law to be foretold by.
     """
-    for f in motion.fitted:
-        if f.effect == "joint_play" and "rotation" in f.signals and not play.frequency:
-            rotation = f.signals["rotation"].T
-            if len(rotation) == 1:
-                return np.stack([rotation[0], 0 * rotation[0]])
-            return rotation if f.variant == TOLD else np.stack([play.axis, play.beside])[:, [0, 2]] @ rotation
+    if play.frequency:
+        return None
+    if motion.play is not None:
+        return motion.play
+    for f in (f for f in motion.fitted if traits_of(f.effect).loosens and f.signals):
+        (rotation,) = (signal.T for signal in f.signals.values())
+        if len(rotation) == 1:
+            return np.stack([rotation[0], 0 * rotation[0]])
+        return np.asarray(np.stack([play.axis, play.beside])[:, [0, 2]] @ rotation)
     return None
 
 

@@ -12,13 +12,13 @@ from imubench.arrays import Array
 from imubench.errors import InputError, unknown
 from imubench.inputs.mjcf import compiled
 from imubench.recording import RIGS
-from imubench.sim.compile import CARRIER
+from imubench.sim.compile import CARRIER, SPRING_LAW, STOP_LAW
 from imubench.sim.joint_model import PLAY
 from imubench.sim.joints import Play, Stop
 from imubench.sim.rigs import Mount, Rig, Segment, Slip, Spring
 from imubench.sim.stability import write_no_log
 
-NUMBERS = {"joint_spring": 3, "end_stop": 3} | {
+NUMBERS = {SPRING_LAW: 3, STOP_LAW: 3} | {
     f"imu{n}_{key}": width for n in (1, 2) for key, width in (("slip", 7), ("slide", 3), ("twist", 3))
 }
 """How many numbers each law has that MuJoCo has no term for."""
@@ -133,13 +133,13 @@ def _play(model: Any, joint: int) -> Play:
 def _ball(laws: Mapping[str, Array]) -> dict[str, Any]:
     """Return what a pendulum's swing meets."""
     changes: dict[str, Any] = {}
-    if (spring := laws.get("joint_spring")) is not None:
+    if (spring := laws.get(SPRING_LAW)) is not None:
         changes |= {
             "stiffness": float(spring[0]),
             "spring_angle": float(spring[1]),
             "spring_conserves": bool(spring[2]),
         }
-    if (stop := laws.get("end_stop")) is not None:
+    if (stop := laws.get(STOP_LAW)) is not None:
         changes["stop"] = Stop(*(float(x) for x in stop[:3]))
     return changes
 

@@ -20,19 +20,14 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.result import UNKNOWN
-from imubench.effects import EFFECTS, VARIANTS
+from imubench.effects import EFFECTS, VARIANTS, traits_of
 from imubench.effects.effect import Effect, Reading
-from imubench.effects.joints import Backlash
+from imubench.effects.traits import Fault
 from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.sim.imu_sampling import interpolate
-from imubench.sim.injected import phased
 from imubench.sim.swing import Torque
 from imubench.truth import Truth
-
-NOISES = {"gyro_noise": 0, "accel_noise": 1}
-FIRST, LAST = ("impacts",), ("saturation", "quantisation", "dropouts")
-"""Effects on samples, before and behind the noise."""
 
 
 @dataclass(frozen=True)
@@ -65,14 +60,19 @@ def chained(name: str) -> bool:
     effect = EFFECTS.get(name)
     if effect is None or effect.place != "imu":
         return False
-    acts = any(getattr(type(effect), stage) is not getattr(Effect, stage) for stage in ("error", "clock", "filtered"))
-    return acts or name in (*FIRST, *LAST, *NOISES)
+    return effect.acts("error", "clock", "filtered") or effect.fault is not None
+
+
+def at_encoder(name: str) -> bool:
+    """Return whether an effect stands between a joint and its encoder."""
+    effect = EFFECTS.get(name)
+    return effect is not None and effect.acts("encoder")
 
 
 def moves_time(effects: Effects) -> bool:
     """Return whether a clock is off: then a sensor's first reading may be of a time before its first stamp."""
     laws = [law for _, link in effects if (law := link.law) is not None]
-    return any(type(law).clock is not Effect.clock for law in laws)
+    return any(law.acts("clock") for law in laws)
 
 
 def at_place(effects: Effects, place: str) -> tuple[Link, ...]:
@@ -109,11 +109,9 @@ def read_by(
     for law, known in laws:
         if known is not None:
             time = law.clock(time, known)
-    for link in (x for x in chain if x.effect == "low_pass"):
-        law = link.law
-        assert law is not None
-        cutoff = {"cutoff": np.asarray(link.values["cutoff"]).reshape(())}
-        _, *both = law.corrupt(truth.time, dense["gyro"], dense["accel"], cutoff, np.random.default_rng())
+    for law, link in ((law, link) for link in chain if (law := link.law) is not None and law.filters):
+        numbers = {p.name: np.asarray(link.values[p.name]).reshape(p.shape) for p in law.parameters}
+        _, *both = law.corrupt(truth.time, dense["gyro"], dense["accel"], numbers, np.random.default_rng())
         dense = dict(zip(("gyro", "accel"), both, strict=True))
     at = np.clip(time.value[:, 0] - first, 0.0, truth.time[-1]) / step
     gyro, accel = interpolate(dense["gyro"], at), interpolate(dense["accel"], at)
@@ -147,11 +145,9 @@ def angle_read(truth: Truth, start: float, stamps: Array, effects: Effects, firs
     if truth.joint_angle is None:
         raise InputError(f"encoder: expected a hinge rig, got '{truth.rig}'")
     angle = truth.joint_angle
-    for link in (link for _, link in effects if link.effect == "backlash"):
-        gap = float(np.ravel(link.values.get("gap", np.zeros(1)))[0])
-        if "gap" in link.signals:
-            gap = float(np.interp(first, link.time, link.signals["gap"][:, 0]))
-        angle = Backlash.played(angle, float(np.ravel(link.values["range"])[0]), gap)
+    for law, link in ((law, link) for _, link in effects if (law := link.law) is not None and law.acts("encoder")):
+        begun = {name: np.asarray(np.interp(first, link.time, x[:, 0])) for name, x in link.signals.items()}
+        angle = law.encoder_reads(angle, {**link.values, **begun})
     step = float(truth.time[1] - truth.time[0])
     return interpolate(angle[:, None], np.clip(stamps - start - first, 0.0, truth.time[-1]) / step)[:, 0]
 
@@ -171,9 +167,7 @@ def torque_of(effects: Effects, start: float) -> Torque | None:
 
 def _jets(law: Effect, link: Link, rng: np.random.Generator | None) -> dict[str, Jet] | None:
     """Return the numbers of a law that adds to readings or moves their time; None where some are missing."""
-    values = dict(link.values)
-    if link.effect == "vibration" and "sine" not in values and "amplitude" in values:
-        values = phased(values, rng or np.random.default_rng(0))
+    values = law.of_report(link.values, rng or np.random.default_rng(0))
     names = [p.name for p in law.parameters]
     if not set(names) <= set(values):
         return None
@@ -185,19 +179,23 @@ def _sampled(
 ) -> tuple[Array, Array, Array]:
     """Return samples with what happens to them one by one."""
     std = list(noise)
-    for link in (x for x in chain if x.effect in NOISES):
-        std[NOISES[link.effect]] = float(np.ravel(link.values["std"])[0])
-    for links in (FIRST, ("noise",), LAST):
-        if links == ("noise",) and rng is not None:
-            gyro, accel = (x + s * rng.standard_normal(x.shape) for x, s in zip((gyro, accel), std, strict=True))
-        for link in (x for name in links for x in chain if x.effect == name):
-            law = link.law
-            chance = link.effect in ("impacts", "dropouts")
-            if law is None or (chance and rng is None):
+    for fault in Fault:
+        links = [x for x in chain if traits_of(x.effect).fault is fault]
+        if fault is Fault.NOISY:
+            for link in links:
+                std[("gyro", "accel").index(traits_of(link.effect).channel)] = float(np.ravel(link.values["std"])[0])
+            if rng is not None:
+                gyro, accel = (x + s * rng.standard_normal(x.shape) for x, s in zip((gyro, accel), std, strict=True))
+            continue
+        for law, link in ((law, link) for link in links if (law := link.law) is not None):
+            if fault.by_chance and rng is None:
                 continue
-            values = {k: np.asarray(v) if k == "times" else np.ravel(v)[0] for k, v in link.values.items()}
+            several = {f.name for f in law.found if f.shape}
+            values = {k: np.asarray(v) if k in several else np.ravel(v)[0] for k, v in link.values.items()}
             stamps, gyro, accel = law.corrupt(stamps, gyro, accel, values, rng or np.random.default_rng(0))
     return stamps, gyro, accel
 
 
-__all__ = ["Chain", "Effects", "Link", "angle_read", "at_place", "chained", "moves_time", "read_by", "torque_of"]
+__all__ = [
+    "Chain", "Effects", "Link", "angle_read", "at_encoder", "at_place", "chained", "moves_time", "read_by", "torque_of",
+]  # fmt: skip

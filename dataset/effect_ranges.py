@@ -14,12 +14,10 @@ from imubench.dataset.rig_ranges import FARTHEST, FASTEST, GYRATION, SPRING_NUMB
 from imubench.effects import EFFECTS
 from imubench.effects.effect import Parameter
 from imubench.errors import InputError, unknown
-from imubench.sim.injected import INJECTED, JOINTED, SLIDING, SWUNG
+from imubench.sim.injected import all_injectable, injectable
 
 IMUS = ("imu1", "imu2")
 PLACES = {"imu": IMUS, "joint": ("joint",), "body": ("body",), "world": ("world",)}
-BY_HAND = (*SLIDING, *JOINTED, "moving_pivot")  # no forces alone move what is told where it goes
-CLOCKS = ("time_offset", "clock_skew")  # seen only beside another clock: at imu2, if nothing else is said
 SPRUNG = ("soft_mount", "rocking_mount")
 SLIP_TIME = ("mount_shift", "time")
 OPTIONAL = (SLIP_TIME, ("joint_play", "frequency"), ("joint_play", "damping_ratio"))
@@ -75,10 +73,11 @@ class EffectRange:
 
     def suits(self, shown: Shown) -> bool:
         """Return whether a recording can have it."""
-        if self.name == "backlash" and not shown.encoder:
+        law = EFFECTS[self.name]
+        if law.acts("encoder") and not shown.encoder:
             return False
-        fits = not shown.free if self.name in BY_HAND else shown.free or self.name not in SWUNG
-        return fits and shown.family in EFFECTS[self.name].rigs
+        fits = not shown.free if law.by_hand else shown.free or not law.rolled_out
+        return fits and shown.family in law.rigs
 
     def draw(self, rng: np.random.Generator, places: Sequence[str], seconds: float) -> list[dict[str, Any]]:
         """Return the effects on a recording of `seconds` s, of a rig with these places: name, place, parameters."""
@@ -104,8 +103,8 @@ class EffectRange:
 def parse_effect(table: Mapping[str, Any], where: str) -> EffectRange:
     """Return one `[[effect]]`; `InputError` for an unknown name or place, or a parameter out of bounds."""
     name = table.get("name")
-    if not isinstance(name, str) or name not in INJECTED:
-        raise unknown(f"{where}.name", name, INJECTED)
+    if not isinstance(name, str) or not injectable(name):
+        raise unknown(f"{where}.name", name, all_injectable())
     shapes = _shapes(name)
     known = [*shapes, *(["channels"] if name in CHANNELLED else []), *(["mode"] if name == "dropouts" else [])]
     check_keys(table, ("name", "at", "probability", *known), where)
@@ -140,7 +139,7 @@ def _shapes(name: str) -> Mapping[str, tuple[int, ...]]:
 
 def _places(table: Mapping[str, Any], name: str, where: str) -> tuple[str, ...]:
     known = PLACES[EFFECTS[name].place]
-    default = ["imu2"] if name in CLOCKS else list(known)
+    default = ["imu2"] if EFFECTS[name].between_sensors else list(known)  # seen only beside another clock
     given = table.get("at", default)
     places = [given] if isinstance(given, str) else given
     if not isinstance(places, list) or not places:

@@ -20,7 +20,7 @@ from imubench.inputs.files import below, plain_name, read_bytes
 from imubench.inputs.limits import BINARY_BYTES
 from imubench.inputs.toml import parse_toml
 from imubench.recording import RIGS
-from imubench.sim.injected import SWUNG
+from imubench.sim.injected import rolled_out
 
 KEYS = (
     "format", "name", "summary", *TERMS, "seconds", "rate", "recordings_per_rig", "recordings_per_file",
@@ -145,7 +145,7 @@ def _check_fits(spec: Spec, where: str) -> None:
     for e in spec.effects:
         if e.name == "backlash" and spec.encoder is None:
             raise InputError(f"{where}: backlash: expected an [encoder], which it shows in, got none")
-        if e.name in SWUNG and not any(m.kind == SwingMotion.kind for m in spec.motions):
+        if rolled_out(e.name) and not any(m.kind == SwingMotion.kind for m in spec.motions):
             raise InputError(
                 f"{where}: {e.name}: expected a motion of kind '{SwingMotion.kind}', which it shows in, got none"
             )

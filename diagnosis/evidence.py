@@ -94,12 +94,13 @@ class Played:
     hinge_angle: Array | None = None  # (n,) rad
     force: Array | None = None  # (n, 3) m/s^2, segment 1's specific force at its origin; None: the position says it
     fitted: tuple[FittedEffect, ...] = ()  # the effects that it was recovered with, and what has no name
+    play: Array | None = None  # (2, n) rad, how a limb turned about the axis of its play and beside it, where told
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", frozen_time(self.time, "motion.time"))
         n = self.time.size
         for key, shape in (
-            ("quaternion1", (n, 4)), ("position", (n, 3)), ("hinge_angle", (n,)), ("force", (n, 3)),
+            ("quaternion1", (n, 4)), ("position", (n, 3)), ("hinge_angle", (n,)), ("force", (n, 3)), ("play", (2, n)),
         ):  # fmt: skip
             if getattr(self, key) is not None:
                 object.__setattr__(self, key, frozen(getattr(self, key), shape, f"motion.{key}"))

@@ -60,7 +60,8 @@ from imubench.diagnosis.verdict.timed_out import NAMELESS as UNNAMED
 from imubench.diagnosis.verdict.timed_out import doubted, not_fitted, verdict_when_stopped, with_rest
 from imubench.diagnosis.verdict.trust import allowed, doubts
 from imubench.diagnosis.verdict.without_finding import moves_of, together, with_moves
-from imubench.effects.effect import Effect
+from imubench.effects import traits_of
+from imubench.effects.traits import Fault
 from imubench.progress import Step, silent
 from imubench.recording import Recording, require_known_rig
 
@@ -116,7 +117,7 @@ def diagnose(
         rest = not_told(rest, samples.findings)
         noises = tuple(f for f in rest if f.effect != UNKNOWN)
         rest = tuple(f for f in rest if f.effect == UNKNOWN)
-        now |= {f"{f.at}.{f.effect.removesuffix('_noise')}": float(f.parameters["std"].value) for f in noises}
+        now |= {f"{f.at}.{traits_of(f.effect).channel}": float(f.parameters["std"].value) for f in noises}
         after = fit_summary.weighed(best, now)
         partly = bool(budget.not_tried) and chosen is not None
         rest = with_rest(rest, after) if partly else rest
@@ -261,7 +262,9 @@ def not_told(rest: Sequence[Finding], told: Sequence[Finding]) -> tuple[Finding,
 
     Rounding goes with the signal. A knock that stays in the fit is loud, and no term has it: it gains nothing there.
     """
-    rounded, struck = ({f.at for f in told if f.effect == effect} for effect in ("quantisation", "impacts"))
+    rounded, struck = (
+        {f.at for f in told if traits_of(f.effect).fault is fault} for fault in (Fault.ROUNDED, Fault.STRUCK)
+    )
     loud = [f for f in rest if f.effect == UNKNOWN and not f.heldout_gain.value]
     return tuple(f for f in rest if f.at not in rounded and not (f in loud and f.at in struck))
 
@@ -274,7 +277,7 @@ def numbered(chosen: Selection | None, kept: Collection[tuple[str, str]]) -> Fit
     if chosen is None:
         return None
     gone = [k.hypothesis.effect for k in chosen.kept if (k.hypothesis.effect.name, k.hypothesis.at) not in kept]
-    return chosen.numbers if all(type(effect).error is not Effect.error for effect in gone) else None
+    return chosen.numbers if all(effect.acts("error") for effect in gone) else None
 
 
 __all__ = ["diagnose", "not_told"]

@@ -20,6 +20,8 @@ CLOSE = {"gyro": 0.01, "accel": 0.1}  # rad/s, m/s^2: how closely it obeys
 
 class _Filter(Effect):
     name, place = "low_pass", "imu"
+    phrase = "a low-pass filter in {imu}"
+    filters, leaves_to = True, ("time_offset", "gyro_scale", "accel_scale")
     of_the_sensor = NEXT_CUTOFF
     parameters = (Parameter("cutoff", (), "Hz", 0.9, start=20.0, log=True),)
 
@@ -68,6 +70,11 @@ class LowPass(_Filter):
             out.append(Equation(channel, y + rate / speed - met[channel], CLOSE[channel]))
         return out
 
+    def far_quicker(
+        self, time: Array, beside: Mapping[str, Array], slope: Mapping[str, Array], delay: float
+    ) -> "QuickLowPass":
+        return QuickLowPass(time, beside, slope, delay)
+
 
 class QuickLowPass(_Filter):
     """The same where it is far quicker than the motion: a delay tau = 1 / (2 pi cutoff), and little beside.
@@ -77,6 +84,7 @@ class QuickLowPass(_Filter):
     """
 
     law = "y(t) = x(t - tau) + c(t) + (tau - tau_0) c'(t), tau = 1 / (2 pi cutoff), c held"
+    renewed = True
 
     def __init__(self, time: Array, beside: Mapping[str, Array], slope: Mapping[str, Array], delay: float) -> None:
         """Take times (n,) s of the world, what gyro and accel (n, 3) read beside a `delay` in s, and that by s."""

@@ -1,66 +1,25 @@
 """What an effect is: one physical law, its parameters, and where in the chain of a measurement it acts."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from imubench.arrays import Array
+from imubench.effects.parameters import Change, Found, Parameter
+from imubench.effects.traits import OF_FAULT, Correction, Traits
 from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.links import Link, Motion
 from imubench.recording import Imu, Recording
 
+if TYPE_CHECKING:
+    from imubench.sim.rigs import Mount, Rig
+
 Place = Literal["imu", "joint", "body", "world"]
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter of a law: its shape, unit, and how large it may plausibly be."""
-
-    name: str
-    shape: tuple[int, ...]  # () a number, (3,) an array
-    unit: str
-    std: float  # of the prior about `start`, in `unit`
-    start: float | tuple[float, ...] = 0.0  # where a fit begins, and the prior's centre
-    log: bool = False  # positive: the fit moves its logarithm, and `std` is that of the logarithm
-    sided: bool = False  # nature knows it only at or above zero, though the fit may go below
-    reported: bool = True  # False: the law needs it, the table of effects does not name it
-
-    @property
-    def width(self) -> int:
-        """How many numbers it is."""
-        return int(np.prod(self.shape, dtype=int))
-
-    @property
-    def centre(self) -> Array:
-        """The prior's centre (k,) in the fit's variable."""
-        start = np.broadcast_to(np.asarray(self.start, dtype=float).reshape(-1), (self.width,))
-        return np.log(start) if self.log else start.copy()
-
-
-@dataclass(frozen=True)
-class Found:
-    """A parameter that is read off the raw samples or the fitted states, not fitted itself."""
-
-    name: str
-    shape: tuple[int | None, ...]  # None: any number of them
-    unit: str
-
-
-@dataclass(frozen=True)
-class Change:
-    """How far the numbers of an effect go from one recording of a sensor to the next, as standard deviations."""
-
-    std: float = 0.0  # in the number's unit
-    share: float = 0.0  # of the number
-
-    def of(self, value: Array) -> Array:
-        """Return the standard deviations (k,) of numbers (k,)."""
-        return np.asarray(np.hypot(self.std, self.share * value))
 
 
 @dataclass(frozen=True)
@@ -140,11 +99,16 @@ class State:
 
 
 Values = Mapping[str, Jet]
+Numbers = Mapping[str, Array]  # parameter -> (k,), as a diagnosis reports or a simulation is given it
+Stage = Literal[
+    "clock", "gravity", "joint", "encoder", "mount", "filtered", "error", "lighter", "torque", "equations", "corrupt"
+]
+"""Where in the chain of a measurement an effect may act: the method that its class overrides."""
 Setting = float | str | tuple[str, ...]
 
 
-class Effect:
-    """One left-out law. A subclass names it and overrides the stage where it acts.
+class Effect(Traits):
+    """One left-out law. A subclass names it, overrides the stage where it acts and declares what is special of it.
 
     Everything is written on `Jet`, so the same lines simulate (no derivatives) and fit (exact Jacobian).
     Objects of one class may differ in their settings: they share the name and are told apart by `variant`.
@@ -217,6 +181,30 @@ class Effect:
         """Return the windows in s since the start in which its sensor moves as the law does not say."""
         return ()
 
+    def acts(self, *stages: Stage) -> bool:
+        """Return whether the effect acts at one of some stages."""
+        return any(getattr(type(self), stage) is not getattr(Effect, stage) for stage in stages)
+
+    @property
+    def borne(self) -> bool:
+        """Whether it goes along where the sensor is put on another segment: no mount's, and no seat's."""
+        return self.place == "imu" and self.on_sensor and not self.acts("mount")
+
+    @property
+    def correction(self) -> Correction:
+        """What is done about it in a recording that is corrected."""
+        if self.fault is not None:
+            return OF_FAULT[self.fault]
+        if self.misplaces:
+            return Correction.MOUNT
+        if self.free:
+            return Correction.FREE
+        if self.acts("torque", "lighter"):
+            return Correction.SHAPED
+        if self.acts("gravity"):
+            return Correction.GRAVITY
+        return Correction.CLOCK if self.between_sensors else Correction.TAKEN_OUT
+
     @property
     def numbers(self) -> int:
         """How many numbers its parameters are."""
@@ -231,6 +219,50 @@ class Effect:
     def free(self) -> bool:
         """Whether its states are splines without a law, which take what they can of anything."""
         return bool(self.states) and not self.lawful
+
+    def known_parts(self) -> Iterator[tuple["Effect", Parameter, Array, Array]]:
+        """Yield what numbers of other effects its own (k,) stand for: effect, parameter (w,), M (w, k) and c (w,).
+
+        The other's numbers are M x + c. Of what stands for none, nothing.
+        """
+        yield from ()
+
+    def far_quicker(
+        self, time: Array, beside: Mapping[str, Array], slope: Mapping[str, Array], delay: float
+    ) -> "Effect":
+        """Return a filter as it is where it is far quicker than a motion that is known: a delay, and little beside.
+
+        Args:
+            time: (n,) s, of the world.
+            beside: gyro and accel (n, 3) that it reads beside one that only delays by `delay`, in rad/s and m/s^2.
+            slope: the same by the delay, per second.
+            delay: s, about which both are taken.
+
+        Raises:
+            ValueError: for what is no filter.
+        """
+        raise ValueError(f"{self.name}: expected a filter, got none")
+
+    def at_moments(self, moments: Array) -> "Effect":
+        """Return what begins anew at every one of some moments (k,) s, without a moment among its parameters.
+
+        Raises:
+            ValueError: for what does not begin once, at a mount.
+        """
+        raise ValueError(f"{self.name}: expected an effect that begins once, got another one")
+
+    def bending(self, size: Array) -> "Effect":
+        """Return the same on springs whose stiffness changes with how far they are pushed, `size` (3,) of it.
+
+        Raises:
+            ValueError: for what is not on straight springs.
+        """
+        raise ValueError(f"{self.name}: expected straight springs, got none")
+
+    @property
+    def straight_springs(self) -> bool:
+        """Whether it is on springs that pull with how far they are pushed."""
+        return False
 
     def clock(self, time: Jet, p: Values) -> Jet:
         """Return the world's time (n, 1) at stamps (n, 1)."""
@@ -288,3 +320,59 @@ class Effect:
     ) -> tuple[Array, Array, Array]:
         """Return time (n,), gyro (n, 3) and accel (n, 3) as the samples of a plain simulation come out."""
         return time, gyro, accel
+
+    # What follows plays an effect in MuJoCo or out of a report: numbers in, no derivatives.
+
+    @property
+    def rolled_out(self) -> bool:
+        """Whether it shows only where a body is let go: it drives the equation of motion of a free swing."""
+        return self.acts("torque", "lighter")
+
+    @property
+    def by_hand(self) -> bool:
+        """Whether it says where a joint or a sensor goes, which no forces alone do."""
+        return self.acts("joint") or (self.acts("mount") and not self.misplaces and not self.on_springs)
+
+    @property
+    def drives(self) -> bool:
+        """Whether it enters the equation of motion of a free swing."""
+        return self.acts("torque", "lighter", "gravity")
+
+    @property
+    def in_the_rig(self) -> bool:
+        """Whether the rig that MuJoCo plays has it in: in a mount, in a joint, in the world."""
+        return any(getattr(type(self), name) is not getattr(Effect, name) for name in ("on_mount", "on_rig"))
+
+    def on_mount(self, mount: "Mount", numbers: Numbers) -> "Mount":
+        """Return a mount of MuJoCo's rig with the effect in it."""
+        return mount
+
+    def on_rig(self, rig: "Rig", numbers: Numbers, weighed: bool) -> "Rig":
+        """Return MuJoCo's rig with what the effect does to its joint, its bodies or its world.
+
+        `weighed`: whether its bodies are as a recording declares them. What `numbers` leaves out is as the law's prior
+        has it.
+        """
+        return rig
+
+    def injected_mount(self, mount: "Mount", numbers: Numbers) -> "Mount":
+        """Return a mount with the effect in it that a simulation is given; its numbers are as they are."""
+        return self.on_mount(mount, numbers)
+
+    def injected_rig(self, rig: "Rig", numbers: Numbers) -> "Rig":
+        """Return the rig with the effect in it that a simulation is given; its numbers are as they are."""
+        return self.on_rig(rig, numbers, weighed=False)
+
+    def encoder_reads(self, angle: Array, numbers: Numbers) -> Array:
+        """Return what an encoder reads (n,) rad of a joint that turns through `angle` (n,) rad."""
+        return angle
+
+    def of_report(self, numbers: Numbers, rng: np.random.Generator) -> Numbers:
+        """Return numbers of the law's own parameters for those that a report names; what nobody told is drawn."""
+        return numbers
+
+
+__all__ = [
+    "Change", "Effect", "Equation", "Error", "Found", "Numbers", "Parameter", "Place", "Reading", "Scene", "Setting",
+    "Stage", "State", "Values",
+]  # fmt: skip

@@ -5,14 +5,17 @@ hand holds a pivot within 0.5 m/s^2; the teeth of a gear leave a hundredth of a 
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.effects.effect import Effect, Equation, Found, Parameter, Scene, State, Values
+from imubench.effects.effect import Effect, Equation, Found, Numbers, Parameter, Scene, State, Values
 from imubench.effects.smooth import beyond, magnitude
+from imubench.effects.traits import Alike
 from imubench.jets import Jet
 from imubench.links import Link, shift, spin
+from imubench.sim.rigs import Rig
 
 STOP, EDGE = 0.1, 0.02  # of backlash's range: over which its stops take hold, and begin to
 RANGES = np.array([0.003, 0.006, 0.012, 0.025, 0.05])  # rad, of backlash, where a fit may begin
@@ -24,30 +27,60 @@ class AxisCoupling(Effect):
     """Segment 2 turns across the hinge axis as the hinge turns."""
 
     name, place, law = "axis_coupling", "joint", "R2 = R1 Ry(q) Rx(c1 q) Rz(c2 q)"
+    phrase = "a rotation off the hinge axis that follows the hinge angle"
     rigs, needs = ("hinge",), ("imus",)
+    alike = (
+        Alike(
+            "skin_sliding",
+            "a turn that follows the hinge angle, before or after the sensor",
+            "skin_sliding at imu2, nearly",
+            at="joint",
+            other_at="imu2",
+        ),
+    )
     parameters = (Parameter("coupling", (2,), "rad/rad", 0.1),)
 
     def joint(self, link: Link, scene: Scene, p: Values) -> Link:
         angle, c = scene.turned(), p["coupling"]
         return link @ spin(0, *(c[[0]] * q for q in angle)) @ spin(2, *(c[[1]] * q for q in angle))
 
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        return replace(rig, coupling=np.asarray(numbers["coupling"], dtype=float))
+
 
 class MovingCentre(Effect):
     """Segment 2's origin moves in segment 1 as the hinge turns."""
 
     name, place, law = "moving_centre", "joint", "segment 2's origin at slide q in segment 1"
+    phrase = "a joint centre that moves with the hinge angle"
     rigs, needs = ("hinge",), ("imus",)
-    parameters = (Parameter("slide", (3,), "m/rad", 0.02),)
+    alike = (
+        Alike(
+            "skin_sliding",
+            "the second segment seen from the first sensor moves alike",
+            "skin_sliding at imu1 with the opposite slide, with a free base",
+            at="joint",
+            other_at="imu1",
+            base="free",
+        ),
+    )
+    parameters = (Parameter("slide", (3,), "m/rad", 0.02, axes="segment"),)
 
     def joint(self, link: Link, scene: Scene, p: Values) -> Link:
         return shift(*(p["slide"] * q for q in scene.turned())) @ link
+
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        return replace(rig, centre=np.asarray(numbers["slide"], dtype=float))
 
 
 class MovingPivot(Effect):
     """The pendulum's pivot accelerates, in world axes."""
 
     name, place, law = "moving_pivot", "joint", "the pivot accelerates, `std` on each axis within `band`"
+    phrase = "a pivot that does not stay in its place"
     rigs = ("pendulum",)
+    carries_joint = True
+    slow_share = 0.6  # of an accelerometer that walks 0.4, of one that rectifies 0.2 to 0.6, of pivots 0.98 and more
     states = (State("acceleration", 3, 0.5),)
     found = (Found("std", (), "m/s^2"), Found("band", (2,), "Hz"))
 
@@ -63,6 +96,14 @@ class MovingPivot(Effect):
         ends = np.searchsorted(power, np.array(BAND) * power[-1])
         return {"std": np.sqrt(np.mean(x**2)), "band": np.fft.rfftfreq(len(x), step)[ends]}
 
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        """Where the pivot goes is in the motion."""
+        return replace(rig, pivot_moves=True)
+
+    def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
+        """With the motion that moves it; see `sim.injected.carried`."""
+        return rig
+
 
 class Backlash(Effect):
     """The encoder's side of the joint follows with free play: the gap between the two sides stays within a range.
@@ -72,6 +113,7 @@ class Backlash(Effect):
     """
 
     name, place, law = "backlash", "joint", "the encoder reads q - d, |d| <= range, d' = q' until a stop is met"
+    phrase = "backlash between joint and encoder"
     rigs, needs = ("hinge",), ("encoders", "imus")
     states = (State("gap", 1, 0.02),)
     parameters = (Parameter("range", (), "rad", 1.0, start=0.01, log=True),)
@@ -92,6 +134,11 @@ class Backlash(Effect):
     def follow(self, scene: Scene, p: Values) -> dict[str, Array]:
         angle = scene.turned()[0].value[:, 0]
         return {"gap": (angle - self.played(angle, float(p["range"].value[0, 0])))[:, None]}
+
+    def encoder_reads(self, angle: Array, numbers: Numbers) -> Array:
+        """The gap at first is `gap` rad, nothing where nobody told it."""
+        range_, gap = (float(np.ravel(numbers.get(key, np.zeros(1)))[0]) for key in ("range", "gap"))
+        return self.played(angle, range_, gap)
 
     @staticmethod
     def played(angle: Array, range_: float, gap: float = 0.0) -> Array:

@@ -8,7 +8,7 @@ and each effect adds to the reading what it does with its part of z (`sensor_err
 to m as tightly as the earlier recording tells, errors of any numbers that it could tell only together included.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import accumulate
 
 import numpy as np
@@ -38,6 +38,14 @@ class KnownErrors(Effect):
         self.parameters = (Parameter(NUMBERS, (len(expected),), "1", 1.0),)
         widths = [p.width for e in self.effects for p in e.parameters]
         self._ends = list(accumulate(widths))
+
+    def known_parts(self) -> Iterator[tuple[Effect, Parameter, Array, Array]]:
+        first = 0
+        for effect in self.effects:
+            for p in effect.parameters:
+                own = slice(first, first + p.width)
+                first += p.width
+                yield effect, p, np.asarray(self.root[own]), self.expected[own]
 
     def error(self, reading: Reading, p: Values) -> Error:
         numbers = p[NUMBERS].at(self.root) + self.expected

@@ -15,13 +15,17 @@ of 4.5 either way); its centre of mass is 0.15 m from its joint, its radius of g
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.effects.effect import Effect, Equation, Found, Parameter, Scene, State, Values
+from imubench.effects.effect import Effect, Equation, Found, Numbers, Parameter, Scene, State, Values
+from imubench.effects.traits import Correction
 from imubench.jets import Jet, cross, dot
 from imubench.links import Link, small_turn, spin
+from imubench.sim.joints import Play
+from imubench.sim.rigs import Rig, Segment
 
 QUICK, WHOLE = 0.5, 0.8  # s, windows in which play's direction and its range are seen
 REACHED = 0.9  # of the windows, that span less than what is reported as a range
@@ -30,6 +34,8 @@ REACH = 0.25  # of a range, how well it is known: what drifts widens it
 WITHIN, SPRUNG = 0.95, 0.15  # of the time, that springs are within what is reported; of that, how well it is known
 FREQUENCIES = np.array([1.5, 3.0, 6.0, 12.0])  # Hz, starts an octave apart
 DIRECTIONS = np.linspace(0.0, np.pi, 8, endpoint=False)  # rad; beyond they come again
+BEYOND = 4.0  # of the range that springs are within most of the time: where their stops are put
+NARROW = 0.1  # of its gyration radius: how far off its axis a loose limb's com is put; see `loose`
 X, Z = np.array([[1.0], [0.0], [0.0]]), np.array([[0.0], [0.0], [1.0]])
 
 
@@ -37,7 +43,10 @@ class JointPlay(Effect):
     """Segment 2 rotates about one axis across the hinge's, within a range, and may fall from one side to the other."""
 
     name, place, law = "joint_play", "joint", "R2 = R1 Ry(q) exp(phi e), |phi| < range"
+    phrase = "play across the hinge axis"
     rigs, needs = ("hinge",), ("imus",)
+    loosens = knocks = True
+    slow_share = 0.1  # of two mounts that creep 0.002 and 0.005, of play 0.6
     states: tuple[State, ...] = (State("rotation", 1, 0.04, jumps=True),)
     parameters: tuple[Parameter, ...] = (Parameter("direction", (), "rad", 2.0),)
     found: tuple[Found, ...] = (Found("range", (), "rad"),)
@@ -57,6 +66,19 @@ class JointPlay(Effect):
         """Of other windows, and a quarter: eleven of two blind runs were off by 29 % RMS, -43 to 29 %."""
         whole = windows(states["rotation"], step, WHOLE)[:, :, 0]
         return {"range": np.hypot(np.std([reached(w) for w in drawn(whole)]), REACH * reached(whole))}
+
+    @property
+    def correction(self) -> Correction:
+        """On springs, too: a report tells neither how stiff they are nor which of the kinds it is."""
+        return Correction.FREE
+
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        return replace(rig, play=Play(_reach(numbers), _direction(numbers)))
+
+    def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
+        """On springs where a frequency is told, and within its range all the same."""
+        frequency, ratio = (float(numbers.get(key, np.zeros(()))) for key in ("frequency", "damping_ratio"))
+        return replace(rig, play=Play(float(numbers["range"]), float(numbers["direction"]), frequency, ratio))
 
 
 class WobblyPlay(JointPlay):
@@ -118,6 +140,42 @@ class SpringyPlay(JointPlay):
         w = 2 * np.pi * p["frequency"]
         pull = 2.0 * p["damping_ratio"] * w * rate + w * w * phi
         return [Equation("balance", accel + pull + p["share"] * load, 0.1)]
+
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        """Springs of which nothing beyond a range was seen have no stops there: these would come on top of the fit's.
+
+        A share above 1 no inertia has: it is taken as 1.
+        """
+        if "frequency" not in numbers:
+            return super().on_rig(rig, numbers, weighed)
+        share = min(float(numbers.get("share", 1.0)), 1.0)
+        frequency, ratio = float(numbers["frequency"]), float(numbers["damping_ratio"])
+        play = Play(BEYOND * _reach(numbers), _direction(numbers), frequency, ratio, share)
+        if weighed or "arm" not in numbers:
+            return replace(rig, play=play)
+        return replace(rig, play=play, segments=(*rig.segments[:-1], loose(rig.segments[-1], play, numbers["arm"])))
+
+
+def _reach(numbers: Numbers) -> float:
+    """Return a play's range in rad; MuJoCo has none of nothing."""
+    return max(float(numbers.get("range", 0.0)), 1e-6)
+
+
+def _direction(numbers: Numbers) -> float:
+    return float(numbers.get("direction", 0.0))
+
+
+def loose(segment: Segment, play: Play, arm: Array) -> Segment:
+    """Return the segment whose play has the load -e . (w' + arm x f), in units of its inertia about e.
+
+    With c across e and the same inertia I0 about every axis through the com, I0 + m c^2 = m k^2 about e, arm = c / k^2.
+    What is of second order, e . (w x I w), is (c / k)^2 of that and not in the law: c / k is made small.
+    """
+    across = arm - play.axis * (play.axis @ arm)
+    size = max(float(np.linalg.norm(across)), 1e-3)
+    k = NARROW / size
+    com = k**2 * across
+    return Segment(segment.mass, com, np.full(3, segment.mass * (k**2 - com @ com)), segment.length)
 
 
 def along(direction: Jet) -> Jet:

@@ -4,12 +4,13 @@ Each law is that of plain arrays: `corrupt` turns what a simulation samples into
 """
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from imubench.arrays import Array
 from imubench.effects.effect import Change, Effect, Found
+from imubench.effects.traits import Fault
 
 Samples = tuple[Array, Array, Array]
 Channel = Literal["gyro", "accel"]
@@ -41,6 +42,7 @@ class Saturation(_Channelled):
     """The sensor's range ends."""
 
     name, law = "saturation", "y = x clipped at +-limit"
+    phrase, fault = "readings of {imu} that are clipped", Fault.CLIPPED
 
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
@@ -57,6 +59,7 @@ class Quantisation(_Channelled):
     """The sensor's steps are coarse."""
 
     name, law = "quantisation", "y = x rounded to a multiple of step"
+    phrase, fault = "readings of {imu} that are rounded to steps", Fault.ROUNDED
     of_the_sensor = NEXT_STEP
 
     def __init__(self, channel: Channel) -> None:
@@ -74,6 +77,7 @@ class Dropouts(Effect):
     """Samples are lost: their rows are missing, or the last value is held."""
 
     name, place, law = "dropouts", "imu", "a fraction of the samples lost at random"
+    phrase, fault = "samples of {imu} that are lost", Fault.LOST
     found = (Found("fraction", (), "1"),)
 
     def __init__(self, mode: Literal["missing", "held"]) -> None:
@@ -95,6 +99,7 @@ class Impacts(Effect):
     """Short knocks against the sensor."""
 
     name, place, law = "impacts", "imu", "a short pulse of specific force at each of `times`"
+    phrase, fault = "knocks on {imu}", Fault.STRUCK
     found = (Found("times", (None,), "s"),)
 
     def corrupt(
@@ -114,6 +119,8 @@ class GyroNoise(_Channelled):
     """The gyroscope is noisier than declared."""
 
     name, law = "gyro_noise", "white noise, `std` its total per sample"
+    phrase: ClassVar[str] = "more noise of {imu}'s gyroscope than declared"
+    fault = Fault.NOISY
     of_the_sensor = NEXT_NOISE
     found = (Found("std", (), "rad/s"),)
 
@@ -133,6 +140,7 @@ class AccelNoise(GyroNoise):
     """The accelerometer is noisier than declared."""
 
     name = "accel_noise"
+    phrase = "more noise of {imu}'s accelerometer than declared"
     found = (Found("std", (), "m/s^2"),)
 
     def __init__(self) -> None:

@@ -15,6 +15,7 @@ change. Limits of data sheets are taken as three standard deviations, temperatur
 import numpy as np
 
 from imubench.effects.effect import Change, Effect, Error, Parameter, Reading, Values
+from imubench.effects.traits import Alike
 from imubench.jets import Jet, stack
 
 NEXT_GYRO_BIAS, NEXT_ACCEL_BIAS = Change(2.9e-3), Change(0.049)  # rad/s, m/s^2
@@ -26,6 +27,9 @@ class GyroBias(Effect):
     """A constant offset of the gyroscope."""
 
     name, place, law = "gyro_bias", "imu", "y = x + bias"
+    phrase = "a constant offset of {imu}'s gyroscope"
+    channel = "gyro"
+    time_power, additive, in_every_sensor = 0, True, True
     parameters = (Parameter("bias", (3,), "rad/s", 0.05),)
     of_the_sensor = NEXT_GYRO_BIAS
 
@@ -37,6 +41,9 @@ class AccelBias(Effect):
     """A constant offset of the accelerometer."""
 
     name, place, law = "accel_bias", "imu", "y = x + bias"
+    phrase = "a constant offset of {imu}'s accelerometer"
+    channel = "accel"
+    time_power, additive = 0, True
     parameters = (Parameter("bias", (3,), "m/s^2", 0.5),)
     of_the_sensor = NEXT_ACCEL_BIAS
 
@@ -48,6 +55,9 @@ class GyroDrift(Effect):
     """An offset of the gyroscope that grows from zero at the start."""
 
     name, place, law = "gyro_drift", "imu", "y = x + rate t"
+    phrase = "an offset of {imu}'s gyroscope that grows with time"
+    channel = "gyro"
+    time_power, additive = 1, True
     parameters = (Parameter("rate", (3,), "rad/s^2", 0.002),)
 
     def error(self, reading: Reading, p: Values) -> Error:
@@ -58,6 +68,9 @@ class AccelDrift(Effect):
     """An offset of the accelerometer that grows from zero at the start."""
 
     name, place, law = "accel_drift", "imu", "y = x + rate t"
+    phrase = "an offset of {imu}'s accelerometer that grows with time"
+    channel = "accel"
+    time_power, additive = 1, True
     parameters = (Parameter("rate", (3,), "m/s^3", 0.02),)
 
     def error(self, reading: Reading, p: Values) -> Error:
@@ -68,6 +81,9 @@ class GyroScale(Effect):
     """Each axis of the gyroscope reads too much or too little."""
 
     name, place, law = "gyro_scale", "imu", "y_i = (1 + scale_i) x_i"
+    phrase = "a scale error of {imu}'s gyroscope"
+    channel = "gyro"
+    additive = True
     parameters = (Parameter("scale", (3,), "1", 0.05),)
     of_the_sensor = NEXT_GYRO_SCALE
 
@@ -79,6 +95,19 @@ class AccelScale(Effect):
     """Each axis of the accelerometer reads too much or too little."""
 
     name, place, law = "accel_scale", "imu", "y_i = (1 + scale_i) x_i"
+    phrase = "a scale error of {imu}'s accelerometer"
+    channel = "accel"
+    additive = True
+    alike = (
+        Alike(
+            "gravity",
+            "a scale that all accelerometers share is another unit of force",
+            "gravity, where all accelerometers share it, but in free swings",
+            other_at="world",
+            in_swings=False,
+            shared=True,
+        ),
+    )
     parameters = (Parameter("scale", (3,), "1", 0.05),)
     of_the_sensor = NEXT_ACCEL_SCALE
 
@@ -96,6 +125,9 @@ class GyroMisalignment(Effect):
     """The gyroscope's axes are not square to each other, or not where they should be."""
 
     name, place, law = "gyro_misalignment", "imu", "y = (I + M) x, M without diagonal"
+    phrase = "gyroscope axes of {imu} that are not square"
+    channel = "gyro"
+    additive = crosses_axes = True
     parameters = (Parameter("matrix", (6,), "1", 0.05),)
     of_the_sensor = NEXT_MISALIGNMENT
 
@@ -107,6 +139,9 @@ class AccelMisalignment(Effect):
     """The accelerometer's axes are not square to each other, or not where they should be."""
 
     name, place, law = "accel_misalignment", "imu", "y = (I + M) x, M without diagonal"
+    phrase = "accelerometer axes of {imu} that are not square"
+    channel = "accel"
+    additive = crosses_axes = True
     parameters = (Parameter("matrix", (6,), "1", 0.05),)
     of_the_sensor = NEXT_MISALIGNMENT
 
@@ -118,6 +153,8 @@ class GSensitivity(Effect):
     """The gyroscope feels acceleration."""
 
     name, place, law = "g_sensitivity", "imu", "gyro reads x + A f"
+    phrase = "a gyroscope in {imu} that feels acceleration"
+    additive = True
     parameters = (Parameter("matrix", (3, 3), "rad/s per m/s^2", 0.003),)
     of_the_sensor = NEXT_G_SENSITIVITY
 

@@ -6,26 +6,35 @@ either way), lightly damped (0.1, a factor of e either way); it moves by up to a
 """
 
 from copy import copy
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.effects.effect import Effect, Equation, Parameter, Scene, State, Values
+from imubench.effects.effect import Effect, Equation, Numbers, Parameter, Scene, State, Values
 from imubench.jets import Jet, cross
 from imubench.links import Link, shift, small_turn
+from imubench.sim.rigs import HEAVIEST, Mount, springs
 
 FREQUENCIES = np.array([3.0, 4.5, 6.5, 9.5, 14.0, 20.0, 30.0])  # Hz, starts half an octave apart
 GYRATION = 0.015  # m, radius of gyration of an IMU in its box about its pivot
 
 
-def _frequency(axes: int) -> Parameter:
-    return Parameter("frequency", (axes,), "Hz", 0.7, start=10.0, log=True)
+def _frequency(count: int, axes: Literal["sensor", "segment"], about: bool) -> Parameter:
+    return Parameter("frequency", (count,), "Hz", 0.7, start=10.0, log=True, axes=axes, about=about)
 
 
 class Sprung(Effect):
     """What sits on springs and dampers."""
 
+    on_springs = True
+
     size: Array | None = None  # (3,) of its state; springs that bend pull w^2 x (1 + bend (q - 1)), q as in `bent`
+
+    @property
+    def straight_springs(self) -> bool:
+        return self.size is None
 
     def bending(self, size: Array) -> "Sprung":
         """Return the same on springs whose stiffness changes with how far they are pushed, `size` (3,) of it."""
@@ -52,13 +61,14 @@ class SoftMount(Sprung):
     """The sensor is displaced on springs and dampers; the model's pose is that of the unloaded springs."""
 
     name, place = "soft_mount", "imu"
+    phrase = "a soft mount that {imu} moves on as on springs"
     law = "f + 2 z w x' + w^2 x = 0: f the specific force at the sensor, x its displacement, segment axes"
     states = (State("displacement", 3, 0.01),)
 
     def __init__(self, axes: int = 3) -> None:
         self.variant = "" if axes == 3 else "isotropic"
         self.parameters = (
-            _frequency(axes),
+            _frequency(axes, "segment", about=False),
             Parameter("damping_ratio", (), "1", 1.0, start=0.1, log=True),
         )
 
@@ -73,6 +83,9 @@ class SoftMount(Sprung):
         x, rate, _ = scene.own("displacement")
         return [Equation("balance", mount.turn.forth(sensor.force) + self.pull(x, rate, p), 0.1)]
 
+    def on_mount(self, mount: Mount, numbers: Numbers) -> Mount:
+        return replace(mount, translation=springs(numbers["frequency"], numbers["damping_ratio"]))
+
 
 class RockingMount(Sprung):
     """The sensor rocks about a pivot on springs and dampers.
@@ -82,6 +95,8 @@ class RockingMount(Sprung):
     """
 
     name, place = "rocking_mount", "imu"
+    phrase = "a mount that {imu} rocks on"
+    rocks = True
     law = "w' + com x f / gyration^2 + 2 z w0 rho' + w0^2 rho = 0: rho the rotation vector, w' and f the sensor's"
     states = (State("rotation", 3, 0.1),)
     settings = {"gyration": GYRATION}  # noqa: RUF012
@@ -89,10 +104,10 @@ class RockingMount(Sprung):
     def __init__(self, axes: int = 3) -> None:
         self.variant = "" if axes == 3 else "isotropic"
         self.parameters = (
-            _frequency(axes),
-            Parameter("damping_ratio", (axes,), "1", 1.0, start=0.1, log=True),
-            Parameter("com", (3,), "m", 0.003),
-            Parameter("lever", (3,), "m", 0.02),
+            _frequency(axes, "sensor", about=True),
+            Parameter("damping_ratio", (axes,), "1", 1.0, start=0.1, log=True, about=True),
+            Parameter("com", (3,), "m", 0.003, about=True),
+            Parameter("lever", (3,), "m", 0.02, about=True),
         )
 
     def grid(self, seconds: float) -> dict[str, Array]:
@@ -107,6 +122,27 @@ class RockingMount(Sprung):
         pivot = sensor.child(shift(-p["lever"]))
         driven = sensor.accel + cross(p["com"], pivot.force) * (1 / GYRATION**2)
         return [Equation("balance", driven + self.pull(rho[0], small_turn(*rho).rate, p), 0.1)]
+
+    def on_mount(self, mount: Mount, numbers: Numbers) -> Mount:
+        """Only com / gyration^2 shows, and a body that turns about every axis alike is no heavier on one side than so.
+
+        So a body that is too heavy on one side is played by a smaller one of the same com / gyration^2.
+        """
+        com = np.asarray(numbers.get("com", np.zeros(3)), dtype=float)
+        gyration = float(numbers.get("gyration", mount.gyration))
+        smaller = min(1.0, 0.99 * HEAVIEST * gyration / max(float(np.linalg.norm(com)), 1e-12))
+        return self.injected_mount(
+            mount, {**numbers, "com": com * smaller**2, "gyration": np.asarray(gyration * smaller)}
+        )
+
+    def injected_mount(self, mount: Mount, numbers: Numbers) -> Mount:
+        return replace(
+            mount,
+            rotation=springs(numbers["frequency"], numbers["damping_ratio"]),
+            com=numbers["com"],
+            gyration=float(numbers["gyration"]),
+            lever=numbers.get("lever", np.zeros(3)),
+        )
 
 
 EFFECTS: tuple[Effect, ...] = (SoftMount(), SoftMount(axes=1), RockingMount(), RockingMount(axes=1))

@@ -10,11 +10,17 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.effects.effect import Effect, Parameter, Values
+from imubench.effects.traits import Alike
 from imubench.jets import Jet
 from imubench.recording import Recording
 
+COMMON = "a common shift of both clocks only says when the motion was"
+OPPOSITE = "the opposite one at the other sensor, where nothing else has a clock"
+
 
 class _Clock(Effect):
+    between_sensors = additive = True
+
     def places(self, recording: Recording) -> tuple[str, ...]:
         """Only differences show: an encoder's or a measured pose's clock is the measure, else the first IMU's.
 
@@ -29,6 +35,9 @@ class TimeOffset(_Clock):
     """The clock is late by a constant."""
 
     name, place, law = "time_offset", "imu", "stamp t shows the world at t - offset"
+    phrase = "a clock of {imu} that is set wrong"
+    late_by, in_every_sensor = "offset", True
+    alike = (Alike(name, COMMON, OPPOSITE, only_imus=True),)
     parameters = (Parameter("offset", (), "s", 0.05),)
 
     def places(self, recording: Recording) -> tuple[str, ...]:
@@ -50,6 +59,8 @@ class ClockSkew(_Clock):
     """The clock runs fast."""
 
     name, place, law = "clock_skew", "imu", "stamp t shows the world at t / (1 + skew)"
+    phrase = "a clock of {imu} that runs too fast or too slow"
+    alike = (Alike(name, COMMON, OPPOSITE, only_imus=True),)
     parameters = (Parameter("skew", (), "1", 0.003),)
 
     def clock(self, time: Jet, p: Values) -> Jet:
@@ -59,7 +70,4 @@ class ClockSkew(_Clock):
         return {"skew": 0 * values["skew"]}
 
 
-TIME_OFFSET = TimeOffset()
-"""The one that a fit may begin with, whether it is in a library or not."""
-
-EFFECTS: tuple[Effect, ...] = (TIME_OFFSET, ClockSkew())
+EFFECTS: tuple[Effect, ...] = (TimeOffset(), ClockSkew())

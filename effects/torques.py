@@ -5,16 +5,24 @@ Priors, for limbs and rigs of some kilograms: friction and drag that stop a swin
 limb within some hundredths of a radian (100 N m/rad), an inertia estimated within a fifth, gravity within 0.1 m/s^2.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.effects.effect import Effect, Parameter, Scene, Values
+from imubench.effects.effect import Effect, Numbers, Parameter, Scene, Values
 from imubench.effects.smooth import beyond, magnitude, touching
+from imubench.effects.traits import Alike
 from imubench.jets import Jet, stack
 from imubench.recording import STANDARD_GRAVITY, Recording
+from imubench.sim.joints import Stop
+from imubench.sim.rigs import Rig, inertia_about
 
 STUCK = 0.02  # rad/s, below which dry friction gives way
 EDGE = 0.005  # rad, over which a stop begins
+BOUNCE, BOUNCE_RATIO = 25.0, 0.3
+"""Hz and damping ratio of a limb on an end stop of which nobody says how stiff it is: it stops within some hundredths
+of a radian, and knocks a few times."""
 
 
 class _Torque(Effect):
@@ -22,37 +30,58 @@ class _Torque(Effect):
     needs = ("free_swings",)
 
 
+def _resisting(numbers: Numbers, key: str) -> float:
+    """Return the size of what resists: a fit may go a little below nothing."""
+    return max(float(numbers.get(key, np.zeros(()))), 0.0)
+
+
 class ViscousFriction(_Torque):
     """Friction that grows with the rate."""
 
     name, place, law = "viscous_friction", "joint", "torque -c w"
+    phrase = "viscous friction in the joint"
+    friction = True
     parameters = (Parameter("c", (), "N m s/rad", 0.05, sided=True),)
 
     def torque(self, scene: Scene, p: Values) -> Jet:
         rate, _ = scene.jointed()
         return -p["c"] * rate
 
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        return replace(rig, damping=_resisting(numbers, "c"))
+
 
 class DryFriction(_Torque):
     """Friction of one size, against the motion."""
 
     name, place, law = "dry_friction", "joint", "torque -t w / |w|, |w| taken as sqrt(w^2 + (0.02 rad/s)^2)"
+    phrase = "dry friction in the joint"
+    friction = torque_jumps = True
+    holds_by = "t"
     parameters = (Parameter("t", (), "N m", 0.1, sided=True),)
 
     def torque(self, scene: Scene, p: Values) -> Jet:
         rate, _ = scene.jointed()
         return -p["t"] * rate / magnitude(rate, STUCK)
 
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        return replace(rig, dry_friction=_resisting(numbers, "t"))
+
 
 class AirDrag(_Torque):
     """Drag that grows with the rate's square."""
 
     name, place, law = "air_drag", "joint", "torque -d |w| w"
+    phrase = "air drag"
+    friction = True
     parameters = (Parameter("d", (), "N m s^2/rad^2", 0.05, sided=True),)
 
     def torque(self, scene: Scene, p: Values) -> Jet:
         rate, _ = scene.jointed()
         return -p["d"] * magnitude(rate, 1e-6) * rate
+
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        return replace(rig, drag=_resisting(numbers, "d"))
 
 
 class JointSpring(_Torque):
@@ -63,6 +92,8 @@ class JointSpring(_Torque):
     """
 
     name, place, law = "joint_spring", "joint", "torque -k (q - q0)"
+    phrase = "a spring, such as a cable, across the joint"
+    rests_at = "q0"
     parameters = (Parameter("k", (), "N m/rad", 1.0, sided=True), Parameter("q0", (), "rad", 0.5))
 
     def __init__(self, conservative: bool = False) -> None:
@@ -80,6 +111,14 @@ class JointSpring(_Torque):
         (angle, _, _), (_, axis) = scene.turned(), scene.jointed()
         return -p["k"] * (angle - p["q0"]) * (gradient(axis) if self.conservative else axis)
 
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        stiffness, slack = (float(numbers.get(key, np.zeros(()))) for key in ("k", "q0"))
+        return replace(rig, stiffness=stiffness, spring_angle=slack, spring_conserves=self.conservative)
+
+    def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
+        """On a ball joint it keeps its energy, as a cable does; see `sim.ball`."""
+        return replace(self.on_rig(rig, numbers, weighed=False), spring_conserves=rig.family == "pendulum")
+
 
 def gradient(axis: Jet) -> Jet:
     """Return the gradient (n, 3) of a pendulum's swing by a rotation from the world's y, both in the limb's axes."""
@@ -91,6 +130,9 @@ class EndStop(_Torque):
     """A stiff stop on one side; how stiff and how damped is fitted with it."""
 
     name, place, law = "end_stop", "joint", "torque -(k depth + b rate) beyond `angle`, on the side of its sign"
+    phrase = "a stop at the end of the joint's range"
+    knocks = torque_jumps = True
+    stops_at = "angle"
     parameters = (
         Parameter("angle", (), "rad", 0.5, start=1.0),
         Parameter("stiffness", (), "N m/rad", 1.5, start=100.0, log=True, reported=False),
@@ -108,22 +150,51 @@ class EndStop(_Torque):
         held = p["stiffness"] * beyond(over, EDGE) * side + p["damping"] * touching(over, EDGE) * rate
         return -held * axis
 
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        usual = {p.name: p.start for p in self.parameters}
+        told = (np.asarray(numbers.get(key, usual[key])) for key in ("angle", "stiffness", "damping"))
+        return replace(rig, stop=Stop(*(float(number) for number in told)))
+
+    def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
+        """Where nobody says how stiff it is, the limb bounces on it at `BOUNCE` Hz."""
+        inertia, w = inertia_about(rig, np.eye(3)[1]), 2 * np.pi * BOUNCE
+        bounce = {"stiffness": np.asarray(inertia * w**2), "damping": np.asarray(inertia * 2 * BOUNCE_RATIO * w)}
+        return self.on_rig(rig, {**bounce, **numbers}, weighed=False)
+
 
 class Inertia(Effect):
     """The body swings faster or slower than declared; its weight is as declared."""
 
     name, place, law = "inertia", "body", "m l / I about the joint is `scale` times the declared one"
+    phrase = "an inertia that is not the declared one"
     rigs, needs = ("hinge", "pendulum"), ("free_swings",)
     parameters = (Parameter("scale", (), "1", 0.2, start=1.0),)
 
     def lighter(self, p: Values) -> Jet:
         return p["scale"]
 
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        return replace(rig, inertia_scale=float(numbers["scale"]))
+
+    def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
+        """It is the declared body that is another one; see `sim.injected.believed`."""
+        return rig
+
 
 class Gravity(Effect):
     """The magnitude of gravity differs."""
 
     name, place, law = "gravity", "world", "|gravity| = g"
+    phrase = "a gravity that is not the declared one"
+    alike = (
+        Alike(
+            "accel_scale",
+            "a scale that all accelerometers share is another unit of force",
+            "one accel_scale that all accelerometers share, but in free swings",
+            at="world",
+            in_swings=False,
+        ),
+    )
     parameters = (Parameter("g", (), "m/s^2", 0.1, start=STANDARD_GRAVITY),)
 
     def places(self, recording: Recording) -> tuple[str, ...]:
@@ -135,6 +206,9 @@ class Gravity(Effect):
 
     def gravity(self, gravity: Jet, p: Values) -> Jet:
         return gravity / magnitude(gravity, 0.0) * p["g"]
+
+    def on_rig(self, rig: Rig, numbers: Numbers, weighed: bool) -> Rig:
+        return replace(rig, gravity=float(numbers["g"]))
 
 
 EFFECTS: tuple[Effect, ...] = (

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.effects.effect import Effect, Error, Found, Parameter, Reading, Values
+from imubench.effects.effect import Effect, Error, Found, Numbers, Parameter, Reading, Values
 from imubench.effects.wander import frequency_error
 from imubench.recording import Imu
 
@@ -17,6 +17,9 @@ class Vibration(Effect):
     """The accelerometer hums; fitted as a cosine and a sine on each axis, about a start within 1 / (2 duration)."""
 
     name, place, law = "vibration", "imu", "accel reads f + amplitude sin(2 pi frequency t + phase)"
+    phrase = "a hum at {imu}"
+    channel, tone = "accel", "frequency"
+    on_sensor = False  # a motor beside it hums, or its strap
     parameters = (
         Parameter("frequency", (), "Hz", 20.0, start=20.0),
         Parameter("cosine", (3,), "m/s^2", 1.0, reported=False),
@@ -38,6 +41,14 @@ class Vibration(Effect):
         """Each axis' amplitude in the phase that the axes have in common: of that all but noise is."""
         both = np.stack([values["cosine"], values["sine"]], axis=1)
         return {"amplitude": both @ np.linalg.svd(both)[2][0]}
+
+    def of_report(self, numbers: Numbers, rng: np.random.Generator) -> Numbers:
+        """Amplitude sin(2 pi f t + phase), of a random phase where only the amplitude is told."""
+        if "sine" in numbers or "amplitude" not in numbers:
+            return numbers
+        phase, amplitude = rng.uniform(0, 2 * np.pi), np.asarray(numbers["amplitude"])
+        both = {"cosine": np.sin(phase) * amplitude, "sine": np.cos(phase) * amplitude}
+        return {"frequency": numbers["frequency"], **both}
 
 
 EFFECTS: tuple[Effect, ...] = (Vibration(),)

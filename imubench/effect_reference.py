@@ -6,7 +6,7 @@ import numpy as np
 
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.effects.effect import Effect, Parameter
-from imubench.explain import ALWAYS_EQUIVALENT, PLACES, of_effect
+from imubench.explain import PLACES, always_alike, of_effect
 
 NEEDED = {
     "free_swings": "a declared free swing of a declared body",
@@ -39,8 +39,8 @@ def section(name: str, effect: Effect) -> Iterator[str]:
     if effect.states:
         kind = "follow the law" if effect.lawful else "smooth splines, without a law"
         yield f"- dynamic states: {', '.join(f'{s.name} ({s.width})' for s in effect.states)}; {kind}"
-    if name in ALWAYS_EQUIVALENT:
-        yield f"- no motion tells it from: {ALWAYS_EQUIVALENT[name]}"
+    if same := always_alike(effect):
+        yield f"- no motion tells it from: {same}"
     rows = [*(parameter_row(p) for p in effect.parameters), *(found_rows(effect))]
     if rows:
         yield from ("", *(f"| {' | '.join(cells)} |" for cells in (HEAD, ("---",) * len(HEAD), *rows)))

@@ -11,11 +11,9 @@ from imubench.dataset.effect_ranges import EffectRange, Shown
 from imubench.effect_reference import sections
 from imubench.effects import EFFECTS
 from imubench.models import RIG_FILES
-from imubench.sim.injected import INJECTED, SWUNG
+from imubench.sim.injected import injectable
 
 DOORS = ("sim", "dataset", "model")
-ROLLED = tuple(name for name in SWUNG if name != "end_stop")
-"""Effects whose replay is a roll-out: their forces alone move the rig."""
 OTHERWISE = {
     "gyro_noise": "noise is drawn anew: its std is the measured one",
     "accel_noise": "noise is drawn anew: its std is the measured one",
@@ -46,7 +44,7 @@ class Cell:
     @property
     def check(self) -> str:
         """How the cell is checked: every sample, a roll-out, or what its numbers say."""
-        return "numbers" if self.effect in OTHERWISE else "swing" if self.effect in ROLLED else "samples"
+        return "numbers" if self.effect in OTHERWISE else "swing" if EFFECTS[self.effect].rolled_out else "samples"
 
 
 def cells() -> tuple[Cell, ...]:
@@ -59,8 +57,8 @@ def cell(name: str, rig: str) -> Cell:
     ranged = EffectRange(name, (), 1.0, {}, {})
     shown = [Shown(rig, free, rig == "hinge") for free in (False, True)]
     goes = {
-        "sim": name in INJECTED,
-        "dataset": name in INJECTED and any(ranged.suits(one) for one in shown),
+        "sim": injectable(name),
+        "dataset": injectable(name) and any(ranged.suits(one) for one in shown),
         "model": plays(name, rig),
     }
     return Cell(name, rig, tuple(door for door in DOORS if goes[door]))

@@ -7,7 +7,6 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from imubench.diagnosis.report.words import EFFECTS as PHRASES
 from imubench.diagnosis.report.words import called
 from imubench.effects import EFFECTS
 from imubench.effects.effect import Effect
@@ -20,16 +19,6 @@ PLACES = {
     "body": "at the swinging body",
     "world": "everywhere",
 }
-ALWAYS_EQUIVALENT = {
-    "gravity": "one accel_scale that all accelerometers share, but in free swings",
-    "accel_scale": "gravity, where all accelerometers share it, but in free swings",
-    "moving_centre": "skin_sliding at imu1 with the opposite slide, with a free base",
-    "skin_sliding": "at imu1, without a twist: moving_centre with the opposite slide; at imu2, nearly: axis_coupling",
-    "axis_coupling": "skin_sliding at imu2, nearly",
-    "time_offset": "the opposite one at the other sensor, where nothing else has a clock",
-    "clock_skew": "the opposite one at the other sensor, where nothing else has a clock",
-}
-"""Effect -> what no motion tells it from."""
 KINDS = {"profiles": "IMU", "claims": "paper"}
 """What one of a kind of `imubench list` is called, where that is not the kind without its s."""
 
@@ -94,8 +83,7 @@ def every() -> Iterator[Explanation]:
 def of_effect(name: str, effect: Effect) -> Explanation:
     """Return what an effect is, its law and its numbers."""
     place = effect.place
-    text = called(name, "imu1" if place == "imu" else place) if name in PHRASES else name.replace("_", " ")
-    text = text.replace("imu1", "a sensor")
+    text = called(name, "imu1" if place == "imu" else place).replace("imu1", "a sensor")
     details = [f"acts {PLACES[place]}", f"law: {effect.law}"]
     for p in effect.parameters:
         if p.reported:
@@ -104,9 +92,14 @@ def of_effect(name: str, effect: Effect) -> Explanation:
             details.append(f"{p.name}{many}: in {'no unit' if p.unit == '1' else p.unit}")
     for f in effect.found:
         details.append(f"{f.name}: in {'no unit' if f.unit == '1' else f.unit}")
-    if name in ALWAYS_EQUIVALENT:
-        details.append(f"no motion tells it from: {ALWAYS_EQUIVALENT[name]}")
+    if same := always_alike(effect):
+        details.append(f"no motion tells it from: {same}")
     return Explanation(name, "effect", f"{text[:1].upper()}{text[1:]}.", tuple(details))
+
+
+def always_alike(effect: Effect) -> str:
+    """Return what no motion tells an effect from, in words; empty where there is nothing."""
+    return "; ".join(alike.words for alike in effect.alike if alike.words)
 
 
 def _plain(name: str) -> str:
@@ -136,4 +129,4 @@ def _cell(text: str) -> str:
     return "".join(f"\\{c}" if c in "*_|`<" else c for c in text)
 
 
-__all__ = ["Explanation", "every", "explained", "glossary_page"]
+__all__ = ["Explanation", "always_alike", "every", "explained", "glossary_page"]

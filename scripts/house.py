@@ -9,9 +9,10 @@ import ast
 import re
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
+from importlib import import_module
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -55,9 +56,10 @@ LIMITS: Mapping[str, Limit] = {
     "upward imports": Limit(0, 0),
     "modules over 400 lines": Limit(0, 0),
     "longest import chain": Limit(28, 14),
-    "numeric constants": Limit(640, 150),
-    "constants of one name with different values": Limit(132, 0),
-    "effects named outside of effects/": Limit(176, 0),
+    "numeric constants": Limit(636, 150),
+    "constants of one name with different values": Limit(121, 0),
+    "effects named outside of effects/": Limit(0, 0),
+    "laws of effects used outside of effects/": Limit(1, 0),
     "docstrings with a past run's figure": Limit(85, 0),
 }
 """Lower a limit in the change that lowers its measure. Where `now` is the aim, it is no longer a matter of time."""
@@ -199,14 +201,33 @@ class House:
         return [f"{name}: {len(values)} values, in {', '.join(_all(values))}" for name, values in several.items()]
 
     def effects_named(self, effects: Mapping[str, object]) -> list[str]:
-        """Return where an effect is named in quotes, but in rooms that speak to people."""
+        """Return where an effect is named in quotes, with a place or without, but in rooms that speak to people."""
         return [
             f"{m.name}:{node.lineno}: {node.value}"
             for m in self.modules.values()
             if m.room not in WORDS_FOR_PEOPLE
             for node in ast.walk(m.tree)
-            if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in effects
+            if isinstance(node, ast.Constant) and isinstance(node.value, str)
+            if node.value.partition("@")[0] in effects
         ]
+
+    def laws_used(self, laws: Collection[str]) -> list[str]:
+        """Return where one particular law is used: its class or an object of it, imported from a file of `effects/`.
+
+        Where it is asked for its class, made anew, or written into a signature; `laws` are the names of all of them.
+        """
+        found = []
+        for m in self.modules.values():
+            own = {
+                alias.asname or alias.name: alias.name
+                for node in ast.walk(m.tree)
+                if isinstance(node, ast.ImportFrom) and str(node.module).startswith("imubench.effects.")
+                for alias in node.names
+                if alias.name in laws
+            }
+            uses = (n for n in ast.walk(m.tree) if isinstance(n, ast.Name) and n.id in own)
+            found += [f"{m.name}:{n.lineno}: {own[n.id]}" for n in uses]
+        return found
 
     def told(self) -> list[str]:
         """Return the docstrings with a figure of a past run: a sentence with a number and a verb in the past tense."""
@@ -223,8 +244,8 @@ class House:
         """Return the modules of more than `MOST_LINES` lines."""
         return [n for n, m in self.modules.items() if len(m.path.read_text(encoding="utf-8").splitlines()) > MOST_LINES]
 
-    def measures(self, effects: Mapping[str, object]) -> dict[str, tuple[int, list[str]]]:
-        """Return each measure's number and what it counts."""
+    def measures(self, effects: Mapping[str, object], laws: Collection[str]) -> dict[str, tuple[int, list[str]]]:
+        """Return each measure's number and what it counts, by effects' names and those of their `laws_of_effects`."""
         rooms = self.rooms()
         chain = self.chain()
         counted: dict[str, Callable[[], list[str]]] = {
@@ -233,6 +254,7 @@ class House:
             "numeric constants": self.numeric,
             "constants of one name with different values": self.ambiguous,
             "effects named outside of effects/": lambda: self.effects_named(effects),
+            "laws of effects used outside of effects/": lambda: self.laws_used(laws),
             "docstrings with a past run's figure": self.told,
         }
         out = {
@@ -241,6 +263,20 @@ class House:
         }
         out |= {name: (len(told), told) for name, told in ((name, count()) for name, count in counted.items())}
         return {name: out[name] for name in LIMITS}
+
+
+def laws_of_effects() -> set[str]:
+    """Return the names in the files of `effects/` of every class of an effect, and of every object of one."""
+    import imubench.effects
+    from imubench.effects.effect import Effect
+
+    files = (f"{imubench.effects.__name__}.{p.stem}" for p in (ROOT / "effects").glob("[a-z]*.py"))
+    return {
+        name
+        for file in files
+        for name, x in vars(import_module(file)).items()
+        if isinstance(x, Effect) or (isinstance(x, type) and issubclass(x, Effect) and x is not Effect)
+    }
 
 
 def _assigned(tree: ast.Module) -> Iterator[tuple[list[str], ast.expr]]:
@@ -277,7 +313,7 @@ def main(words: list[str]) -> int:
         print(f"{room:20}{count:4}")
     print(f"\n{'':48}{'now':>6}{'limit':>7}{'aim':>6}")
     over = 0
-    for name, (count, found) in house.measures(EFFECTS).items():
+    for name, (count, found) in house.measures(EFFECTS, laws_of_effects()).items():
         limit = LIMITS[name]
         note = "  over its limit" if count > limit.now else "  lower its limit" if count < limit.now else ""
         over += count > limit.now

@@ -23,6 +23,8 @@ That turns MuJoCo's forward dynamics into inverse dynamics, for some joints or f
 
 CARRIER, DUST = "_carrier", 1e-6  # kg, of a body between a segment and an IMU that slides on springs
 
+SPRING_LAW, STOP_LAW = "joint_spring", "end_stop"
+"""Names of numerics in an MJCF file; see `laws_of`."""
 SEGMENT_SENSORS = ("framepos", "framequat", "framelinvel", "gyro", "framelinacc", "frameangacc")
 IMU_SENSORS = ("framepos", "framequat", "framelinacc", "frameangacc", "accelerometer", "gyro")
 
@@ -199,9 +201,9 @@ def laws_of(rig: Rig) -> dict[str, list[float]]:
         if rig.family == "pendulum":
             found |= {f"imu{n}_{k}": list(v) for k, v in (("slide", mount.slide), ("twist", mount.twist)) if v.any()}
     if rig.family == "pendulum" and rig.stiffness:
-        found["joint_spring"] = [rig.stiffness, rig.spring_angle, float(rig.spring_conserves)]
+        found[SPRING_LAW] = [rig.stiffness, rig.spring_angle, float(rig.spring_conserves)]
     if rig.family == "pendulum" and rig.stop is not None:
-        found["end_stop"] = [rig.stop.angle, rig.stop.stiffness, rig.stop.damping]
+        found[STOP_LAW] = [rig.stop.angle, rig.stop.stiffness, rig.stop.damping]
     return {name: [float(x) for x in numbers] for name, numbers in found.items()}
 
 

@@ -1,7 +1,8 @@
-"""Named effects put into a simulation: on the mounts, into the IMU profiles, on the samples.
+"""Named effects put into a simulation: on the mounts and the joint, into the IMU profiles, on the samples.
 
-An effect is {"effect": a name of `effects.EFFECTS`, "at": a sensor, "parameters": {name: value}}. What is not for the
-sensor that is asked about is passed over. `gravity` is the rig's and is set by whoever plays it.
+An effect is {"effect": a name of `effects.EFFECTS`, "at": a sensor or another place, "parameters": {name: value}}. What
+is not for the sensor that is asked about is passed over. What an IMU model has a number for goes into its profile; all
+else acts by what the effect itself says: `injected_mount`, `injected_rig`, `error`, `corrupt`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,17 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from imubench import rotations
-from imubench.arrays import Array
 from imubench.effects import EFFECTS
-from imubench.effects.effect import Reading
+from imubench.effects.effect import Effect, Reading
 from imubench.jets import Jet
 from imubench.recording import Body, Imu
 from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
-from imubench.sim.joints import Play, Stop
 from imubench.sim.motion import Carried, Motion
-from imubench.sim.rigs import Mount, Rig, Segment, Slip, inertia_about, springs
+from imubench.sim.rigs import Mount, Rig, Segment
 from imubench.sim.signals import Sines
 
 Injected = Mapping[str, Any]  # {"effect", "at", "parameters"}
@@ -32,61 +30,44 @@ SUMMED = {  # effect -> field of a channel's profile, by its parameter: the effe
 }
 NOISE = {f"{kind}_noise": ("noise_std", "std") for kind in ("gyro", "accel")}  # the effect is the total
 DIGITAL = {"low_pass": ("bandwidth", "cutoff"), "saturation": ("range", "limit"), "quantisation": ("step", "step")}
-ADDED = ("gyro_drift", "accel_drift", "vibration")  # by the effects' own laws, on the samples
-MOUNTED = ("mount_pose", "soft_mount", "rocking_mount")
-SLIDING = ("mount_shift", "skin_sliding")
-TORQUES: Mapping[str, Mapping[str, str]] = {  # effect -> parameter -> number of the rig
-    "viscous_friction": {"c": "damping"},
-    "dry_friction": {"t": "dry_friction"},
-    "air_drag": {"d": "drag"},
-    "joint_spring": {"k": "stiffness", "q0": "spring_angle"},
-}
-JOINTED = ("joint_play", "axis_coupling", "moving_centre")
-BOUNCE, BOUNCE_RATIO = 25.0, 0.3
-"""Hz and damping ratio of a limb on an end stop of which nobody says how stiff it is: it stops within some hundredths
-of a radian, and knocks a few times."""
+IN_PROFILE = (*SUMMED, *NOISE, *DIGITAL, "g_sensitivity", "time_offset", "clock_skew", "dropouts")
+"""The effects that an IMU model has a number for."""
 LINES = 30  # sines of a moving pivot, along each axis
-SWUNG = (*TORQUES, "end_stop", "inertia")
-"""The effects that show in free swings alone."""
-INJECTED = (
-    *SUMMED, *NOISE, *DIGITAL, *ADDED, *MOUNTED, *SLIDING,
-    "g_sensitivity", "time_offset", "clock_skew", "dropouts", "impacts", "gravity", "backlash", "moving_pivot",
-    *JOINTED, *SWUNG,
-)  # fmt: skip
-"""The effects that can be played."""
 
 
-def moved_mount(mount: Mount, at: str, declared: DeclaredMount, effects: Sequence[Injected]) -> Mount:
-    """Return the mount of the sensor `at` where it is: with `mount_pose`, so far from where it is declared."""
-    for e in effects:
-        if e["at"] == at and e["effect"] == "mount_pose":
-            turn = rotations.exp(np.asarray(e["parameters"]["rotation"]))
-            position = declared.position + np.asarray(e["parameters"]["translation"])
-            return replace(mount, position=position, quaternion=rotations.multiply(declared.quaternion, turn))
-    return mount
+def injectable(name: str) -> bool:
+    """Return whether an effect can be played: whether a profile has it, or it says itself what it does."""
+    law = EFFECTS.get(name)
+    if law is None:
+        return False
+    return name in IN_PROFILE or law.in_the_rig or law.acts("error", "corrupt", "encoder", "lighter")
 
 
-def sprung_mount(mount: Mount, at: str, effects: Sequence[Injected]) -> Mount:
-    """Return the mount of the sensor `at` on the springs of its `soft_mount` or `rocking_mount`."""
-    for e in effects:
-        p = e["parameters"]
-        if e["at"] == at and e["effect"] == "soft_mount":
-            mount = replace(mount, translation=springs(p["frequency"], p["damping_ratio"]))
-        elif e["at"] == at and e["effect"] == "rocking_mount":
-            com, lever = (np.asarray(p[key], dtype=float) for key in ("com", "lever"))
-            rocking = springs(p["frequency"], p["damping_ratio"])
-            mount = replace(mount, rotation=rocking, com=com, lever=lever, gyration=p["gyration"])
-    return mount
+def all_injectable() -> tuple[str, ...]:
+    """Return the names of the effects that can be played."""
+    return tuple(filter(injectable, EFFECTS))
 
 
-def sliding_mount(mount: Mount, at: str, effects: Sequence[Injected]) -> Mount:
-    """Return the mount of the sensor `at` with its `mount_shift` and its `skin_sliding`."""
-    for e in effects:
-        p = e["parameters"]
-        if e["at"] == at and e["effect"] == "mount_shift":
-            mount = replace(mount, slip=Slip(p["time"], p["translation"], p["rotation"]))
-        elif e["at"] == at and e["effect"] == "skin_sliding":
-            mount = replace(mount, slide=p["slide"], twist=p["twist"])
+def rolled_out(name: str) -> bool:
+    """Return whether an effect shows in free swings alone."""
+    law = EFFECTS.get(name)
+    return law is not None and law.rolled_out
+
+
+def _laws(effects: Sequence[Injected], at: str | None = None) -> list[tuple[Effect, Mapping[str, Any]]]:
+    """Return the laws of effects, at a place if one is given, with their parameters."""
+    return [(EFFECTS[e["effect"]], e["parameters"]) for e in effects if at in (None, e["at"])]
+
+
+def injected_mount(mount: Mount, at: str, declared: DeclaredMount, effects: Sequence[Injected]) -> Mount:
+    """Return the mount of the sensor `at` with its effects in it.
+
+    Where an effect says how far the sensor is from where it is declared, it is so far from there.
+    """
+    for law, parameters in _laws(effects, at):
+        if law.misplaces:
+            mount = replace(mount, position=declared.position, quaternion=declared.quaternion)
+        mount = law.injected_mount(mount, parameters)
     return mount
 
 
@@ -95,57 +76,33 @@ def injected_rig(rig: Rig, declared: Mapping[str, DeclaredMount], effects: Seque
 
     Args:
         rig: as its owner believes it.
-        declared: by sensor, where its owner believes the mounts; `mount_pose` is beside that.
-        effects: those of other places than a rig are passed over, and so is `moving_pivot`, see `carried`.
+        declared: by sensor, where its owner believes the mounts.
+        effects: those of other places than a rig are passed over, and so is a pivot that moves, see `carried`.
     """
-    sensors = [f"imu{i + 1}" for i in range(len(rig.mounts))]
-    mounts = tuple(
-        sliding_mount(sprung_mount(moved_mount(mount, at, declared[at], effects), at, effects), at, effects)
-        for at, mount in zip(sensors, rig.mounts, strict=True)
-    )
-    g = next((e["parameters"]["g"] for e in effects if e["effect"] == "gravity"), rig.gravity)
-    return jointed(resisting(replace(rig, mounts=mounts, gravity=g), effects), effects)
-
-
-def resisting(rig: Rig, effects: Sequence[Injected]) -> Rig:
-    """Return the rig with the torques of its effects at the joint."""
-    for e in effects:
-        for parameter, key in TORQUES.get(e["effect"], {}).items():
-            rig = replace(rig, **{key: e["parameters"][parameter]})
-        if e["effect"] == "joint_spring" and rig.family == "pendulum":
-            rig = replace(rig, spring_conserves=True)  # as a cable does; see `sim.ball`
-        if e["effect"] == "end_stop":
-            rig = replace(rig, stop=stop_of(rig, e["parameters"]))
+    mounts = [injected_mount(m, at, declared[at], effects) for at, m in mounts_of(rig).items()]
+    rig = replace(rig, mounts=tuple(mounts))
+    for law, parameters in _laws(effects):
+        rig = law.injected_rig(rig, parameters)
     return rig
 
 
-def stop_of(rig: Rig, parameters: Mapping[str, Any]) -> Stop:
-    """Return an end stop; where nobody says how stiff it is, the limb bounces on it at `BOUNCE` Hz."""
-    inertia, w = inertia_about(rig, np.eye(3)[1]), 2 * np.pi * BOUNCE
-    stiffness = parameters.get("stiffness", inertia * w**2)
-    damping = parameters.get("damping", inertia * 2 * BOUNCE_RATIO * w)
-    return Stop(float(parameters["angle"]), float(stiffness), float(damping))
+def sprung_mount(mount: Mount, at: str, effects: Sequence[Injected]) -> Mount:
+    """Return the mount of the sensor `at` on the springs of its effects."""
+    for law, parameters in _laws(effects, at):
+        mount = law.injected_mount(mount, parameters) if law.on_springs else mount
+    return mount
 
 
-def jointed(rig: Rig, effects: Sequence[Injected]) -> Rig:
-    """Return the rig whose hinge does what its effects say beside turning."""
-    for e in effects:
-        p = e["parameters"]
-        if e["effect"] == "axis_coupling":
-            rig = replace(rig, coupling=np.asarray(p["coupling"], dtype=float))
-        elif e["effect"] == "moving_centre":
-            rig = replace(rig, centre=np.asarray(p["slide"], dtype=float))
-        elif e["effect"] == "joint_play":
-            on_springs = p.get("frequency", 0.0), p.get("damping_ratio", 0.0)
-            rig = replace(rig, play=Play(p["range"], p["direction"], *on_springs))
-    return rig
+def mounts_of(rig: Rig) -> dict[str, Mount]:
+    """Return a rig's mounts by their sensor."""
+    return {f"imu{i + 1}": mount for i, mount in enumerate(rig.mounts)}
 
 
 def carried(motion: Motion, rig: Rig, effects: Sequence[Injected], rng: np.random.Generator) -> tuple[Motion, Rig]:
-    """Return motion and rig with the `moving_pivot` of a pendulum: lines within the band, of equal acceleration."""
-    for e in effects:
-        if e["effect"] == "moving_pivot":
-            std, (low, high) = e["parameters"]["std"], e["parameters"]["band"]
+    """Return motion and rig with a pendulum's pivot that moves: lines within the band, of equal acceleration."""
+    for law, parameters in _laws(effects):
+        if law.carries_joint:
+            std, (low, high) = parameters["std"], parameters["band"]
             share = (np.arange(LINES) + rng.uniform(0.3, 0.7, (3, LINES))) / LINES  # apart, so that they beat slowly
             frequency, phase = low + (high - low) * share, rng.uniform(0, 2 * np.pi, (3, LINES))
             amplitude = std * np.sqrt(2 / LINES) / (2 * np.pi * frequency) ** 2
@@ -155,14 +112,17 @@ def carried(motion: Motion, rig: Rig, effects: Sequence[Injected], rng: np.rando
 
 
 def believed(segment: Segment | Body, effects: Sequence[Injected]) -> Body:
-    """Return the body that is declared for a swinging segment: with `inertia`, m l / I is `scale` times what it says.
+    """Return the body that is declared for a swinging segment: lighter or heavier than it is by its effects.
 
-    Raises `InputError` where no body has that inertia about its joint and the segment's weight.
+    With them, m l / I is `scale` times what it says. Raises `InputError` where no body has that inertia about its joint
+    and the segment's weight.
     """
     inertia, arm = segment.inertia, segment.mass * (segment.com @ segment.com - segment.com**2)
-    for e in effects:
-        if e["effect"] == "inertia":
-            inertia = e["parameters"]["scale"] * (inertia + arm) - arm
+    for law, parameters in _laws(effects):
+        if law.acts("lighter"):
+            factor = law.lighter({name: Jet(np.array([[float(x)]])) for name, x in parameters.items()})
+            scale = 1.0 if factor is None else float(factor.value.ravel()[0])
+            inertia = scale * (inertia + arm) - arm
     return Body(segment.mass, segment.com, inertia)
 
 
@@ -196,26 +156,18 @@ def injected_profile(profile: ImuProfile, at: str, effects: Sequence[Injected]) 
 
 
 def injected_samples(imu: Imu, effects: Sequence[Injected], rng: np.random.Generator) -> Imu:
-    """Return an IMU with what the laws of drift, vibration and impacts add to its samples."""
+    """Return an IMU with what the laws of effects that no profile has do to its samples."""
     time, gyro, accel = imu.time, imu.gyro, imu.accel
-    for e in (e for e in effects if e["at"] == imu.name):
-        law = EFFECTS[e["effect"]]
-        values = {k: np.asarray(v) for k, v in e["parameters"].items() if np.asarray(v).dtype.kind in "if"}
-        if e["effect"] in ADDED:
-            if e["effect"] == "vibration":
-                values = phased(values, rng)
-            jets = {k: Jet(np.atleast_1d(v).reshape(1, -1)) for k, v in values.items()}
+    for law, parameters in _laws(effects, imu.name):
+        if law.name in IN_PROFILE or not law.acts("error", "corrupt"):
+            continue
+        values = {k: np.asarray(v) for k, v in parameters.items() if np.asarray(v).dtype.kind in "if"}
+        if law.acts("error"):
+            jets = {k: Jet(np.atleast_1d(v).reshape(1, -1)) for k, v in law.of_report(values, rng).items()}
             error = law.error(Reading(Jet(gyro), Jet(accel), Jet((time - time[0])[:, None])), jets)
             gyro = gyro if error.gyro is None else gyro + error.gyro.value
             accel = accel if error.accel is None else accel + error.accel.value
-        elif e["effect"] == "impacts":
+        else:
             time, gyro, accel = law.corrupt(time, gyro, accel, values, rng)
     changed = time is not imu.time or gyro is not imu.gyro or accel is not imu.accel
     return replace(imu, time=time, gyro=gyro, accel=accel) if changed else imu
-
-
-def phased(values: Mapping[str, Array], rng: np.random.Generator) -> dict[str, Array]:
-    """Return a hum as its law has it: amplitude sin(2 pi f t + phase) of a random phase."""
-    phase = rng.uniform(0, 2 * np.pi)
-    both = {"cosine": np.sin(phase) * values["amplitude"], "sine": np.cos(phase) * values["amplitude"]}
-    return {"frequency": values["frequency"], **both}

@@ -14,7 +14,7 @@ from imubench.dataset.rig_ranges import NUMBERS, SPRING_NUMBERS
 from imubench.dataset.rows import IMU, RECORDING, SEGMENT
 from imubench.dataset.shard import Job
 from imubench.dataset.spec import KEYS
-from imubench.sim.injected import INJECTED
+from imubench.sim.injected import all_injectable
 from tests.hub import offline
 
 PAGE = (Path(__file__).resolve().parent.parent / "docs/datasets.md").read_text()
@@ -49,7 +49,7 @@ def test_other_readers_as_shown(folder, package, offline):
 
 @pytest.mark.parametrize(
     "key",
-    [*KEYS[1:], *RIG_KEYS, *NUMBERS, *SPRING_NUMBERS, *KINDS, *RandomMotion.DEFAULTS, *INJECTED, *RECORDING],
+    [*KEYS[1:], *RIG_KEYS, *NUMBERS, *SPRING_NUMBERS, *KINDS, *RandomMotion.DEFAULTS, *all_injectable(), *RECORDING],
 )
 def test_every_key_is_told(key):
     assert f"`{key}`" in PAGE or f"[[{key}]]" in PAGE

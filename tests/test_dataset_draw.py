@@ -9,7 +9,7 @@ from imubench.dataset.ranges import Range, parse_range
 from imubench.dataset.spec import parse_spec
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
-from imubench.sim.injected import INJECTED, SWUNG
+from imubench.sim.injected import all_injectable, rolled_out
 from imubench.sim.play import play
 
 HINGE = "seconds = 4\n[[rig]]\nfamily = 'hinge'\n[[imu]]\nprofile = 'perfect'\n"
@@ -116,13 +116,13 @@ def test_without_effects_and_with_perfect_sensors_a_recording_is_the_simulators_
     assert np.array_equal(made.truth.joint_angle, played.joint_angle)
 
 
-@pytest.mark.parametrize("name", INJECTED)
+@pytest.mark.parametrize("name", all_injectable())
 def test_every_effect_shows_in_the_samples_and_in_the_table(name):
     rig = (
         HINGE.replace("hinge", "pendulum")
         if name == "moving_pivot"
         else SWINGING
-        if name in SWUNG
+        if rolled_out(name)
         else HINGE + "[encoder]\n"
         if name == "backlash"
         else HINGE

@@ -17,6 +17,7 @@ from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.effects.effect import Reading, Scene
+from imubench.effects.library import numbers_lacking
 from imubench.errors import InputError
 from imubench.jets import Jet, Turn, rotation
 from imubench.links import Link, Motion, shift
@@ -317,3 +318,12 @@ def test_a_plain_simulation_takes_the_same_lines(effect):
 
 def test_play_and_a_moving_pivot_alone_have_states_without_a_law():
     assert {effect.name for effect in VARIANTS if effect.free} == {"joint_play", "moving_pivot"}
+
+
+@pytest.mark.parametrize("effect", VARIANTS, ids=lambda e: f"{e.name}{e.variant}")
+def test_what_traits_name_is_there(effect):
+    assert not numbers_lacking(effect)
+    assert {*effect.leaves_to, *(alike.effect for alike in effect.alike)} <= set(EFFECTS)
+    assert effect.phrase
+    assert effect.fault is None or not effect.parameters  # raw samples show it, no fit
+    assert effect.in_the_rig == effect.acts("mount", "joint", "torque", "lighter", "gravity")  # MuJoCo plays them all

@@ -13,7 +13,7 @@ from imubench.correction.sensor_chain import read_by
 from imubench.diagnosis.simulation.model_folder import replay
 from imubench.effect_table import DOORS, OTHERWISE, cells, page
 from imubench.effects import EFFECTS
-from imubench.sim.injected import INJECTED
+from imubench.sim.injected import all_injectable
 from tests.concealed import concealed, left, rms, rolled
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "effects.md"
@@ -37,7 +37,7 @@ def both(tmp_path, effect: str, rig: str, **options):
 
 
 def test_every_effect_goes_through_every_door():
-    assert set(INJECTED) == set(EFFECTS)
+    assert set(all_injectable()) == set(EFFECTS)
     assert {c.effect: c.doors for c in cells() if not c.whole} == {}
     assert {c.rig for c in cells()} == {"hinge", "pendulum", "free"}
     assert DOORS == ("sim", "dataset", "model")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from imubench.effects import EFFECTS
-from scripts.house import LIMITS, ROOMS, House
+from scripts.house import LIMITS, ROOMS, House, laws_of_effects
 
 ROOT = Path(__file__).resolve().parent.parent
 HOUSE = House()
@@ -14,7 +14,7 @@ HOUSE = House()
 
 @pytest.fixture(scope="module")
 def measures():
-    return HOUSE.measures(EFFECTS)
+    return HOUSE.measures(EFFECTS, laws_of_effects())
 
 
 @pytest.mark.parametrize("name", list(LIMITS))
@@ -118,14 +118,29 @@ def test_effects_are_seen_by_their_names_but_where_people_read_them(tmp_path):
     house = planted(
         tmp_path,
         {
-            "diagnosis/search/a.py": '"""low_pass"""\nif name == "low_pass":\n    x = "passes"\n',
+            "diagnosis/search/a.py": '"""low_pass"""\nif name == "low_pass":\n    x = "passes", f"low_pass@{at}"\n',
             "diagnosis/report/words.py": 'WORDS = {"low_pass": "a filter"}',
         },
     )
     assert house.effects_named({"low_pass": None}) == [
         "diagnosis.search.a:1: low_pass",
         "diagnosis.search.a:2: low_pass",
+        "diagnosis.search.a:3: low_pass@",
     ]
+
+
+def test_laws_of_effects_are_seen_where_they_are_used(tmp_path):
+    house = planted(
+        tmp_path,
+        {
+            "diagnosis/search/a.py": "from imubench.effects.bandwidth import LowPass as Filter, delay_of\n"
+            "from imubench.effects import EFFECTS\nif isinstance(x, Filter):\n    y = delay_of(EFFECTS)\n",
+            "diagnosis/search/b.py": "from imubench.effects.effect import Effect\nx: Effect\n",
+        },
+    )
+    assert {"LowPass", "TimeOffset", "Sprung"} <= laws_of_effects()
+    assert not {"Effect", "EFFECTS", "delay_of"} & laws_of_effects()
+    assert house.laws_used(laws_of_effects()) == ["diagnosis.search.a:3: LowPass"]
 
 
 def test_a_docstring_that_tells_of_a_run_is_told_from_one_that_says_what_is_computed(tmp_path):

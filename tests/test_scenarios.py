@@ -13,7 +13,7 @@ from imubench.scenarios.olsson2020.motions import MOTIONS
 from imubench.scenarios.olsson2020.plan import SEQUENCES
 from imubench.scenarios.olsson2020.sequences import assemble
 from imubench.score import axis_deviation
-from imubench.sim.injected import INJECTED
+from imubench.sim.injected import all_injectable
 from tests.command import here
 
 
@@ -109,7 +109,7 @@ NEEDS = {
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", sorted(set(INJECTED) - {"backlash", "end_stop"}))
+@pytest.mark.parametrize("name", sorted(set(all_injectable()) - {"backlash", "end_stop"}))
 def test_every_effect_that_can_be_played_changes_a_run(name):
     scenario = "hinge-swing" if name in FOR_IT else "pendulum-rigid" if name == "moving_pivot" else "hinge-hand"
     text = f"{name}:{NEEDS[name]}" if name in NEEDS else name

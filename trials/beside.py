@@ -11,7 +11,6 @@ from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.result import Diagnosis
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
-from imubench.diagnosis.traits import HUM
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.inputs.json import load_json
@@ -89,7 +88,7 @@ def to_leave_out(truths: Mapping[str, Truth], scores: Sequence[CaseScore]) -> di
         truth = truths[s.name]
         if s.kind == "one" and s.observable and s.alarm and len(truth["answers"][0]) == 1:
             effect = EFFECTS.get(truth["effects"][0]["effect"])
-            if effect is not None and (effect.parameters or effect.states) and effect.name != HUM:
+            if effect is not None and (effect.parameters or effect.states) and not effect.tone:
                 out[s.name] = effect.name
     return out
 

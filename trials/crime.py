@@ -16,18 +16,16 @@ import numpy as np
 
 from imubench import format1, rotations
 from imubench.atomic import MARKER
+from imubench.effects import EFFECTS
 from imubench.proof.mixture import Question
 from imubench.recording import Encoder, Imu, Pose, Recording
 from imubench.sim.imu_model import Declared, DeclaredMount, observe
 from imubench.sim.imu_profile import ChannelProfile, ImuProfile
 from imubench.sim.injected import (
-    INJECTED,
-    SLIDING,
-    SWUNG,
+    injectable,
+    injected_mount,
     injected_profile,
     injected_samples,
-    moved_mount,
-    sprung_mount,
 )
 from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
@@ -39,8 +37,6 @@ from imubench.trials.scoring import CaseScore
 from imubench.trials.seal import Truth
 from imubench.truth import Truth as World
 
-ELSEWHERE = (*SLIDING, *SWUNG, "backlash", "moving_pivot")  # what needs more than rigid or sprung mounts in a hand
-SIMULATED = tuple(name for name in INJECTED if name not in ELSEWHERE)
 SUFFIX = "-sim"
 ENCODER_STD, POSITION_STD, ROTATION_STD = 5e-4, 1e-3, 4e-3  # rad, m, rad
 CORNER, FALLS, FAINT = 2.0, 2.1, 0.4  # Hz up to which a hand turns evenly, its angle's slope and size beyond
@@ -54,6 +50,12 @@ class Simulated:
     question: Question
 
 
+def simulates(name: str) -> bool:
+    """Return whether an effect needs no more than rigid or sprung mounts in a hand."""
+    law = EFFECTS.get(name)
+    return law is not None and injectable(name) and not (law.by_hand or law.rolled_out or law.acts("encoder"))
+
+
 def simulable(question: Question) -> str:
     """Return why `sim` cannot play a question; '' where it can."""
     if question.options.get("swing"):
@@ -62,7 +64,7 @@ def simulable(question: Question) -> str:
         return "outside the table"
     if not question.observable:
         return "still or very short"
-    return ", ".join(name for name, _ in question.effects if name not in SIMULATED)
+    return ", ".join(name for name, _ in question.effects if not simulates(name))
 
 
 def twice(asked: Mapping[str, Question]) -> dict[str, Simulated]:
@@ -106,10 +108,7 @@ def simulated(truth: Truth) -> Recording:
     rng, observing = np.random.default_rng([truth["seed"], 1]).spawn(2)
     rig = _rig(options, rng)
     mounts = {f"imu{i + 1}": _declared(m, options, rng) for i, m in enumerate(rig.mounts)}
-    placed = [
-        sprung_mount(moved_mount(mount, at, mounts[at], effects), at, effects)
-        for at, mount in zip(mounts, rig.mounts, strict=True)
-    ]
+    placed = [injected_mount(mount, at, mounts[at], effects) for at, mount in zip(mounts, rig.mounts, strict=True)]
     g = next((e["parameters"]["g"] for e in effects if e["effect"] == "gravity"), options["gravity"])
     motion = _hand(options, rng)
     world = play(replace(rig, mounts=tuple(placed), gravity=g), motion, options["seconds"] + BEYOND, threads=1)

@@ -94,8 +94,7 @@ def take_out(name: str) -> None:
     """Take every variant of an effect out of the library of this process."""
     from imubench import effects
 
-    effects.EFFECTS.pop(name, None)
-    effects.VARIANTS = tuple(e for e in effects.VARIANTS if e.name != name)
+    effects.VARIANTS.take_out(name)
 
 
 if __name__ == "__main__":

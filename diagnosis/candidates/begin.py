@@ -16,7 +16,6 @@ from imubench.diagnosis.samples.screening import SampleChecks, check_samples
 from imubench.diagnosis.sensor_errors.baseline import Learned
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.traits import STOP
 from imubench.diagnosis.windows import Window
 from imubench.effects import EFFECTS
 from imubench.progress import Step, silent
@@ -57,7 +56,7 @@ def begin(
             heard = partial(stop_of, first, samples)
             met = partial(contact_stop, first, known.free_swings, lambda swings: fitted(swings, samples.masks))
             ways = (met, heard) if recording.rig == "pendulum" else (heard, met)  # a push tells its axis, knocks do not
-            if STOP in EFFECTS and (stop := ways[0]() or ways[1]()):
+            if EFFECTS.first(lambda e: e.stops_at) and (stop := ways[0]() or ways[1]()):
                 without = fitted(stop.swings(known.free_swings), stop.masks(first, samples.masks))
                 stop = settled_between(stop, without)
                 if stop.std < UNSETTLED:

@@ -21,7 +21,7 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.samples.rest_noise import MOST
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended
-from imubench.effects.soft_mounts import RockingMount, Sprung
+from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.estimators.banded import chosen_fit
 from imubench.recording import Imu, Recording
@@ -37,7 +37,7 @@ ROUNDS = 2  # of the noise, mounts held
 def with_both_on_springs(fit: Fit) -> Fit | None:
     """Return a fit with both IMUs of a hinge on springs, if that predicts what the rigid one leaves; else None."""
     recording = fit.model.recording
-    if recording.rig != "hinge" or any(isinstance(h.effect, Sprung) for h in fit.model.hypotheses):
+    if recording.rig != "hinge" or any(h.effect.on_springs for h in fit.model.hypotheses):
         return None
     if not louder_than_any(fit):
         return None
@@ -57,7 +57,7 @@ def gives_way(fit: Fit) -> bool:
     Then something of the mounts is not as straight springs are, and nobody knows how large: a further effect would be
     judged by noise that is none.
     """
-    sprung = {h.at for h in fit.model.hypotheses if isinstance(h.effect, Sprung)}
+    sprung = {h.at for h in fit.model.hypotheses if h.effect.on_springs}
     return len(sprung) == 2 and louder_than_any(fit)
 
 
@@ -116,7 +116,8 @@ def on_springs(fit: Fit, hz: float, rounds: int = ROUNDS) -> Fit | None:
     recording = fit.model.recording
     slow = nominal_fit(slow_recording(recording, hz))
     held = {n: v for n, v in slow.state.values.items() if n.endswith((".rotation", ".translation"))}
-    springs = tuple(Hypothesis(RockingMount(), imu.name) for imu in recording.imus)
+    rocking = EFFECTS.whichever(lambda e: e.rocks)
+    springs = tuple(Hypothesis(rocking, imu.name) for imu in recording.imus)
     guess: dict[str, Array] = {}
     for h in springs:
         guess |= {h.key("frequency"): np.full(3, np.log(BEGUN)), h.key("damping_ratio"): np.full(3, np.log(DAMPED))}

@@ -23,8 +23,8 @@ from imubench.diagnosis.problem.rig_kinematics import HINGE
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.traits import STOP
 from imubench.diagnosis.windows import Window, covered, cut_out
+from imubench.effects import EFFECTS
 from imubench.jets import Jet
 
 FEWEST, FEWEST_ABOUT = 2, 4  # knocks that can agree, and about an axis that is sought for them
@@ -65,7 +65,8 @@ class Stop:
     def told(self, samples: SampleChecks) -> SampleChecks:
         """Return what the samples say, the stop in the place of its knocks."""
         angle = {"angle": Parameter(np.array(self.angle), np.array(self.std), "rad")}
-        said = Finding(STOP, "joint", SURE, angle, Interval(0.0, (0.0, 0.0)))
+        name = EFFECTS.name_of(lambda e: e.stops_at)
+        said = Finding(name, "joint", SURE, angle, Interval(0.0, (0.0, 0.0)))
         words = f"{len(self.knocks)} contacts begin at a joint's angle of {self.angle:.3f} rad, the farthest reached."
         return replace(samples, findings=(*samples.findings, said), unless_stopped=(), notes=(*samples.notes, words))
 

@@ -17,7 +17,6 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
-from imubench.diagnosis.traits import HUM, SLIP
 
 NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
 REST = np.arange(-1.5, 1.6, 0.25)  # rad, angles of rest of a joint's spring
@@ -31,18 +30,19 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
     fit = base.fit
     out, judged = [], []
     for h in hypotheses:
-        if h.effect.name == HUM:
+        effect = h.effect
+        if effect.tone:
             if found := hummed(fit, h.at):
-                out.append(replace(h, effect=h.effect.starting(frequency=found)))
-        elif h.effect.name == SLIP:
-            out.append(replace(h, effect=h.effect.starting(time=slip(base, h.at))))
-        elif h.effect.name == "joint_spring":
+                out.append(replace(h, effect=effect.starting(**{effect.tone: found})))
+        elif effect.onset and effect.acts("mount"):
+            out.append(replace(h, effect=effect.starting(**{effect.onset: slip(base, h)})))
+        elif effect.rests_at:
             judged.append(rested(base, h))
-        elif h.effect.name == "end_stop":
+        elif effect.stops_at:
             found_stop = lawful_score(base, h)
             if found_stop is not None:
                 starts = {n.split(".", 1)[1]: v for n, v in found_stop.values.items()}
-                at = replace(h, effect=h.effect.starting(angle=starts["angle"]))
+                at = replace(h, effect=effect.starting(**{effect.stops_at: starts[effect.stops_at]}))
                 none = np.zeros(0)
                 judged.append(Score(at, found_stop.evidence, found_stop.evidence, none, none))
         else:
@@ -56,7 +56,8 @@ def rested(base: Base, h: Hypothesis) -> Score:
     Where it has no stiffness yet its angle of rest does nothing: on a swing whose equation held exactly the refit ended
     with a stiffness at rest at 0, 240 nat short, and the spring was another inertia.
     """
-    each = [replace(h, effect=h.effect.starting(q0=angle), tag=f"#{i}") for i, angle in enumerate(REST)]
+    angles = ({h.effect.rests_at: angle} for angle in REST)
+    each = [replace(h, effect=h.effect.starting(**angle), tag=f"#{i}") for i, angle in enumerate(angles)]
     best = score(base.fit, each, base)[0]
     return replace(best, hypothesis=replace(best.hypothesis, tag=""))
 

@@ -28,7 +28,6 @@ from imubench.diagnosis.solve.clock_offsets import late, on_segments
 from imubench.diagnosis.solve.initialize import hinge_angle, least_turn
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import log_evidence, refit
-from imubench.diagnosis.traits import POSE
 
 JOINT = np.eye(3)[HINGE_AXIS]
 AGREE = 0.25  # of a gyroscope's reading: where the two agree so well across the axis no mount is turned far
@@ -42,7 +41,7 @@ def with_turned_mount(fit: Fit, h: Hypothesis) -> Fit | None:
 
     None where they say that it is as declared, or nothing, or where that start is no better.
     """
-    if h.effect.name != POSE or not fit.model.rig.hinge:
+    if not h.effect.misplaces or not fit.model.rig.hinge:
         return None
     model = fit.model.with_effects(())
     tries = []

@@ -14,9 +14,8 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.schur import Base
-from imubench.effects.effect import Values
-from imubench.effects.mounts import SLIP, MountShift
-from imubench.jets import Jet, derivatives_by
+from imubench.effects.mounts import SLIP
+from imubench.jets import derivatives_by
 
 APART = (2.0, 0.3, 0.1, 0.05)  # s between the moments of a slip that are compared, closer and closer
 AROUND = 2  # of these to either side are looked at anew: a peak is as narrow as a slip is short
@@ -27,33 +26,19 @@ CLEAR = 1.25  # times as long as a slip lasts, from one to the next
 BEFORE = np.array([-1e9])  # s: it has slipped long since
 
 
-class Slips(MountShift):
-    """A slip that begins anew at every one of some moments: its columns are those of each alone, as long as it lasts.
-
-    While it slips a sensor turns by itself, which its gyroscope reads: a mount that is another from a moment on, and
-    does not turn there, explains little of it.
-    """
-
-    name = "slips"  # beside whatever else a fit says of the mount
-    parameters = MountShift.parameters[:2]
-
-    def __init__(self, moments: Array) -> None:
-        self.moments = moments
-
-    def began(self, time: Jet, p: Values) -> Jet:
-        """Return the last of the moments before each time (n, 1) s."""
-        last = np.searchsorted(self.moments, time.value[:, 0], side="right") - 1
-        return Jet(self.moments[np.maximum(last, 0)][:, None])
-
-
-def slip(base: Base, at: str) -> float:
-    """Return the moment in s at which a slip of the mount would explain most, if it began then.
+def slip(base: Base, h: Hypothesis) -> float:
+    """Return the moment in s at which a slip `h` of a mount would explain most, if it began then.
 
     It is looked for everywhere, and about the loudest moment: one that hardly turns the sensor is seen by the peak
     alone, which is as short as it is.
     """
-    prior = np.concatenate([np.full(p.width, p.std) for p in Slips.parameters])
-    still = slopes(base, Hypothesis(Slips(BEFORE), at))
+
+    def at(moments: Array) -> Hypothesis:
+        return replace(h, effect=h.effect.at_moments(moments))
+
+    before = at(BEFORE)
+    prior = np.concatenate([np.full(p.width, p.std) for p in before.effect.parameters])
+    still = slopes(base, before)
     after = After.of(base, still)
     times = [rows.time for rows in base.fit.rows if rows.name in still]
     begin, end = min(float(t[0]) for t in times), max(float(t[-1]) for t in times)
@@ -63,7 +48,7 @@ def slip(base: Base, at: str) -> float:
         promised = np.zeros(len(moments))
         for lane in range(min(lanes, len(moments))):
             some = moments[lane::lanes]
-            promised[lane::lanes] = after.promises(some + SLIP, prior, slopes(base, Hypothesis(Slips(some), at)), SLIP)
+            promised[lane::lanes] = after.promises(some + SLIP, prior, slopes(base, at(some)), SLIP)
         return float(promised.max()), float(moments[np.argmax(promised)])
 
     def closer(moments: Array, apart: Sequence[float]) -> tuple[float, float]:
@@ -99,4 +84,4 @@ def slopes(base: Base, h: Hypothesis) -> dict[str, Array]:
     return {r.name: linearise(replace(r, std=base.std_of(r.name, r.std)), only, shared).border for r in rows}
 
 
-__all__ = ["Slips", "slip", "slopes"]
+__all__ = ["slip", "slopes"]

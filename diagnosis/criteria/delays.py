@@ -25,10 +25,8 @@ from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import interpolated
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.traits import CLOCK, FILTER
-from imubench.effects import EFFECTS
-from imubench.effects.bandwidth import LowPass, QuickLowPass
-from imubench.effects.timing import TIME_OFFSET
+from imubench.effects import delay_law, filter_law
+from imubench.effects.effect import Effect
 from imubench.recording import Imu
 
 NEAR = 1.12  # how far a cutoff may be from that of the delay it stands for
@@ -43,9 +41,9 @@ Readings = dict[str, Array]
 
 def late(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
     """Return the IMU that reads late where an effect is a clock's offset, its own or the other of two, and by what."""
-    if h.effect.name != CLOCK:
+    if not h.effect.late_by:
         return None
-    recording, offset = fit.model.recording, float(fit.state.values[h.key("offset")][0])
+    recording, offset = fit.model.recording, float(fit.state.values[h.key(h.effect.late_by)][0])
     own = [i for i in recording.imus if i.name == h.at]
     others = [] if recording.encoders or recording.poses else [i for i in recording.imus if i.name != h.at]
     return next(((i, abs(offset)) for i in (own if offset > 0 else others)), None)
@@ -53,35 +51,39 @@ def late(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
 
 def filters(bare: Model, still: State, imu: Imu, delay: float, noise: Mapping[str, float]) -> Columns:
     """Return what a low-pass filter at an IMU would add, in the place of a delay in s; `noise` as a fit has it."""
-    if delay <= 0 or FILTER not in EFFECTS:
+    law = filter_law()
+    if delay <= 0 or law is None:
         return {}
-    clock = Hypothesis(TIME_OFFSET, imu.name)
+    clock = Hypothesis(delay_law(), imu.name)
     moved = bare.with_effects((*bare.hypotheses, clock))
     at_once = {r.name: r.residual.value for r in bare.measured(still, {imu.name})}
     delayed = list(
-        moved.measured(State(still.coefficients, still.values | {clock.key("offset"): np.array([delay])}), {imu.name})
+        moved.measured(
+            State(still.coefficients, still.values | {clock.key(clock.effect.late_by): np.array([delay])}), {imu.name}
+        )
     )
     time, x = straight_on(*met(bare, still, imu, noise), delay)
-    c = beside(time, x, delay)
+    c = beside(law, time, x, delay)
     return {
-        "low_pass": {
+        law.name: {
             r.name: r.residual.value - at_once[r.name] + interpolated(r.time, time, c[r.name.split(".")[1]])
             for r in delayed
         }
     }
 
 
-def quick(fit: Fit, imu: Imu, delay: float) -> QuickLowPass | None:
+def quick(fit: Fit, imu: Imu, delay: float) -> Effect | None:
     """Return a filter in the place of a late clock's delay in s, None where it is not far quicker than the motion."""
-    if FILTER not in EFFECTS:
+    law = filter_law()
+    if law is None:
         return None
     time, x = straight_on(*met(fit.model, fit.state, imu, fit.noise), delay)
     moved = {part: np.gradient(x[part], time, axis=0) * delay for part in x}
-    c = beside(time, x, delay)
+    c = beside(law, time, x, delay)
     if any(np.std(c[part]) > QUICK * np.std(moved[part]) for part in x):
         return None
-    low, high = (beside(time, x, delay * (1 + change)) for change in (-STEP, STEP))
-    return QuickLowPass(time, c, {part: (high[part] - low[part]) / (2 * STEP * delay) for part in x}, delay)
+    low, high = (beside(law, time, x, delay * (1 + change)) for change in (-STEP, STEP))
+    return law.far_quicker(time, c, {part: (high[part] - low[part]) / (2 * STEP * delay) for part in x}, delay)
 
 
 def met(model: Model, state: State, imu: Imu, noise: Mapping[str, float]) -> tuple[Array, Readings]:
@@ -127,13 +129,13 @@ def straight_on(time: Array, x: Readings, delay: float) -> tuple[Array, Readings
     return fine, {part: s(inside) + (fine - inside)[:, None] * s(inside, 1) for part, s in splines.items()}
 
 
-def beside(time: Array, x: Mapping[str, Array], delay: float) -> Readings:
-    """Return c (n, 3): what a filter reads beside one that only delays, at the world's times (n,), evenly spaced."""
+def beside(law: Effect, time: Array, x: Mapping[str, Array], delay: float) -> Readings:
+    """Return c (n, 3): what a filter's `law` reads beside one that only delays, at even times (n,) of the world."""
     if is_short(time, delay):
         splines = {part: CubicSpline(time, y) for part, y in x.items()}
         return {part: delay**2 / 2 * s(time, 2) - delay**3 / 3 * s(time, 3) for part, s in splines.items()}
     cutoff = {"cutoff": np.array(1 / (2 * np.pi * delay))}
-    _, *read = LowPass().corrupt(time, x["gyro"], x["accel"], cutoff, np.random.default_rng(0))
+    _, *read = law.corrupt(time, x["gyro"], x["accel"], cutoff, np.random.default_rng(0))
     return {part: interpolated(time + delay, time, y) - x[part] for part, y in zip(x, read, strict=True)}
 
 

@@ -17,7 +17,6 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.process_factors import state_rows
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.traits import FILTER
 
 DOUBTED, LEFT = 4.0, 0.05  # times a law's std, and of what drives it, that may be left; beyond, its state is a spline
 TIGHTER = 0.1  # of a law's level at its floor: tried as well
@@ -72,7 +71,7 @@ def judged(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> tuple[Trial, f
     the fit the freedom to follow noise there (233 freedoms and 14 nat of a clean pendulum, -216 beside the rougher).
     """
     won, freedoms = aic_gain_and_freedoms(fit, tried)
-    if won > NEEDED and any(h.effect.name == FILTER for h in hypotheses):
+    if won > NEEDED and any(h.effect.filters for h in hypotheses):
         beside = aic_gain(rougher(fit), rougher(tried))
         won = won if beside > NEEDED else min(won, beside)
     if won > 0 and not any(h.effect.lawful for h in hypotheses):
@@ -129,11 +128,11 @@ def holds_its_law(trial: Trial) -> bool:
         apart = h.effect.variant in TRIPLES  # what delays one triple against the other is that, however quick
         for p in [p for p in h.effect.parameters if p.log]:
             value = fit.state.values[h.key(p.name)]
-            most = rates.get(h.at, np.inf) / (2 if h.effect.name == FILTER else 1)  # above is a delay, which has a name
+            most = rates.get(h.at, np.inf) / (2 if h.effect.filters else 1)  # above is a delay, which has a name
             unseen = p.unit == "Hz" and float(np.exp(value).min()) > most  # not on any axis
             if not apart and (unseen or np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std)):
                 return False
-            if h.effect.name == FILTER and 0.5 * off_none(fit, h.key(p.name)) ** 2 < DELAYED:
+            if h.effect.filters and 0.5 * off_none(fit, h.key(p.name)) ** 2 < DELAYED:
                 return False
     return all(left < max(DOUBTED, LEFT * drive) for left, drive in laws(fit, found))
 

@@ -35,7 +35,6 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.schur import Base, promise
 from imubench.diagnosis.solve.threads import one_thread, side_by_side
-from imubench.diagnosis.traits import FILTER
 from imubench.jets import derivatives_by
 
 ROUGH = (1e2, 1e3, 1e4, 1e5)  # of a free state, in its unit per s^4 and root Hz
@@ -87,7 +86,7 @@ def lawful_score(base: Base, h: Hypothesis) -> Screened | None:
     """
     fit = base.fit
     start, end = fit.span
-    calm = fit.state if h.effect.place != "imu" or h.effect.name == FILTER else with_clear_motion(fit, h.at)
+    calm = fit.state if h.effect.place != "imu" or h.effect.filters else with_clear_motion(fit, h.at)
     grid = points(h, end - start)
 
     def at_point(point: dict[str, float]) -> Screened | None:

@@ -19,7 +19,6 @@ from imubench.diagnosis.solve.narrow_band import solved
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.refit import LAWFUL_SMOOTH
 from imubench.diagnosis.solve.retract import shifted
-from imubench.diagnosis.traits import FILTER
 from imubench.jets import Jet
 
 SMALL = 1e-6  # of its plausible size: how weakly a driven state is held where nothing says where it is
@@ -58,7 +57,7 @@ def solved_by_law(model: Model, state: State, h: Hypothesis, drive: State | None
         return state, np.zeros((model.tracks.knots.count, 0, shared.count))
     begun, (state, passes) = state, followed(model, drive or state, h)
     levels = {f"smooth.{h.key(s.name)}": LAWFUL_SMOOTH * s.std for s in h.effect.states}
-    smooth, held = ([], TOLD) if h.effect.name == FILTER else (list(own.widths), SMALL)
+    smooth, held = ([], TOLD) if h.effect.filters else (list(own.widths), SMALL)
     for turn in range(passes):
         normal = Normal.empty(own, shared)
         rows = [*state_rows(model, state, h), *smooth_rows(model, state, levels, smooth)]

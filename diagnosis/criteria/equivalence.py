@@ -21,14 +21,13 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import extended, guess_of, log_evidence, refit
-from imubench.diagnosis.traits import CLOCKS, FILTER, HUM
 from imubench.effects import EFFECTS, possible
+from imubench.effects.effect import Effect
 
 LIKE = 5.0  # nat, up to which a rival counts as equal: odds of 150
 DOUBT = 0.2  # of what an effect explains: a rival that would lose less is refitted, for laws are not linear
 DULL, DULL_DOUBT = 1.5, 0.6  # times white noise, from where on more is in doubt: a rival has its own part of the noise
 REFITTED = 3  # rivals at most
-SCALE = "accel_scale"
 
 
 @dataclass(frozen=True)
@@ -56,10 +55,10 @@ def alternatives(model: Model, h: Hypothesis) -> list[Hypothesis]:
     recording = model.recording
     taken = {other.name for other in model.hypotheses}
     out = [Hypothesis(effect, at) for effect, at in possible(recording) if effect.parameters and not effect.states]
-    if h.effect.name in CLOCKS:
+    if h.effect.between_sensors:
         out += [Hypothesis(h.effect, i.name) for i in recording.imus]
     out = [r for r in out if r.name not in taken and not r.effect.grid(1.0)]
-    out.sort(key=lambda r: r.effect.name != SCALE)  # first, all in one piece: they stand in for gravity together
+    out.sort(key=lambda r: not shared_with(r.effect))  # first: all of them stand in for another one together
     return list({r.name: r for r in out}.values())
 
 
@@ -74,13 +73,12 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     smooth = filters(bare, stands, *slow, fit.noise) if slow else {}
     both, wanted, single = _against(fit, (bare, still, added), alternatives(fit.model, h), smooth)
     found = [Rival(one.hypothesis.effect.name, one.hypothesis.at, one.loss) for one in single]
-    scales = [one.hypothesis for one in single if one.hypothesis.effect.name == SCALE]
-    if h.effect.name == "gravity" and scales:
+    scales = [one.hypothesis for one in single if h.effect.name in shared_with(one.hypothesis.effect)]
+    if scales:
         loss, _ = both.explained(wanted, both.along(*(r.name for r in scales)).sum(axis=1, keepdims=True))
         found += [Rival(r.effect.name, r.at, loss) for r in scales]
-    if slow and smooth:
-        loss = min(left_by(both, wanted, both.along(n)[:, 0]) for n in smooth)
-        found.append(Rival(FILTER, slow[0].name, loss))
+    if slow:
+        found += [Rival(n, slow[0].name, left_by(both, wanted, both.along(n)[:, 0])) for n in smooth]
     if sure:
         shown = noise_spectra(fit)
         doubt = DULL_DOUBT if louder(fit, added, shown) > DULL else DOUBT
@@ -97,7 +95,7 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
 
 def elsewhere(fit: Fit, h: Hypothesis) -> dict[Hypothesis, dict[str, Array]]:
     """Return a hum at the other IMUs, with its parameters at its own: a motion that is free carries it there."""
-    if h.effect.name != HUM:
+    if not h.effect.tone:
         return {}
     taken = {other.name for other in fit.model.hypotheses}
     others = [replace(h, at=i.name) for i in fit.model.recording.imus]
@@ -136,23 +134,29 @@ def louder(fit: Fit, signals: Mapping[str, Array], shown: Mapping[str, Spectra])
 def equivalents(fit: Fit, h: Hypothesis) -> list[Rival]:
     """Return what the recording cannot tell from `h`, a kept effect of the fit, the closest first."""
     found = {(r.effect, r.at): r for r in rivals(fit, h) if r.loss < LIKE}
-    scales = [other for other in fit.model.hypotheses if other.effect.name == SCALE]
-    if h in scales and len(scales) == len(fit.model.recording.imus):
-        loss = _all_scaled(fit, scales)
-        if loss < LIKE:
-            found[("gravity", "world")] = Rival("gravity", "world", loss)
+    same = [other for other in fit.model.hypotheses if other.effect.name == h.effect.name]
+    if h in same and len(same) == len(fit.model.recording.imus):
+        for name, at in shared_with(h.effect).items():
+            loss = _all_of(fit, same, name, at)
+            if loss < LIKE:
+                found[(name, at)] = Rival(name, at, loss)
     return sorted(found.values(), key=lambda r: r.loss)
 
 
-def _all_scaled(fit: Fit, scales: Sequence[Hypothesis]) -> float:
-    """Return what is lost when another gravity stands for the scales of all accelerometers."""
+def shared_with(effect: Effect) -> dict[str, str]:
+    """Return the effects, each with its place, that an effect cannot be told from where every sensor has it."""
+    return {a.effect: a.other_at for a in effect.alike if a.shared}
+
+
+def _all_of(fit: Fit, same: Sequence[Hypothesis], name: str, at: str) -> float:
+    """Return what is lost when an effect at a place stands for one that every sensor has."""
     recording = fit.model.recording
-    if "gravity" not in EFFECTS or "world" not in EFFECTS["gravity"].places(recording):
+    if name not in EFFECTS or at not in EFFECTS[name].places(recording):
         return np.inf
-    weight = Hypothesis(EFFECTS["gravity"].suited(recording), "world")
-    if weight.name in {h.name for h in fit.model.hypotheses}:
+    instead = Hypothesis(EFFECTS[name].suited(recording), at)
+    if instead.name in {h.name for h in fit.model.hypotheses}:
         return np.inf
-    return replacements(fit, scales, [weight])[0].loss
+    return replacements(fit, same, [instead])[0].loss
 
 
 def replacements(fit: Fit, gone: Sequence[Hypothesis], others: Sequence[Hypothesis]) -> list[Replacement]:

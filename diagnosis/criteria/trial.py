@@ -9,7 +9,6 @@ from imubench.diagnosis.noise.reml import declared
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.samples.rest_noise import quietest
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.traits import FILTER
 
 NEEDED = 5.0  # nat of evidence before an effect is looked at on held-out data: odds of 150 for some 60 candidates
 TRIED = 3  # of the best scores, refitted exactly in each round
@@ -54,7 +53,7 @@ class Kept:
 
 def kind(h: Hypothesis) -> str:
     """Return an effect at its place, of whose variants a fit has one; a filter's are apart, as its triples are."""
-    return h.name if h.effect.name == FILTER else f"{h.effect.name}@{h.at}"
+    return h.name if h.effect.filters else f"{h.effect.name}@{h.at}"
 
 
 def misfit(fit: Fit, at_least: bool = False) -> float:

@@ -16,7 +16,7 @@ from imubench.diagnosis.problem.bspline import Held, interpolated
 from imubench.diagnosis.problem.dynamics_factors import GROUP
 from imubench.diagnosis.problem.residuals import CHANNELS, Rows
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.traits import FRICTION
+from imubench.effects import traits_of
 from imubench.effects.effect import Effect, Error, Parameter, Place, Reading, Scene, Values
 from imubench.jets import Jet
 
@@ -57,7 +57,7 @@ class Term:
 
     def holds(self, effect: str) -> bool:
         """Return whether it holds a law of friction, a torque with the rate: neither stands in for the other."""
-        return self.goes_with == RATE and effect in FRICTION
+        return self.goes_with == RATE and traits_of(effect).friction
 
     def only(self, channel: int) -> "Term":
         """Return the part that enters one channel."""
@@ -71,6 +71,7 @@ class Unknown(Effect):
 
     name, law = "unknown", "reads + sum_k weight_k phi_k(t), phi_k held"
     place: ClassVar[Place] = "imu"
+    on_sensor = False  # nobody knows whether it is the sensor's or its seat's
 
     def __init__(self, term: Term, std: float) -> None:
         self.term = term

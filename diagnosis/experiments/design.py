@@ -14,14 +14,13 @@ from imubench.arrays import Array
 from imubench.diagnosis.criteria.signatures import MARK, JointInformation, joint_information, signature
 from imubench.diagnosis.experiments.motion_menu import MENU, Motion, Stage, Swing
 from imubench.diagnosis.experiments.planned_recording import assumed, laid, read, readings, staged
-from imubench.diagnosis.experiments.symmetries import ALWAYS, BUT_IN_SWINGS
+from imubench.diagnosis.experiments.symmetries import same_readings
 from imubench.diagnosis.problem.dynamics_factors import GROUP, inertia_about_joint
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE_AXIS
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended
-from imubench.diagnosis.traits import HUM
 from imubench.effects.effect import Scene
 from imubench.jets import Jet
 from imubench.links import ZERO
@@ -32,10 +31,6 @@ SECONDS = 20.0
 CLEAR = 10.0  # nat: a motion that is expected to show less separates nothing
 STEPS = 6  # of the solver, where a promise is checked: as of any refit
 NEARLY = 0.9  # of the best: from there the motion that comes first in the menu, the simpler one, is named
-BORNE = (
-    "gyro_", "accel_", "g_sensitivity", "low_pass", "time_offset", "clock_skew", "saturation", "quantisation",
-)  # fmt: skip
-"""How effects begin that move with a sensor, not with its seat."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +56,7 @@ def separate(
 ) -> list[Separation | None]:
     """Return for each kept effect and its rival the motion that tells them best, None where none of the menu does."""
     recording = fit.model.recording
-    told = [not any(s.joins(*pair, recording) for s in ALWAYS) for pair in pairs]
+    told = [not same_readings(*pair, recording, swings=True) for pair in pairs]
     asked = [pair for pair, can in zip(pairs, told, strict=True) if can]
     table = {motion: expected(fit, asked, motion, seconds) for motion in playable(recording)} if asked else {}
     found = iter(
@@ -75,7 +70,11 @@ def _best(
 ) -> Separation | None:
     """Return the motion that tells an effect from a rival best, by what is expected; None where it would not."""
     recording = fit.model.recording
-    some = {m: gain for m, gain in gains.items() if not any(s.joins(*pair, recording, m) for s in BUT_IN_SWINGS)}
+    some = {
+        m: gain
+        for m, gain in gains.items()
+        if not same_readings(*pair, recording, swings=any(stage.free for stage in m.stages))
+    }
     most = max(some.values(), default=0.0)
     if most <= CLEAR:
         return None
@@ -90,7 +89,7 @@ def separation(fit: Fit, h: Hypothesis, rivals: Sequence[Hypothesis]) -> str:
     Not from what has states, nor from a hum elsewhere: rivals are taken at their start, and a hum's has another
     frequency, which any motion tells.
     """
-    fitted = [r for r in rivals if not r.effect.states and r.effect.name != HUM]
+    fitted = [r for r in rivals if not r.effect.states and not r.effect.tone]
     if h.effect.states or not fitted:
         return ""
     found = [s for s in separate(fit, [(h, r) for r in fitted]) if s is not None]
@@ -140,7 +139,7 @@ def shown(fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], stage: Stage
     out = joint_information(begun.model, begun.state, begun, others, marks)
     factor = np.ones(len(out.prior))
     for r in others:
-        if r.effect.name == "inertia":
+        if r.effect.acts("lighter"):
             factor[out.places[r.name]] = _lighter(fit.model.recording, recording)
     places = {name: out.places[_carried(r, stage).name] for name, r in rivals.items()}
     places |= {name: out.places[name] for name in marks}
@@ -151,7 +150,7 @@ def placed(fit: Fit, h: Hypothesis, stage: Stage, recording: Recording) -> tuple
     """Return an effect as it is in a stage, a recording of which is given, and its fitted numbers (k,) there."""
     there = _carried(h, stage)
     values = {there.key(p.name): fit.state.values[h.key(p.name)] for p in h.effect.parameters}
-    if h.effect.name == "inertia":
+    if h.effect.acts("lighter"):
         values = {key: 1 + (v - 1) * _lighter(fit.model.recording, recording) for key, v in values.items()}
     return there, values
 
@@ -225,7 +224,7 @@ def _swing(fit: Fit, recording: Recording, h: Hypothesis, pulled: bool = False) 
 
 def _carried(h: Hypothesis, stage: Stage) -> Hypothesis:
     """Return where an effect sits in a stage: what a sensor bears goes with it."""
-    if stage.swapped and h.at in ("imu1", "imu2") and h.effect.name.startswith(BORNE):
+    if stage.swapped and h.at in ("imu1", "imu2") and h.effect.borne:
         return replace(h, at="imu2" if h.at == "imu1" else "imu1")
     return h
 

@@ -4,71 +4,38 @@ A linear prediction of a motion's information does not see that: the splines of 
 that is moved by part of a knot's interval, and the difference looks like information.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Iterator
 
-from imubench.diagnosis.experiments.motion_menu import Motion
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.traits import CLOCKS
+from imubench.effects.traits import Alike
 from imubench.recording import Recording
 
 
-@dataclass(frozen=True)
-class Symmetry:
-    """Two effects at their places of which each has the other's readings, where a recording is of some kind."""
+def same_readings(one: Hypothesis, other: Hypothesis, recording: Recording, swings: bool) -> bool:
+    """Return whether the same readings follow from two effects at their places, whatever the motion.
 
-    why: str
-    same: Callable[[Hypothesis, Hypothesis], bool]  # in one order of the two
-    where: Callable[[Recording], bool] = lambda _: True
-    swings: bool = True  # whether it holds in free swings, too
-
-    def joins(self, one: Hypothesis, other: Hypothesis, recording: Recording, motion: Motion | None = None) -> bool:
-        """Return whether a recording of this kind, of a motion if one is given, cannot tell two effects apart."""
-        free = motion is not None and any(stage.free for stage in motion.stages)
-        pair = self.same(one, other) or self.same(other, one)
-        return pair and self.where(recording) and (self.swings or not free)
+    Args:
+        one: an effect.
+        other: what may stand in its place.
+        recording: whose rig and sensors they are at.
+        swings: whether that has to hold in free swings too, whose time gravity sets.
+    """
+    return any(holds(alike, recording, swings) for alike in (*declared(one, other), *declared(other, one)))
 
 
-def _are(first: str, second: str) -> Callable[[Hypothesis, Hypothesis], bool]:
-    """Return whether two effects are of these names, each NAME@PLACE or NAME at any place."""
-
-    def is_one(h: Hypothesis, text: str) -> bool:
-        name, _, at = text.partition("@")
-        return h.effect.name == name and at in ("", h.at)
-
-    return lambda one, other: is_one(one, first) and is_one(other, second)
+def declared(one: Hypothesis, other: Hypothesis) -> Iterator[Alike]:
+    """Yield what an effect declares of being like another one, each at its place."""
+    for alike in one.effect.alike:
+        there = alike.other_at == other.at if alike.other_at else one.at != other.at
+        if alike.effect == other.effect.name and alike.at in ("", one.at) and there:
+            yield alike
 
 
-def _clocks(one: Hypothesis, other: Hypothesis) -> bool:
-    """Return whether two effects are the same error of two clocks."""
-    return one.effect.name == other.effect.name and one.effect.name in CLOCKS and one.at != other.at
+def holds(alike: Alike, recording: Recording, swings: bool) -> bool:
+    """Return whether that is so in a recording, and where asked for in free swings too."""
+    measured = bool(recording.encoders or recording.poses)
+    based = alike.base in ("", recording.base)
+    return based and (alike.in_swings or not swings) and not (alike.only_imus and measured)
 
 
-def _only_imus(recording: Recording) -> bool:
-    return not (recording.encoders or recording.poses)
-
-
-ALWAYS: tuple[Symmetry, ...] = (
-    Symmetry("a common shift of both clocks only says when the motion was", _clocks, _only_imus),
-    Symmetry(
-        "the second segment seen from the first sensor moves alike",
-        _are("moving_centre@joint", "skin_sliding@imu1"),
-        lambda recording: recording.base == "free",
-    ),
-    Symmetry(
-        "a turn that follows the hinge angle, before or after the sensor",
-        _are("axis_coupling@joint", "skin_sliding@imu2"),
-    ),
-)
-"""That hold whatever the motion."""
-
-BUT_IN_SWINGS: tuple[Symmetry, ...] = (
-    Symmetry(
-        "a scale that all accelerometers share is another unit of force",
-        _are("gravity@world", "accel_scale"),
-        swings=False,
-    ),
-)
-"""That hold but in free swings, whose time gravity sets."""
-
-__all__ = ["ALWAYS", "BUT_IN_SWINGS", "Symmetry"]
+__all__ = ["same_readings"]

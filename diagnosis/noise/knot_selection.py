@@ -28,7 +28,6 @@ from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
-from imubench.diagnosis.traits import FILTER
 
 TIMES = (4, 3, 2)  # fewer knots, the fewest first
 SPARED = 0.45  # of the highest frequency of the knots: above, nothing may be more than noise
@@ -78,7 +77,7 @@ def ringing(fit: Fit) -> float:
     with 150. How quick a motion is the gyroscope tells: a hum shakes an accelerometer at any frequency.
     """
     imus = {imu.name: imu for imu in fit.model.recording.imus}
-    springs = [h for h in fit.model.hypotheses if h.at in imus and h.effect.lawful and h.effect.name != FILTER]
+    springs = [h for h in fit.model.hypotheses if h.at in imus and h.effect.lawful and not h.effect.filters]
     out = 0.0
     for h in springs:
         quick = [np.exp(fit.state.values[h.key(p.name)]) for p in h.effect.parameters if p.unit == "Hz"]

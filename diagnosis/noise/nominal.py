@@ -21,7 +21,6 @@ from imubench.recording import Recording
 
 START_NOISE = {"gyro": 0.3, "accel": 1.0, "angle": 0.01, "position": 0.01, "rotation": 0.02}  # loose: rad/s, m/s^2, ...
 LOOSE_EQUATION = 1e4  # of its std: the sensors say what moves before the equation of motion is asked
-BIAS = "gyro_bias"
 ABOVE = 3.0  # times the roughness of the start, where that is more than the first guess
 FREER = 8.0  # times the roughness of a motion that may be held too smooth
 UNRELATED = 1.0  # of follows_motion: no more than by chance
@@ -67,7 +66,7 @@ def certain(model: Model) -> tuple[str, ...]:
 
     A curve without a name that does as much as a clock's offset or a gyroscope's bias would be the pose's own errors.
     """
-    return ("time_offset", BIAS) if model.wander else ()
+    return tuple(name for name, effect in EFFECTS.items() if effect.in_every_sensor) if model.wander else ()
 
 
 def biases(model: Model) -> tuple[Hypothesis, ...]:
@@ -79,7 +78,8 @@ def biases(model: Model) -> tuple[Hypothesis, ...]:
     segments = {p.segment for i, p in enumerate(model.recording.poses) if f"pose{i + 1}" in model.wander}
     known = {h.at for h in model.hypotheses if h.effect.given}
     imus = [i.name for i in model.recording.imus if segment_of(i.name) in segments and i.name not in known]
-    return tuple(Hypothesis(EFFECTS[BIAS], at) for at in imus if BIAS in EFFECTS)
+    every = [effect for effect in EFFECTS.values() if effect.in_every_sensor and effect.acts("error")]
+    return tuple(Hypothesis(effect, at) for effect in every for at in imus)
 
 
 def roughness(model: Model, state: State, anchor: Array | None) -> dict[str, float]:

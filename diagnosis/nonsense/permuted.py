@@ -9,10 +9,10 @@ from imubench.diagnosis.nonsense.handedness import AXES
 from imubench.diagnosis.nonsense.mirrored import component
 from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
 from imubench.diagnosis.result import Finding, Nonsense
+from imubench.effects import traits_of
 from imubench.recording import Imu, Recording
 from imubench.rotations import exp, to_matrix
 
-POSE = "mount_pose"
 SURE = 0.5  # confidence from which a finding counts
 TURNED = 0.8  # rad: less is a mount that sits askew, not one axis in another's place (1.57)
 NEAR = 0.05  # rad, and three standard deviations: 2 % of directions are as near to one of the 23 others by chance
@@ -26,7 +26,7 @@ def permuted(findings: Iterable[Finding], recording: Recording) -> tuple[Nonsens
     """
     out = []
     for f in findings:
-        if f.effect != POSE or f.confidence < SURE or recording.rig == "pendulum":
+        if not traits_of(f.effect).misplaces or f.confidence < SURE or recording.rig == "pendulum":
             continue
         way = way_of(f, recording.imu(f.at), recording.rig == "hinge")
         if way is not None:

@@ -8,11 +8,17 @@ import numpy as np
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.problem.batch_model import Model
-from imubench.diagnosis.problem.hypothesis import State
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State
+from imubench.effects import EFFECTS
 from imubench.jets import CONSTANT, Jet, Turn, rotation, skew, times, variable
 
 SENSOR = "imu1"
-MOUNTS = (f"{SENSOR}.rotation", f"mount_pose@{SENSOR}.rotation")  # what turns it: its declared mount's error, an effect
+
+
+def turning() -> tuple[str, ...]:
+    """Return the names of the numbers that turn it: its declared mount's error, and what effects have it turned by."""
+    placing = (Hypothesis(effect, SENSOR) for effect in EFFECTS.values() if effect.misplaces)
+    return (f"{SENSOR}.rotation", *(h.key("rotation") for h in placing))
 
 
 def sensor_turn(model: Model, state: State) -> Turn:
@@ -24,7 +30,7 @@ def sensor_turn(model: Model, state: State) -> Turn:
     if SENSOR not in model.mounts:
         return Turn(np.eye(3)[None])
     turn = Turn(model.mounts[SENSOR].turn[None])
-    for name in MOUNTS:
+    for name in turning():
         if name in state.values:
             turn = turn @ rotation(variable((name, CONSTANT), state.values[name]))
     return turn
@@ -44,7 +50,7 @@ def turns_back(model: Model, old: dict[str, Array], new: dict[str, Array]) -> tu
     """Return how segment 1 turns where its sensor stays: a matrix (3, 3), and to first order a vector (3,) rad."""
     before = after = model.mounts[SENSOR].turn
     slope = np.zeros(3)
-    for name in MOUNTS:
+    for name in turning():
         if name in new:
             slope -= before @ left_jacobian(old[name]) @ (new[name] - old[name])
             before, after = (m @ rotations.to_matrix(rotations.exp(v[name])) for m, v in ((before, old), (after, new)))

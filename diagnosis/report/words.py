@@ -1,47 +1,9 @@
 """Plain sentences about a diagnosis."""
 
 from imubench.diagnosis.result import SURE, UNKNOWN, Baseline, Diagnosis, Finding, Move, Moves, Pair, Rejected, Where
+from imubench.effects import traits_of
 
-EFFECTS = {
-    "gyro_bias": "a constant offset of {imu}'s gyroscope",
-    "accel_bias": "a constant offset of {imu}'s accelerometer",
-    "gyro_drift": "an offset of {imu}'s gyroscope that grows with time",
-    "accel_drift": "an offset of {imu}'s accelerometer that grows with time",
-    "gyro_scale": "a scale error of {imu}'s gyroscope",
-    "accel_scale": "a scale error of {imu}'s accelerometer",
-    "gyro_misalignment": "gyroscope axes of {imu} that are not square",
-    "accel_misalignment": "accelerometer axes of {imu} that are not square",
-    "g_sensitivity": "a gyroscope in {imu} that feels acceleration",
-    "gyro_noise": "more noise of {imu}'s gyroscope than declared",
-    "accel_noise": "more noise of {imu}'s accelerometer than declared",
-    "low_pass": "a low-pass filter in {imu}",
-    "time_offset": "a clock of {imu} that is set wrong",
-    "clock_skew": "a clock of {imu} that runs too fast or too slow",
-    "saturation": "readings of {imu} that are clipped",
-    "quantisation": "readings of {imu} that are rounded to steps",
-    "dropouts": "samples of {imu} that are lost",
-    "vibration": "a hum at {imu}",
-    "impacts": "knocks on {imu}",
-    "mount_pose": "{imu} sitting elsewhere than the model has it",
-    "mount_shift": "{imu} moving to another place during the recording",
-    "soft_mount": "a soft mount that {imu} moves on as on springs",
-    "rocking_mount": "a mount that {imu} rocks on",
-    "skin_sliding": "{imu} sliding along as the joint moves",
-    "joint_play": "play across the hinge axis",
-    "axis_coupling": "a rotation off the hinge axis that follows the hinge angle",
-    "moving_centre": "a joint centre that moves with the hinge angle",
-    "moving_pivot": "a pivot that does not stay in its place",
-    "viscous_friction": "viscous friction in the joint",
-    "dry_friction": "dry friction in the joint",
-    "air_drag": "air drag",
-    "joint_spring": "a spring, such as a cable, across the joint",
-    "end_stop": "a stop at the end of the joint's range",
-    "backlash": "backlash between joint and encoder",
-    "inertia": "an inertia that is not the declared one",
-    "gravity": "a gravity that is not the declared one",
-    UNKNOWN: "something at {imu} that no effect of the library explains",
-}
-
+UNNAMED = "something at {imu} that no effect of the library explains"
 MEASURED = {
     "hinge_angle": "hinge angle",
     "hinge_angle_but_constant": "hinge angle, but for a constant",
@@ -69,7 +31,7 @@ VERDICTS = {  # verdict -> how it looks
 
 def called(effect: str, at: str) -> str:
     """Return what an effect at a place is, in words."""
-    text = EFFECTS.get(effect, effect.replace("_", " ") + " at {imu}")
+    text = UNNAMED if effect == UNKNOWN else traits_of(effect).phrase or effect.replace("_", " ") + " at {imu}"
     return text.format(imu=at if at.startswith(("imu", "pose")) else f"the {at}")
 
 

@@ -12,8 +12,10 @@ from imubench.diagnosis.problem.dynamics_factors import GROUP, equation_of
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.residual_checks.localize import shares
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
-from imubench.diagnosis.samples.check_findings import UNITS
+from imubench.diagnosis.samples.check_findings import UNITS, called
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.effects import traits_of
+from imubench.effects.traits import Fault
 
 SURELY = 0.9  # confidence in noise power beyond that, which no term explains
 FLAT = 1.15  # by how much a band's power may differ from the whole's, beyond what chance lets it
@@ -84,13 +86,13 @@ def refuted(raw: Sequence[Finding], fit: Fit, known: set[str]) -> tuple[Finding,
     At IMUs in `known`, which have something without a name: the kinks of a dead zone are white above a hand's motion,
     and were a gyroscope's noise.
     """
-    some = [f for f in raw if f.at in known and f.effect.endswith("_noise")]
+    some = [f for f in raw if f.at in known and traits_of(f.effect).fault is Fault.NOISY]
     if not some:
         return ()
     found, leverage = levels(fit)
 
     def less(f: Finding) -> bool:
-        name = f"{f.at}.{f.effect.removesuffix('_noise')}"
+        name = f"{f.at}.{traits_of(f.effect).channel}"
         return name in leverage and tells(leverage[name]) and found[name] < LESS * float(f.parameters["std"].value)
 
     return tuple(f for f in some if less(f))
@@ -147,7 +149,7 @@ def louder(name: str, std: float, leverage: Array) -> Finding:
     at, part = name.split(".")
     error = std / np.sqrt(2 * max(float(np.sum(1 - leverage)), 1.0))
     size = Parameter(np.array(std), np.array(error), UNITS[part])
-    return Finding(f"{part}_noise", at, SURELY, {"std": size}, Interval(0.0, (0.0, 0.0)))
+    return Finding(called(Fault.NOISY, part), at, SURELY, {"std": size}, Interval(0.0, (0.0, 0.0)))
 
 
 __all__ = [

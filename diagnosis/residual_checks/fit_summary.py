@@ -26,7 +26,6 @@ CHANNELS = {
     "position": (("x", "y", "z"), "m"),
     "rotation": (("rx", "ry", "rz"), "rad"),
 }
-PIVOT = "moving_pivot"
 
 
 @dataclass(frozen=True)
@@ -165,7 +164,7 @@ def played(fit: Fit) -> Played:
     first = model.segment(fit.state, moment, "segment1")
     assert first.turn is not None  # every rig of the fit has an attitude
     q = rotations.continuous(np.broadcast_to(rotations.from_matrix(first.turn.matrix), (time.size, 4)))
-    carried = any(h.effect.name == PIVOT for h in model.hypotheses)
+    carried = any(h.effect.carries_joint for h in model.hypotheses)
     unplaced = FORCE in model.tracks.widths or carried
     if carried:
         first = model.last(fit.state, moment, first)

@@ -8,7 +8,6 @@ import numpy as np
 from imubench.diagnosis.residual_checks.excess_noise import unexplained
 from imubench.diagnosis.result import Finding, Where
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.traits import POSE
 
 STRAINED = 5.0  # of its prior's standard deviations, beyond which a number is none that a sensor has
 ALONE = 8.0  # of them, where nothing else makes up for it
@@ -22,7 +21,7 @@ def implausible_places(fit: Fit) -> set[str]:
     was one that read 89 % too little beside an arm of 13 cm. A mount may be turned by any angle. Axes that read 31 % of
     each other, and nothing else wrong, were a misalignment, of an accelerometer rounded to 1 m/s^2.
     """
-    sensors = [h for h in fit.model.judged if h.effect.place == "imu" and h.effect.name != POSE]
+    sensors = [h for h in fit.model.judged if h.effect.place == "imu" and not h.effect.misplaces]
     beside = Counter(h.at for h in sensors)
     out = set()
     for h in sensors:

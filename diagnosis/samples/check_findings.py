@@ -10,6 +10,8 @@ from imubench.diagnosis.samples.impacts import Knocks
 from imubench.diagnosis.samples.noise_floor import Level, Rest
 from imubench.diagnosis.samples.sample_faults import Lost, Mask, enough
 from imubench.diagnosis.samples.tones import Line
+from imubench.effects import EFFECTS
+from imubench.effects.traits import Fault
 from imubench.recording import Imu
 
 Value = tuple[Array, Array, str]
@@ -37,6 +39,11 @@ class RawFinding:
     windows: Windows = ()  # s, where it shows; empty: everywhere
 
 
+def called(fault: Fault, part: str = "") -> str:
+    """Return the name of the effect that does something to single samples, to those of "gyro" or "accel" alone."""
+    return EFFECTS.name_of(lambda e: e.fault is fault and part in ("", e.channel))
+
+
 def value(number: float | Array, std: float | Array, unit: str) -> Value:
     """Return a parameter as arrays of one shape."""
     x = np.asarray(number, dtype=float)
@@ -57,7 +64,7 @@ def saturation_finding(imu: Imu, part: str, at: Mask, limits: Array) -> RawFindi
         said += f"; the limits of its axes differ by up to {spread:.2g}"
     evidence = f"{said}, first at {times[0]:.2f} s."
     parameters = {"limit": value(limit, max(spread / 2, 1e-6 * limit), UNITS[part])}
-    return RawFinding("saturation", imu.name, parameters, 0.99, evidence, {"channels": (part,)}, joined(times))
+    return RawFinding(called(Fault.CLIPPED), imu.name, parameters, 0.99, evidence, {"channels": (part,)}, joined(times))
 
 
 def quantisation_finding(imu: Imu, part: str, steps: Array, noise: float | None) -> RawFinding | None:
@@ -74,9 +81,8 @@ def quantisation_finding(imu: Imu, part: str, steps: Array, noise: float | None)
         f"rounding to it adds {step / np.sqrt(12):.2g} {unit} to a noise of {other:.2g}."
     )
     error = max(float(np.ptp(steps[steps > 0])), 1e-6 * step)
-    return RawFinding(
-        "quantisation", imu.name, {"step": value(step, error, unit)}, 0.99, evidence, {"channels": (part,)}
-    )
+    parameters = {"step": value(step, error, unit)}
+    return RawFinding(called(Fault.ROUNDED), imu.name, parameters, 0.99, evidence, {"channels": (part,)})
 
 
 def dropouts_finding(imu: Imu, lost: Lost) -> list[RawFinding]:
@@ -92,7 +98,9 @@ def dropouts_finding(imu: Imu, lost: Lost) -> list[RawFinding]:
             error = float(np.sqrt(max(fraction * (1 - fraction), 1 / n) / count))
             evidence = f"{100 * fraction:.1f} % of {imu.name}'s samples {said}, {events} times."
             parameters = {"fraction": value(fraction, error, "1")}
-            out.append(RawFinding("dropouts", imu.name, parameters, 0.99, evidence, {"mode": mode}, joined(times)))
+            out.append(
+                RawFinding(called(Fault.LOST), imu.name, parameters, 0.99, evidence, {"mode": mode}, joined(times))
+            )
     return out
 
 
@@ -107,7 +115,7 @@ def impacts_finding(imu: Imu, knocked: Knocks) -> RawFinding:
     confidence = SURE_OF_KNOCKS[times.size > 1]
     parameters = {"times": value(times, period, "s")}
     windows = joined(imu.time[knocked.samples])
-    return RawFinding("impacts", imu.name, parameters, confidence, evidence, windows=windows)
+    return RawFinding(called(Fault.STRUCK), imu.name, parameters, confidence, evidence, windows=windows)
 
 
 def noise_finding(imu: Imu, part: str, level: Level | None, rest: float | None, step: float) -> RawFinding | None:
@@ -127,7 +135,7 @@ def noise_finding(imu: Imu, part: str, level: Level | None, rest: float | None, 
         f"White noise of {std:.3g} {unit} per sample from 12 Hz up in {imu.name}'s {part}, "
         f"{std / known:.1f} times the declared {known:.3g}."
     )
-    return RawFinding(f"{part}_noise", imu.name, {"std": value(std, level.error, unit)}, 0.95, evidence)
+    return RawFinding(called(Fault.NOISY, part), imu.name, {"std": value(std, level.error, unit)}, 0.95, evidence)
 
 
 def hum_finding(imu: Imu, found: Line, rate: float) -> RawFinding:
@@ -140,7 +148,7 @@ def hum_finding(imu: Imu, found: Line, rate: float) -> RawFinding:
         "frequency": value(found.frequency, found.error, "Hz"),
         "amplitude": value(found.amplitude, found.amplitude_error, "m/s^2"),
     }
-    return RawFinding("vibration", imu.name, parameters, 0.9, evidence, windows=found.windows)
+    return RawFinding(EFFECTS.name_of(lambda e: e.tone), imu.name, parameters, 0.9, evidence, windows=found.windows)
 
 
 def joined(times: Array, within: float = 0.5, fewest: int = 1) -> Windows:

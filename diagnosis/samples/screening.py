@@ -13,7 +13,8 @@ from imubench.diagnosis.samples.noise_floor import WANDER
 from imubench.diagnosis.samples.notch import turns_with_hum, with_steady_hum, without_hum
 from imubench.diagnosis.samples.pose_correlation import GaussMarkov, correlated_poses
 from imubench.diagnosis.samples.rest_noise import MOST
-from imubench.diagnosis.traits import HUM
+from imubench.effects import traits_of
+from imubench.effects.traits import Fault
 from imubench.recording import Imu, Recording
 
 KNOCK, LINE = 0.035, 0.045  # s: a knock is over after the one, and straight lines are laid over the other
@@ -36,7 +37,8 @@ class SampleChecks:
     @property
     def humming(self) -> dict[str, float]:
         """The IMUs that hum, and at how many Hz."""
-        return {f.at: float(f.parameters["frequency"].value) for f in self.findings if f.effect == HUM}
+        tones = ((f, traits_of(f.effect).tone) for f in self.findings)
+        return {f.at: float(f.parameters[tone].value) for f, tone in tones if tone}
 
     def without(self, gone: tuple[Finding, ...]) -> "SampleChecks":
         """Return the same without some of the findings."""
@@ -66,7 +68,7 @@ def check_samples(recording: Recording) -> SampleChecks:
     masks = {name: ~mask for c in checks for name, mask in c.masks.items() if mask.any()}
     of_poses, wander = correlated_poses(recording)
     masks |= of_poses
-    stops = [f for f in said if f.effect == "impacts" and stop_like(recording, f)]
+    stops = [f for f in said if traits_of(f.effect).fault is Fault.STRUCK and stop_like(recording, f)]
     firm = tuple(_finding(f) for f in said if f not in stops)
     stops = [replace(f, confidence=SURE_OF_KNOCKS[0]) if jolted(recording.imu(f.at), f) else f for f in stops]
     struck = {name.split(".")[0]: mask for c in checks for name, mask in c.struck.items() if mask.any()}
@@ -129,7 +131,8 @@ def _level(told: float | None, findings: list[Finding], part: str, unit: str) ->
     """Return the noise std of one triple, declared as `told`, with what its samples say of it; None: undeclared."""
     if not told:
         return None
-    loud = [float(f.parameters["std"].value) for f in findings if f.effect == f"{part}_noise"]
-    steps = [f.parameters["step"] for f in findings if f.effect == "quantisation"]
+    faults = [(f, traits_of(f.effect)) for f in findings]
+    loud = [float(f.parameters["std"].value) for f, t in faults if t.fault is Fault.NOISY and t.channel == part]
+    steps = [f.parameters["step"] for f, t in faults if t.fault is Fault.ROUNDED]
     rounding = max([0.0, *(float(p.value) / float(np.sqrt(12)) for p in steps if p.unit == unit)])
     return float(np.hypot(max([told, *loud]), rounding))

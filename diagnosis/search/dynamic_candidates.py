@@ -7,9 +7,7 @@ from imubench.diagnosis.noise.coherence import RELATED, follows_motion
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over
-from imubench.diagnosis.traits import CLOCK, FILTER
 
-JUMPS = ("dry_friction", "end_stop")  # torques with a jump
 HINTED = 30.0  # nat that a screening must promise where nothing else says that a sensor moves on its own
 SHARE = 0.08  # of what is left
 TWICE = 2.0  # times what effects without states explain: from there a spline without a law comes before them
@@ -28,11 +26,13 @@ def stateful(
     those `heard`, worth much beside it before something else came in, are. None beside a torque that jumps either,
     while little is left: a spline rounds the corners of such a motion as a filter would its readings.
     """
-    delayed = any(h.effect.name in (CLOCK, *JUMPS) for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
+    delayed = (
+        any(h.effect.late_by or h.effect.torque_jumps for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
+    )
     there = {kind(h) for h in fit.model.hypotheses}
     alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic" and kind(h) not in there]
     untold = delayed or (rivalled and not moving)
-    alive = [h for h in alive if not (untold and h.effect.name == FILTER and h.name not in heard)]
+    alive = [h for h in alive if not (untold and h.effect.filters and h.name not in heard)]
     if moving:
         return alive
     taken = any(h.effect.states and (h.effect.free or h.effect.place == "imu") for h in fit.model.hypotheses)

@@ -17,7 +17,6 @@ from imubench.diagnosis.search.moves.swap_for_rival import swapped_for_rivals
 from imubench.diagnosis.search.moves.swap_friction import best_friction
 from imubench.diagnosis.search.rounds import CLEARLY, Round, try_round
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.traits import CLOCK, FILTER, FRICTION, SLIP
 
 
 def forward_selection(
@@ -35,21 +34,21 @@ def forward_selection(
         while len(kept) < MOST:
             now, before, masks = try_round(fit, asked_for, say, vain, heard), len(kept), fit.model.masks
             fit, kept, refused = admitted(now, kept, rng, say)
-            if now.fit.model.masks is not masks and not any(k.hypothesis.effect.name == SLIP for k in kept[before:]):
+            if now.fit.model.masks is not masks and not any(k.hypothesis.effect.onset for k in kept[before:]):
                 fit = with_mask(fit, masks)  # of a slip that was refused
             lively, heard = now.lively, heard | well_heard(now)
             del now  # with all its fits: memory
             rejected += refused
             if len(kept) > before:
-                late = any(k.hypothesis.effect.name == CLOCK for k in kept[before:])
+                late = any(k.hypothesis.effect.late_by for k in kept[before:])
                 heard = set() if late else heard
                 fit, kept = swapped_for_rivals(fit, kept, everything, say)
                 fit, kept = filter_to_one_triple(fit, kept, everything, rng, say)
-                rubs = any(k.hypothesis.effect.name in FRICTION for k in kept[before:])
+                rubs = any(k.hypothesis.effect.friction for k in kept[before:])
                 fit, kept = best_friction(fit, kept, say) if rubs else (fit, kept)
                 fit, kept = clock_to_quick_filter(fit, kept, say) if late else (fit, kept)
                 asked_for = everything
-            elif slips := {h.name for h, _ in refused if h.effect.name == SLIP}:
+            elif slips := {h.name for h, _ in refused if h.effect.onset}:
                 asked_for = [h for h in asked_for if h.name not in slips]
             elif refused and not lively:
                 asked_for = [h for h in everything if h.effect.states]
@@ -60,7 +59,7 @@ def forward_selection(
 
 def well_heard(now: Round) -> set[str]:
     """Return the filters that were worth much in a round, whatever came in instead."""
-    return {t.hypothesis.name for t in now.tried if t.hypothesis.effect.name == FILTER and t.evidence > CLEARLY}
+    return {t.hypothesis.name for t in now.tried if t.hypothesis.effect.filters and t.evidence > CLEARLY}
 
 
 __all__ = ["forward_selection"]

@@ -49,13 +49,13 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import all_rows, factored
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
 from imubench.diagnosis.solve.refit import extended, information, refit
-from imubench.effects.soft_mounts import Sprung
+from imubench.effects.effect import Effect
 
 PROMISED = 10.0  # nat, before they are fitted
 UNSURE = 5.0  # nat that a bend promises, from which on straight springs are in doubt: 2 % of those that are straight
 LIKELY = 7.5  # nat that a bend of a soft mount promises, from which on it is said too
 NEEDED = 20.0  # nat, before springs are believed to bend; what they gain on held-out data only has to be a gain
-SOFT, LIKELY_SURE = "soft_mount", 0.6  # confidence
+LIKELY_SURE = 0.6  # confidence
 CLEAR = 25.0  # nat by which b is not 0: so much needs no left-out data
 ROUNDS = 4  # of the noise's estimation, the law's own with it
 
@@ -100,12 +100,12 @@ def nonlinear_springs(
     return out, unsure
 
 
-def straight(fit: Fit) -> list[tuple[Hypothesis, Sprung]]:
+def straight(fit: Fit) -> list[tuple[Hypothesis, Effect]]:
     """Return the mounts of a fit that are on straight springs."""
-    return [(h, h.effect) for h in fit.model.hypotheses if isinstance(h.effect, Sprung) and h.effect.size is None]
+    return [(h, h.effect) for h in fit.model.hypotheses if h.effect.straight_springs]
 
 
-def promised(fit: Fit, h: Hypothesis, springs: Sprung) -> float:
+def promised(fit: Fit, h: Hypothesis, springs: Effect) -> float:
     """Return the nat that a small bend promises, everything else free to follow; straight springs have their slope."""
     curved, everything = in_place(fit, h, springs)
     begun = extended(fit, everything)
@@ -116,7 +116,7 @@ def promised(fit: Fit, h: Hypothesis, springs: Sprung) -> float:
     return 0.5 * float(slope @ np.linalg.solve(information, slope))
 
 
-def in_place(fit: Fit, h: Hypothesis, springs: Sprung) -> tuple[Hypothesis, tuple[Hypothesis, ...]]:
+def in_place(fit: Fit, h: Hypothesis, springs: Effect) -> tuple[Hypothesis, tuple[Hypothesis, ...]]:
     """Return springs that bend, and all effects of a fit with these in the place of the straight ones."""
     (state,) = springs.states
     moved = states_inside(fit.model, fit.state, h)[state.name]
@@ -125,7 +125,7 @@ def in_place(fit: Fit, h: Hypothesis, springs: Sprung) -> tuple[Hypothesis, tupl
     return curved, tuple(curved if other == h else other for other in fit.model.hypotheses)
 
 
-def bending(fit: Fit, h: Hypothesis, springs: Sprung) -> NonlinearSprings:
+def bending(fit: Fit, h: Hypothesis, springs: Effect) -> NonlinearSprings:
     """Return a fit with springs that bend, and what it is worth over the one with straight ones."""
     curved, everything = in_place(fit, h, springs)
     tried = refit(fit, everything)
@@ -150,7 +150,7 @@ def nonlinear_finding(found: NonlinearSprings) -> Finding:
 
 def suspected_findings(unsure: Mapping[Hypothesis, float], fit: Fit) -> list[Finding]:
     """Return soft mounts of a fit that likely bend as findings without a name; `unsure`: what each promises, in nat."""
-    likely = [h for h, promise in unsure.items() if promise > LIKELY and h.effect.name == SOFT]
+    likely = [h for h, promise in unsure.items() if promise > LIKELY and not h.effect.rocks]
     return [replace(left_by(h, fit), confidence=LIKELY_SURE) for h in likely if h in fit.model.hypotheses]
 
 

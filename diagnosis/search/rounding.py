@@ -16,8 +16,8 @@ from imubench.diagnosis.result import Finding
 from imubench.diagnosis.search.confidence import DOUBTFUL, STRANGE, at_most
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit_without
-from imubench.diagnosis.traits import HUM, SLIP
-from imubench.effects import EFFECTS
+from imubench.effects import EFFECTS, traits_of
+from imubench.effects.traits import Fault
 from imubench.recording import Recording
 
 SHARP = 0.5  # of what is regular in rounding, left by the noise: more, and noise does not blur the steps
@@ -36,7 +36,7 @@ class Rounding:
 def roundings(findings: Iterable[Finding], recording: Recording) -> dict[str, Rounding]:
     """Return the rounding among some findings, by the places at which it may be taken for something else."""
     out = {}
-    for rounded in (f for f in findings if f.effect == "quantisation"):
+    for rounded in (f for f in findings if traits_of(f.effect).fault is Fault.ROUNDED):
         imu, step = recording.imu(rounded.at), rounded.parameters["step"]
         turns = step.unit == "rad/s"
         x, std = (imu.gyro, imu.gyro_noise_std) if turns else (imu.accel, imu.accel_noise_std)
@@ -82,8 +82,8 @@ def beside_rounding(
             return 1.0
         rounding = rounded[f.at]
         lasting = bool(effect.states) and f.heldout_gain.value < rounding.nat
-        size = float(np.linalg.norm(f.parameters["amplitude"].value)) if f.effect == HUM else np.inf
-        stepped = f.effect == SLIP and f.heldout_gain.value <= 0
+        size = float(np.linalg.norm(f.parameters["amplitude"].value)) if effect.tone else np.inf
+        stepped = bool(effect.onset) and f.heldout_gain.value <= 0
         told = lasting or stepped or (f.at not in heard and size < rounding.hum)
         return (STRANGE if rounding.regular > SHARP else DOUBTFUL) if told else 1.0
 

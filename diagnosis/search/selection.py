@@ -28,9 +28,7 @@ from imubench.diagnosis.search.moves.swap_clock_for_filter import clock_to_filte
 from imubench.diagnosis.search.moves.swap_friction import best_friction, together
 from imubench.diagnosis.search.rounding import without_rounded
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, converged
-from imubench.diagnosis.traits import FILTER
 from imubench.effects import possible
-from imubench.effects.soft_mounts import Sprung
 from imubench.progress import tell
 
 SETTLED = 8  # rounds at most, of a law that the fit ends with
@@ -58,7 +56,7 @@ class Selection:
     @property
     def springs_refused(self) -> frozenset[str]:
         """Return the places at which springs explained much and foretold nothing."""
-        return frozenset(h.at for h, _ in self.rejected if isinstance(h.effect, Sprung))
+        return frozenset(h.at for h, _ in self.rejected if h.effect.on_springs)
 
 
 def candidates(model: Model) -> list[Hypothesis]:
@@ -135,7 +133,7 @@ def laws_of_filters(fit: Fit) -> list[str]:
     A sensor's slow noise behind its filter looks like noise of the law. Round by round more of it went there (0.13 to
     0.33 times the law's standard deviation, and no end), until a motion a little later explained what was left.
     """
-    return law_levels(fit, [h for h in fit.model.hypotheses if h.effect.name == FILTER])
+    return law_levels(fit, [h for h in fit.model.hypotheses if h.effect.filters])
 
 
 __all__ = ["Selection", "candidates", "select"]

@@ -29,7 +29,6 @@ from imubench.diagnosis.search.unknown import Unknowns
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit, refit_without
-from imubench.diagnosis.traits import FILTER
 
 
 def named_by_law(selection: Selection, strange: Unknowns, say: Callable[[str], None] = lambda _: None) -> Selection:
@@ -92,7 +91,7 @@ def rings(trial: Trial) -> bool:
     """
     h, fit = trial.hypothesis, trial.fit
     swing = [np.exp(fit.state.values[h.key(p.name)]).min() for p in h.effect.parameters if p.unit == "Hz"]
-    return h.effect.name == FILTER or all(f < fit.model.recording.imu(h.at).rate / 2 for f in swing)
+    return h.effect.filters or all(f < fit.model.recording.imu(h.at).rate / 2 for f in swing)
 
 
 def with_series(fit: Fit, term: Hypothesis) -> Fit:

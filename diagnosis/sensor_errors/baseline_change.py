@@ -6,14 +6,10 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.result import Finding, Parameter
+from imubench.effects import traits_of
 from imubench.effects.effect import Change
 
 SURELY = 3.0  # standard deviations between numbers that are not the same
-ADDING = (
-    "accel_bias", "accel_drift", "accel_misalignment", "accel_scale", "clock_skew", "g_sensitivity", "gyro_bias",
-    "gyro_drift", "gyro_misalignment", "gyro_scale", "time_offset",
-)  # fmt: skip
-"""Small errors: one on top of another is their sum."""
 
 
 def differ(finding: Finding, own: Finding, change: Change | None = None) -> bool:
@@ -33,7 +29,7 @@ def differ(finding: Finding, own: Finding, change: Change | None = None) -> bool
 
 def changed(finding: Finding, own: Finding) -> Finding:
     """Return a finding with its numbers less those of the earlier recording's, where such errors add up."""
-    if finding.effect not in ADDING:
+    if not traits_of(finding.effect).additive:
         return finding
     pairs = shared(finding, own).items()
     less = {name: Parameter(p.value - q.value, spread(p, q), p.unit) for name, (p, q) in pairs}
@@ -55,4 +51,4 @@ def allowed(own: Parameter, change: Change | None) -> Array:
     return (change or Change()).of(own.value)
 
 
-__all__ = ["ADDING", "SURELY", "allowed", "changed", "differ", "shared"]
+__all__ = ["SURELY", "allowed", "changed", "differ", "shared"]

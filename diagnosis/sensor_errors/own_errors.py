@@ -23,7 +23,6 @@ from imubench.diagnosis.solve.refit import covariance_of
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.effects import possible
 from imubench.effects.effect import Effect
-from imubench.effects.known import KnownErrors
 from imubench.recording import Imu
 
 
@@ -44,7 +43,7 @@ class _Part:
 @one_thread
 def own_errors(fit: Fit) -> tuple[SensorErrors, ...]:
     """Return what a fit says of the errors of every IMU that it has."""
-    given = {h.at for h in fit.model.hypotheses if isinstance(h.effect, KnownErrors)}
+    given = {h.at for h in fit.model.hypotheses if h.effect.given}
     names = {h.name for h in fit.model.hypotheses}
     every = [
         Hypothesis(effect, at)
@@ -108,14 +107,11 @@ def _parts(every: Sequence[Hypothesis], here: Sequence[Hypothesis]) -> list[_Par
             count += p.width
     parts = []
     for h in here:
-        if isinstance(h.effect, KnownErrors):
-            matrix, offset = np.zeros((count, len(h.effect.expected))), np.zeros(count)
-            first = 0
-            for effect in h.effect.effects:
-                for p in effect.parameters:
-                    own = slice(first, first + p.width)
-                    at, first = places[Hypothesis(effect, h.at).key(p.name)], first + p.width
-                    matrix[at], offset[at] = h.effect.root[own], h.effect.expected[own]
+        if h.effect.given:
+            matrix, offset = np.zeros((count, h.effect.numbers)), np.zeros(count)
+            for effect, p, share, expected in h.effect.known_parts():
+                at = places[Hypothesis(effect, h.at).key(p.name)]
+                matrix[at], offset[at] = share, expected
             parts.append(_Part(h.key(h.effect.parameters[0].name), matrix, offset))
         elif samplewise(h.effect):
             for p in h.effect.parameters:

@@ -33,8 +33,8 @@ def free(fit: Fit, friction: float | None = None) -> tuple[Window, ...]:
     """
     recording = fit.model.recording
     if friction is None:
-        holding = [h for h in named(fit) if h.effect.name == "dry_friction"]
-        friction = sum(float(fit.model.values(h, fit.state)["t"].value[0, 0]) for h in holding)
+        holding = [h for h in named(fit) if h.effect.holds_by]
+        friction = sum(float(fit.model.values(h, fit.state)[h.effect.holds_by].value[0, 0]) for h in holding)
     out = [piece for swing in recording.free_swings for piece in cut_out([swing], held(fit, swing, friction))]
     return tuple(piece for piece in out if piece[1] - piece[0] >= LEAST_S)
 

@@ -18,8 +18,7 @@ from imubench.diagnosis.solve.clock_offsets import LAG, coarse, late, on_segment
 from imubench.diagnosis.solve.gauss_newton import Step
 from imubench.diagnosis.solve.retract import moved
 from imubench.diagnosis.solve.threads import one_thread
-from imubench.effects import EFFECTS
-from imubench.effects.timing import TIME_OFFSET
+from imubench.effects import EFFECTS, delay_law
 from imubench.jets import Jet
 from imubench.recording import Recording
 
@@ -56,10 +55,10 @@ def blind_start(model: Model) -> tuple[Model, State, Array | None]:
     targets: dict[str, Array] = {}
     offsets = late(model)
     for at, offset in offsets.items():
-        clock = Hypothesis(TIME_OFFSET, at)
+        clock = Hypothesis(delay_law(), at)
         if abs(offset) > coarse(recording) and clock.effect.name in EFFECTS:
             model = model.with_effects((*model.hypotheses, clock))
-            values[clock.key("offset")] = np.array([offset])
+            values[clock.key(clock.effect.late_by)] = np.array([offset])
     sampled = on_segments(model, grid, offsets)
     if rig.turns:
         if recording.poses and recording.poses[0].quaternion is not None:

@@ -17,21 +17,20 @@ from imubench.diagnosis.criteria.impact_test import BESIDE, counted, knocks, sol
 from imubench.diagnosis.noise.nominal import as_smooth
 from imubench.diagnosis.problem.dynamics_factors import turning
 from imubench.diagnosis.result import Finding, Interval, Parameter
-from imubench.diagnosis.samples.check_findings import SURE_OF_KNOCKS, UNITS, joined
+from imubench.diagnosis.samples.check_findings import SURE_OF_KNOCKS, UNITS, called, joined
 from imubench.diagnosis.samples.faint_impacts import faint_knocks
 from imubench.diagnosis.search.confidence import DOUBTFUL
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.traits import KNOCKING
 from imubench.diagnosis.windows import Window, covered
+from imubench.effects import traits_of
+from imubench.effects.traits import Fault
 from imubench.recording import Imu
 
 Mask = NDArray[np.bool_]
 
-DRY = "dry_friction"
 INSIDE = 9  # moments of a stretch that are looked at
 TOGETHER = 0.1  # s: nearer peaks are one
 FEWEST = 2  # samples of a peak; a single wild one is none
-LOST, ROUNDED = "dropouts", "quantisation"
 
 
 def struck_again(
@@ -42,14 +41,14 @@ def struck_again(
     Not where `named` has what knocks by itself, nor at an IMU of which the raw samples told some. Doubted where springs
     (`sprung`, of IMUs) explained much and foretold nothing: a mount that rings after a push does so in one sensor too.
     """
-    if any(f.effect in KNOCKING for f in named):
+    if any(traits_of(f.effect).knocks for f in named):
         return ()
-    told = {f.at for f in named if f.effect == "impacts"}
+    told = {f.at for f in named if traits_of(f.effect).fault is Fault.STRUCK}
     out = []
     for imu in (i for i in fit.model.recording.imus if i.name not in told):
         samples = struck.get(imu.name, np.zeros(imu.time.size, dtype=bool))
         peaks = joined(imu.time[samples], TOGETHER, FEWEST)
-        if any(f.effect == DRY for f in named):
+        if any(traits_of(f.effect).holds_by for f in named):
             peaks = tuple(p for p in peaks if not turns_round(fit, p))
         peaks = tuple(p for p in peaks if not slips(fit, imu.name, p))
         times = knocks(fit, imu.name, samples, peaks) if peaks else np.array([])
@@ -58,7 +57,7 @@ def struck_again(
         if times.size:
             parameters = {"times": Parameter(times, np.full(times.size, 1 / imu.rate), "s")}
             sure = min(SURE_OF_KNOCKS[times.size > 1], DOUBTFUL if imu.name in sprung else 1.0)
-            out.append(Finding("impacts", imu.name, sure, parameters, Interval(0.0, (0.0, 0.0))))
+            out.append(Finding(called(Fault.STRUCK), imu.name, sure, parameters, Interval(0.0, (0.0, 0.0))))
     return tuple(out)
 
 
@@ -72,10 +71,11 @@ def faint(fit: Fit, imu: Imu, struck: Mask, named: Sequence[Finding]) -> Array:
     are too much for the others as well.
     """
     unsure = fit.model.wander or fit.model.recording.body is not None
-    if unsure or any((f.effect, f.at) == (LOST, imu.name) for f in named):
+    faults = [(f, traits_of(f.effect).fault) for f in named if f.at == imu.name]
+    if unsure or any(fault is Fault.LOST for _, fault in faults):
         return np.array([])
     known = counted(fit, imu.name)
-    steps = [f.parameters["step"] for f in named if (f.effect, f.at) == (ROUNDED, imu.name)]
+    steps = [f.parameters["step"] for f, fault in faults if fault is Fault.ROUNDED]
     step = max([0.0, *(float(s.value) for s in steps if s.unit == UNITS["accel"])])
     peaks = faint_knocks(imu, ~(np.logical_and.reduce([*known.values()]) | struck), step)
     peaks = tuple(p for p in peaks if not slips(fit, imu.name, p))

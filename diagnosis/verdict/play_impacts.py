@@ -19,9 +19,10 @@ from imubench.arrays import Array
 from imubench.diagnosis.result import Finding, Rejected
 from imubench.diagnosis.samples.high_band import CUT
 from imubench.diagnosis.verdict.findings import FREE_SURE
+from imubench.effects import EFFECTS, traits_of
+from imubench.effects.traits import Fault
 from imubench.recording import Imu, Recording
 
-PLAY, KNOCKS = "joint_play", "impacts"
 FEWEST, ENOUGH = 2, 3  # knocks that may be play, and that are called so
 BEGIN, END = -0.01, 0.06  # s from the beginning of a knock, within which it is
 ALONG = 0.9  # of the mean u u': 0.97 of the play of an unseen trial; 0.49 to 0.66 of three limbs that were struck
@@ -30,18 +31,18 @@ ACROSS = 0.25  # cosine of the line and r, at most
 
 def impacts_of_play(named: Sequence[Finding], recording: Recording) -> tuple[Finding, ...]:
     """Return the findings, knocks at the second IMU of a hinge called play where they all lie along one line."""
-    if recording.rig != "hinge" or len(recording.imus) < 2 or any(f.effect == PLAY for f in named):
+    if recording.rig != "hinge" or len(recording.imus) < 2 or any(traits_of(f.effect).loosens for f in named):
         return tuple(named)
-    imu = recording.imus[1]
+    imu, play = recording.imus[1], EFFECTS.name_of(lambda e: e.loosens)
 
     def told(f: Finding) -> Finding:
-        times = np.atleast_1d(f.parameters["times"].value) if (f.effect, f.at) == (KNOCKS, imu.name) else np.array([])
-        if not across(imu, times):
+        struck = f.at == imu.name and traits_of(f.effect).fault is Fault.STRUCK
+        if not struck or not across(imu, np.atleast_1d(f.parameters["times"].value)):
             return f
         sure = min(f.confidence, FREE_SURE)  # as of any joint that moves without a law
-        if len(times) < ENOUGH:
-            return replace(f, confidence=sure, equivalent=(Rejected(PLAY, "joint", 0.0),))
-        return Finding(PLAY, "joint", sure, {}, f.heldout_gain, (Rejected(KNOCKS, imu.name, 0.0),))
+        if f.parameters["times"].value.size < ENOUGH:
+            return replace(f, confidence=sure, equivalent=(Rejected(play, "joint", 0.0),))
+        return Finding(play, "joint", sure, {}, f.heldout_gain, (Rejected(f.effect, imu.name, 0.0),))
 
     return tuple(told(f) for f in named)
 

@@ -11,12 +11,10 @@ from imubench.diagnosis.problem.rig_kinematics import Rig
 from imubench.diagnosis.result import Finding, Unseen, Verdict
 from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.search.confidence import DOUBTFUL, STRANGE, at_most
-from imubench.diagnosis.traits import HUM, KNOCKING, MOVED
-from imubench.effects import EFFECTS
-from imubench.effects.soft_mounts import Sprung
+from imubench.effects import EFFECTS, traits_of
+from imubench.effects.traits import Fault
 from imubench.recording import Recording
 
-LOUD = "accel_noise"
 FOUND = 0.5  # the confidence from which on a name is one
 STILL = 0.05  # rad/s RMS, under which a sensor does not turn
 SHORT = 5.0  # s
@@ -33,12 +31,12 @@ def with_samples(
     has something without one, for a mount that is on no straight springs rings too.
     """
     same = {(f.effect, f.at) for f in fitted}
-    knocking = any(f.effect in KNOCKING for f in fitted)
+    knocking = any(traits_of(f.effect).knocks for f in fitted)
     raw = samples.findings if knocking else (*samples.findings, *samples.unless_stopped)
     if knocking:
-        raw = tuple(f for f in raw if f.effect != "impacts")
+        raw = tuple(f for f in raw if traits_of(f.effect).fault is not Fault.STRUCK)
     strange = {u.at for u in rest}
-    raw = tuple(at_most(f, DOUBTFUL) if f.effect == HUM and strange & {f.at, "joint"} else f for f in raw)
+    raw = tuple(at_most(f, DOUBTFUL) if traits_of(f.effect).tone and strange & {f.at, "joint"} else f for f in raw)
     return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
 
 
@@ -67,7 +65,8 @@ def beside(
         worth = [(u.heldout_gain.value, MUCH if _free(f) or u.at == f.at else 1.0) for u in rest]
         if any(gain > share * f.heldout_gain.value for gain, share in worth):
             return STRANGE
-        held = isinstance(EFFECTS.get(f.effect), Sprung) or f.effect in MOVED
+        traits = traits_of(f.effect)
+        held = traits.on_springs or traits.misplaces or bool(traits.onset)
         spared = any(u.at == f.at and u.heldout_gain.value < 0 for u in rest)
         part = any(gain > MUCH * f.heldout_gain.value for gain, _ in worth) or (held and loose > f.heldout_gain.value)
         return DOUBTFUL if part or spared or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
@@ -80,15 +79,21 @@ def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple
 
     A hum of 150 times the noise left 2.7 times it.
     """
-    humming = {f.at for f in named if f.effect == HUM}
-    return tuple(at_most(f, DOUBTFUL) if f.effect == LOUD and f.at in humming else f for f in noises)
+    humming = {(f.at, traits.channel) for f in named if (traits := traits_of(f.effect)).tone}
+
+    def hums(f: Finding) -> bool:
+        traits = traits_of(f.effect)
+        return traits.fault is Fault.NOISY and (f.at, traits.channel) in humming
+
+    return tuple(at_most(f, DOUBTFUL) if hums(f) else f for f in noises)
 
 
 def _late(f: Finding, rest: tuple[Finding, ...]) -> bool:
     """Return whether something without a name is what the axes of a misalignment read, a little later."""
-    if not f.effect.endswith("_misalignment"):
+    traits = traits_of(f.effect)
+    if not traits.crosses_axes:
         return False
-    channels = CHANNELS[f.effect.removesuffix("_misalignment")]
+    channels = CHANNELS[traits.channel]
     places = [u.where for u in rest if u.at == f.at and u.where is not None]
     return any(w.depends_on.endswith(LATE) and any(c in channels for c in w.channels) for w in places)
 

@@ -18,8 +18,6 @@ from imubench.diagnosis.result import Parameter
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.effects.effect import Parameter as Number
 
-IN_SEGMENT = ("translation", "slide")
-TURNS = ("rotation", "twist")
 ENTRIES = {6: ("xy", "xz", "yx", "yz", "zx", "zy"), 9: tuple(a + b for a in "xyz" for b in "xyz")}
 OF_SEGMENT = {
     "hinge": ("along the segment", "along the hinge axis", "across the segment and the hinge axis"),
@@ -88,10 +86,10 @@ def named_axes(fit: Fit, h: Hypothesis, name: str, width: int) -> tuple[dict[str
         }, "its entries"
     if width != 3:
         return {f"number {i + 1}": axis for i, axis in enumerate(np.eye(width))}, "its numbers"
-    segment = name in IN_SEGMENT or (name == "frequency" and h.effect.name == "soft_mount")
-    if segment:
+    number = next(p for p in h.effect.parameters if p.name == name)
+    if number.axes == "segment":
         return dict(zip(OF_SEGMENT[rig], np.eye(3), strict=True)), "segment axes"
-    word = "about" if name in TURNS or h.effect.name == "rocking_mount" else "along"
+    word = "about" if number.about else "along"
     own = {f"{word} {axis} of the sensor": e for axis, e in zip("xyz", np.eye(3), strict=True)}
     hinge = {}
     if rig == "hinge" and h.at in fit.model.mounts and word == "about":

@@ -37,14 +37,12 @@ from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended, refit_without
-from imubench.diagnosis.traits import HUM
 from imubench.diagnosis.verdict.estimate_shift import Asked, asked, moved, times
-from imubench.effects.effect import Effect
+from imubench.effects import traits_of
+from imubench.effects.traits import Fault
 from imubench.recording import Recording
 
 STEPS = 4  # of the solver, as where the search asks whether an effect is needed
-LEFT_OUT = ("saturation", "dropouts")
-DRIVING = ("torque", "lighter", "gravity")  # what enters the equation of motion of a free swing
 
 
 def moves_of(
@@ -129,17 +127,18 @@ def fit_without(fit: Fit, finding: Finding, samples: SampleChecks, recording: Re
         return None if any(drives(fit, h) for h in gone) else refit_without(fit, gone, STEPS)
     if not finding.at.startswith("imu"):
         return None
-    if finding.effect in (*LEFT_OUT, "impacts"):
+    traits = traits_of(finding.effect)
+    if traits.fault is not None and traits.fault.measures_nothing:
         return _counting(fit, finding, samples)
-    if finding.effect == HUM:
+    if traits.tone:
         return _reading(fit, finding.at, {part: getattr(recording.imu(finding.at), part) for part in UNITS})
-    if finding.effect == "quantisation":
+    if traits.fault is Fault.ROUNDED:
         return _unrounded(fit, finding)
-    part = finding.effect.removesuffix("_noise")
-    told = declared(recording.imu(finding.at), part) if part in UNITS else None
+    told = declared(recording.imu(finding.at), traits.channel) if traits.fault is Fault.NOISY else None
     if not told:
         return None
-    return solve(fit.model, fit.state, fit.noise | {f"{finding.at}.{part}": told}, fit.anchor, steps=STEPS)
+    noise = fit.noise | {f"{finding.at}.{traits.channel}": told}
+    return solve(fit.model, fit.state, noise, fit.anchor, steps=STEPS)
 
 
 def in_fit(fit: Fit, finding: Finding) -> list[Hypothesis]:
@@ -152,12 +151,12 @@ def in_fit(fit: Fit, finding: Finding) -> list[Hypothesis]:
 def drives(fit: Fit, h: Hypothesis) -> bool:
     """Return whether an effect enters the equation of motion of a fit's free swings."""
     swings = equation_of(fit.rows) is not None
-    return swings and any(getattr(type(h.effect), name) is not getattr(Effect, name) for name in DRIVING)
+    return swings and h.effect.drives
 
 
 def on_mount(h: Hypothesis) -> bool:
     """Return whether an effect moves a sensor on its segment."""
-    return type(h.effect).mount is not Effect.mount
+    return h.effect.acts("mount")
 
 
 def _left_out(fit: Fit, gone: list[Hypothesis]) -> Fit:
@@ -173,7 +172,8 @@ def _counting(fit: Fit, finding: Finding, samples: SampleChecks) -> Fit:
         name = f"{finding.at}.{part}"
         if name in masks and name in samples.masks:
             peaks = samples.struck.get(finding.at, np.zeros(masks[name].size, dtype=bool))
-            back = peaks if finding.effect == "impacts" else ~samples.masks[name] & ~peaks
+            struck = traits_of(finding.effect).fault is Fault.STRUCK
+            back = peaks if struck else ~samples.masks[name] & ~peaks
             changed |= bool((back & ~masks[name]).any())
             masks[name] = masks[name] | back
     if not changed:

@@ -16,7 +16,6 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import log_evidence, refit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import side_by_side
-from imubench.diagnosis.traits import HUM
 from imubench.effects.effect import Effect
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
@@ -58,12 +57,12 @@ def heard_first(trials: list[Trial], humming: Collection[str]) -> list[Trial]:
 
     A motion that is free carries a hum from one IMU to the other: 154 nat where it was heard, 155 where it was not.
     """
-    if not trials or trials[0].hypothesis.effect.name != HUM or trials[0].hypothesis.at in humming:
+    if not trials or not trials[0].hypothesis.effect.tone or trials[0].hypothesis.at in humming:
         return trials
     least = trials[0].evidence - NEEDED
 
     def heard(t: Trial) -> bool:
-        return t.hypothesis.effect.name == HUM and t.hypothesis.at in humming and t.evidence > least
+        return bool(t.hypothesis.effect.tone) and t.hypothesis.at in humming and t.evidence > least
 
     return sorted(trials, key=heard, reverse=True)
 

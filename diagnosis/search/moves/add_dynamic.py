@@ -22,7 +22,6 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.subset import excerpt, loudest
 from imubench.diagnosis.solve.threads import side_by_side
-from imubench.diagnosis.traits import FILTER
 
 MORE = 2  # rounds for the best of them on the whole recording
 FREE = 0.75  # of what a state without a law explains, that one with a law must
@@ -96,7 +95,7 @@ def explained(trial: Trial) -> float:
     g-sensitivity 4,417 nat, its law broken by 3.5 times its std, for the mount's 2,726).
     """
     h = trial.hypothesis
-    broken = h.effect.name == FILTER and breaks_its_law(trial.fit, h)
+    broken = h.effect.filters and breaks_its_law(trial.fit, h)
     return trial.evidence * (FREE if not h.effect.lawful else BROKEN if broken else 1.0)
 
 

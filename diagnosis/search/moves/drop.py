@@ -17,7 +17,6 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis, linear_in
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, information, refit_without
 from imubench.diagnosis.solve.subset import excerpt, loudest
-from imubench.diagnosis.traits import CLOCK, FILTER, POSE
 
 CERTAIN = 30.0  # nat that an effect is worth without looking closer
 DELAYS = 3.0  # of its standard deviations, that a filter's delay must be
@@ -106,9 +105,9 @@ def in_colour(
         wider[fit.model.parameters.columns(name)] = np.maximum(coloured / std[name], 1.0)
     covariance = covariance * np.outer(wider, wider)
     told = {k.hypothesis: min(k.evidence, about_zero(fit, [k.hypothesis], covariance)) for k in linear}
-    for h in [h for h in told if h.effect.name == CLOCK]:
+    for h in [h for h in told if h.effect.late_by]:
         told[h] = min(told[h], about_zero(rougher(fit), [h], covariance))
-    poses = [h for h in told if h.effect.name == POSE]
+    poses = [h for h in told if h.effect.misplaces]
     for h in poses if len(poses) > 1 else []:
         told[h] = min(told[h], costs_more(rougher(_without(fit, h)), rougher(fit)))
     return [replace(k, evidence=told.get(k.hypothesis, k.evidence)) for k in kept]
@@ -125,7 +124,7 @@ def natural(fit: Fit, h: Hypothesis) -> bool:
     A filter of 24 Hz, its cutoff known within 17 %, on a clean pendulum was one of 36 Hz within 44 % once its law's
     noise had settled: its states had taken in noise, and its delay was none.
     """
-    if h.effect.name == FILTER and off_none(fit, h.key("cutoff")) < DELAYS:
+    if h.effect.filters and off_none(fit, h.key("cutoff")) < DELAYS:
         return False
     sided = [h.key(p.name) for p in h.effect.parameters if p.sided]
     return all(bool(np.all(fit.state.values[name] >= 0.0)) for name in sided)

@@ -6,7 +6,6 @@ import numpy as np
 
 from imubench.diagnosis.criteria.dynamic_score import Screened
 from imubench.diagnosis.criteria.trial import TRIED, kind
-from imubench.diagnosis.traits import FILTER
 
 ANYWAY = -np.inf  # nat: no promise is asked for
 LONE = 2  # filters on a lone IMU that are tried whatever they promise
@@ -26,7 +25,7 @@ def promising(screened: list[Screened], least: float, lone: bool, puzzling: bool
     hopeful = [s for s in screened if s.evidence > least and s.amount > 0]
     likely = first([s for s in hopeful if s.evidence > RIVALS * hopeful[0].evidence])
     if lone:
-        filters = [s for s in screened if s.hypothesis.effect.name == FILTER and s not in likely]
+        filters = [s for s in screened if s.hypothesis.effect.filters and s not in likely]
         likely += sorted(filters, key=lambda s: -len(s.hypothesis.effect.states))[:LONE]  # of both triples first
     then = first([s for s in hopeful if s not in likely])
     return [likely, then + (against_law(screened, least, likely) if puzzling else [])]

@@ -14,7 +14,6 @@ from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, refit
-from imubench.diagnosis.traits import FRICTION
 
 SHARE = 0.2  # of what two explain, that one in their place is expected to lose at most: laws are not linear
 PRICE = NEEDED + LIKE  # nat: what a second name must be worth, beyond what counts as a tie
@@ -29,7 +28,7 @@ def merged(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit,
     for pair in combinations(plain, 2):
         two = [k.hypothesis for k in pair]
         for one in replacements(fit, two, alternatives(fit.model, two[0]))[:1]:
-            rub = all(h.effect.name in FRICTION for h in (*two, one.hypothesis))  # settled, in a smoother motion
+            rub = all(h.effect.friction for h in (*two, one.hypothesis))  # settled, in a smoother motion
             if one.share < SHARE and not rub:
                 say(f"trying {one.hypothesis.name} in the place of {' and '.join(h.name for h in two)}")
                 better = _instead(fit, pair, one)

@@ -21,16 +21,13 @@ from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit
-from imubench.diagnosis.traits import CLOCK
 from imubench.effects import possible
-
-BACKLASH = "backlash"
 
 
 def clocks_to_backlash(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, with backlash in the place of every clock's offset if that is worth more."""
-    clocks = [k for k in kept if k.hypothesis.effect.name == CLOCK]
-    asked = [Hypothesis(effect, at) for effect, at in possible(fit.model.recording) if effect.name == BACKLASH]
+    clocks = [k for k in kept if k.hypothesis.effect.late_by]
+    asked = [Hypothesis(effect, at) for effect, at in possible(fit.model.recording) if effect.acts("encoder")]
     if len(clocks) < len(fit.model.recording.imus) or not asked:
         return fit, kept
     others = [k for k in kept if k not in clocks]

@@ -27,10 +27,7 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended, refit
-from imubench.diagnosis.traits import CLOCK, FILTER
-from imubench.effects import VARIANTS
-from imubench.effects.bandwidth import QuickLowPass
-from imubench.effects.timing import TIME_OFFSET
+from imubench.effects import VARIANTS, delay_law
 from imubench.recording import Imu
 
 ROUNDS = 2  # of noise levels
@@ -54,7 +51,7 @@ def clock_to_filter(
     beside a motion as smooth, ties with the offset.
     """
     fit, kept = renewed(fit, kept)
-    k = next((k for k in kept if k.hypothesis.effect.name == CLOCK), None)
+    k = next((k for k in kept if k.hypothesis.effect.late_by), None)
     slow = k and late(fit, k.hypothesis)
     if k is None or not slow or fit.model.wander:  # a pose whose errors last was smoothed: it is no ruler for a filter
         return fit, kept
@@ -66,7 +63,7 @@ def clock_to_filter(
     moved = replace(k, hypothesis=replace(k.hypothesis, at=slow[0].name))
     cutoff = 1 / (2 * np.pi * max(slow[1], 1e-9))
     known = quick(settled, *slow) if cutoff < FASTEST * slow[0].rate else None
-    stateful = [e for e in VARIANTS if e.name == FILTER and cutoff < slow[0].rate and (e.variant or not known)]
+    stateful = [e for e in VARIANTS if e.filters and cutoff < slow[0].rate and (e.variant or not known)]
     effects = ([known] if known else []) + (stateful if splines else [])
     if not effects:
         return fit, kept
@@ -94,7 +91,7 @@ def clock_to_filter(
 
 def renewed(fit: Fit, kept: list[Kept]) -> tuple[Fit, list[Kept]]:
     """Return the fit and its effects, quick filters taken again from the motion that all effects leave."""
-    for k in [k for k in kept if isinstance(k.hypothesis.effect, QuickLowPass)]:
+    for k in [k for k in kept if k.hypothesis.effect.renewed]:
         with suppress(NotPositiveDefiniteError):
             fit, h = taken_again(fit, k.hypothesis)
             kept = [replace(k, hypothesis=h) if other is k else other for other in kept]
@@ -104,11 +101,11 @@ def renewed(fit: Fit, kept: list[Kept]) -> tuple[Fit, list[Kept]]:
 def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
     """Return a fit and its quick filter, what that does beside delaying from the motion it leaves, while that gains."""
     imu, rest = fit.model.recording.imu(h.at), tuple(other for other in fit.model.hypotheses if other != h)
-    clock, found = Hypothesis(TIME_OFFSET, h.at), fit
+    clock, found = Hypothesis(delay_law(), h.at), fit
     for _ in range(AGAIN):
         cutoff = found.state.values[h.key("cutoff")]
         delay = 1 / (2 * np.pi * np.exp(cutoff))
-        effect = quick(extended(found, (*rest, clock), {clock.key("offset"): delay}), imu, float(delay[0]))
+        effect = quick(extended(found, (*rest, clock), {clock.key(clock.effect.late_by): delay}), imu, float(delay[0]))
         if effect is None:
             break
         new = Hypothesis(effect, h.at)

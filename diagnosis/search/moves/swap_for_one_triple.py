@@ -22,7 +22,6 @@ from imubench.diagnosis.search.moves.add import plain_scores, plain_trials
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit
-from imubench.diagnosis.traits import FILTER
 
 BROKEN = 1.0  # of a law's std, above which the law does not hold
 
@@ -38,7 +37,7 @@ def filter_to_one_triple(
 
     Where these two together predict the samples better. `everything` is what could come in.
     """
-    for k in [k for k in kept if k.hypothesis.effect.name == FILTER and len(kept) < MOST]:
+    for k in [k for k in kept if k.hypothesis.effect.filters and len(kept) < MOST]:
         half = of_one(fit, k.hypothesis, everything)
         if half is None:
             continue
@@ -66,7 +65,9 @@ def of_one(fit: Fit, h: Hypothesis, everything: Sequence[Hypothesis]) -> Hypothe
     held = [part for part, level in levels.items() if level is not None and level <= BROKEN]
     if len(held) != 1 or None in levels.values():
         return None
-    return next((o for o in everything if (o.effect.name, o.effect.variant, o.at) == (FILTER, held[0], h.at)), None)
+    return next(
+        (o for o in everything if (o.effect.name, o.effect.variant, o.at) == (h.effect.name, held[0], h.at)), None
+    )
 
 
 __all__ = ["filter_to_one_triple", "of_one"]

@@ -18,7 +18,6 @@ from imubench.diagnosis.noise.nominal import certain, rougher
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.term_rivals import (
-    SLIP,
     a_filter_is,
     comes_late,
     groups,
@@ -34,7 +33,6 @@ from imubench.diagnosis.search.moves.term_rivals import (
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, refit_without
-from imubench.diagnosis.traits import MOVED, SLOW
 
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
 
@@ -66,7 +64,7 @@ def swapped_for_terms(fit: Fit, say: Callable[[str], None] = lambda _: None) -> 
         if len(terms) == MOST or not set(names) <= set(fit.model.hypotheses):
             continue
         slow = only_wanders(fit, names[0])
-        on_average = (h for h in fit.model.hypotheses if slow and h.effect.name in MOVED)
+        on_average = (h for h in fit.model.hypotheses if slow and (h.effect.misplaces or h.effect.onset))
         gone = (*names, *on_average)
         say(f"looking whether something without a name explains more than {' and '.join(h.name for h in gone)}")
         with suppress(NotPositiveDefiniteError):
@@ -104,8 +102,8 @@ def swapped_for_terms(fit: Fit, say: Callable[[str], None] = lambda _: None) -> 
             elif (best and not a_filter_is(best, gone[0])) or wanders(guesses, gone, lost):
                 doubted += gone
                 likelier += [(best, gone)] if best and comes_late(best.term, gone[0]) else []
-    at = {h.at for h in doubted if h.effect.name in SLOW}
-    slips = [h for h in fit.model.hypotheses if h.effect.name == SLIP and h.at in at]  # what wanders jumps as well
+    at = {h.at for h in doubted if h.effect.time_power is not None}
+    slips = [h for h in fit.model.hypotheses if h.effect.onset and h.at in at]  # what wanders jumps as well
     return TermSwaps(terms, fit, (*doubted, *slips), tuple(likelier))
 
 

@@ -21,7 +21,6 @@ from imubench.diagnosis.search.moves.drop import about_zero, natural
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, information, refit, refit_without
-from imubench.diagnosis.traits import FRICTION
 from imubench.effects import EFFECTS
 
 SETTLED = 2  # rounds of noise levels beside the smoother motion
@@ -34,13 +33,13 @@ def best_friction(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tup
     goes on, and in a loose motion it counts for little. The loose one, which is what is known of hands, may not object.
     New ones come without evidence or held-out gain of their own, as what is in a model from the start.
     """
-    now = [h for h in fit.model.hypotheses if h.effect.name in FRICTION]
+    now = [h for h in fit.model.hypotheses if h.effect.friction]
     if not now:
         return fit, kept
     say("weighing every mixture of the laws of friction")
     rest = tuple(h for h in fit.model.hypotheses if h not in now)
     named = {h.effect.name for h in now}
-    laws = [*now, *(Hypothesis(EFFECTS[name], "joint") for name in FRICTION if name in EFFECTS and name not in named)]
+    laws = [*now, *(Hypothesis(e, "joint") for e in EFFECTS.values() if e.friction and e.name not in named)]
     with suppress(NotPositiveDefiniteError):
         whole = with_noise(refit(as_smooth(fit), (*rest, *laws)), SETTLED)
         best = mixture(whole, laws)
@@ -60,7 +59,7 @@ def together(fit: Fit, kept: list[Kept]) -> list[Kept]:
 
     Each is worth little beside another, and a term of a tenth of that is no reason to doubt that there is friction.
     """
-    rubbing = [k for k in kept if k.hypothesis.effect.name in FRICTION]
+    rubbing = [k for k in kept if k.hypothesis.effect.friction]
     if len(rubbing) < 2:
         return kept
     gone = {k.hypothesis for k in rubbing}

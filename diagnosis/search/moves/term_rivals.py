@@ -12,17 +12,11 @@ from imubench.diagnosis.discrepancy.terms import LATE, SERIES, Term
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import inside, states_inside
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.traits import DRIFTS, FILTER, FRICTION, SLIP, SLOW
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
 NEARLY = 0.25  # of what a filter is worth: a series worth no more than that more must gain more on left-out data
 CLOSE = 0.01  # of what a name explains: an unfitted promise says no less (what it goes with, 10 ms late, is nearly it)
 WANDERS = 0.2  # of what a spline explains that only wanders: a slow curve may explain so much less
-LEFT = {  # of its power: what a slow curve leaves of a spline without a law that only wanders
-    "joint_play": 0.1,  # of two creeping mounts 0.002 and 0.005, of play 0.6
-    "moving_pivot": 0.6,  # of an accelerometer's walk 0.4, of three that rectify 0.2 to 0.6, of pivots 0.98 to 1.02
-}
-DELAYED = ("time_offset", "gyro_scale", "accel_scale")  # what a filter leaves to others, where it is none
 
 
 def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
@@ -33,16 +27,30 @@ def groups(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, ...]]:
     was a filter at the other IMU, a scale and play, none of which could be spared.
     """
     plain = [h for h in hypotheses if not h.effect.states]
-    free = [h for h in hypotheses if h.effect.free or (h.effect.states and h.effect.name == FILTER)]
+    free = [h for h in hypotheses if h.effect.free or (h.effect.states and h.effect.filters)]
     triples: dict[tuple[str, str], list[Hypothesis]] = {}
     for h in plain:
-        triples.setdefault((h.at, h.effect.name.split("_")[0]), []).append(h)
-    rubbing = tuple(h for h in plain if h.effect.name in FRICTION)
+        triples.setdefault((h.at, acts_on(h)), []).append(h)
+    rubbing = tuple(h for h in plain if h.effect.friction)
     lone = [h for h in plain if h not in rubbing]
-    beside = [(f, *(h for h in plain if h.at == f.at and h.effect.name in DELAYED)) for f in free if f.effect.lawful]
+    beside = [
+        (f, *(h for h in plain if h.at == f.at and h.effect.name in f.effect.leaves_to))
+        for f in free
+        if f.effect.lawful
+    ]
     several = [g for g in (*beside, *(tuple(some) for some in triples.values())) if len(g) > 1]
     out = [*((h,) for h in (*free, *lone)), *([rubbing] if rubbing else []), *several]
     return out if len(hypotheses) < 2 or any(len(g) == len(hypotheses) for g in out) else [*out, tuple(hypotheses)]
+
+
+def acts_on(h: Hypothesis) -> str:
+    """Return what effects at one place share that a term may stand for: a triple, the pose of a mount; else its name.
+
+    A line is no curve that a term holds, on whatever triple it is.
+    """
+    if h.effect.misplaces or h.effect.onset:
+        return "pose"
+    return h.effect.name if h.effect.tone else h.effect.channel or h.effect.name
 
 
 def margins(lost: float, slow: bool, free: bool, strained: bool, names: int = 1) -> tuple[float, float]:
@@ -98,7 +106,7 @@ def takes_place(
     series = found.term.goes_with in SERIES
     if free or (strained and not series):
         return True
-    filtered = names[0].effect.name == FILTER and together(names)
+    filtered = names[0].effect.filters and together(names)
     unlike = found.term.drift or (filtered and not series)
     return more > max(NEEDED, 0.0 if unlike else MUCH * lost / found.louder)
 
@@ -115,17 +123,17 @@ def together(names: Sequence[Hypothesis]) -> bool:
 
 def is_a_drift(gone: Sequence[Hypothesis]) -> bool:
     """Return whether what may be displaced is one drift."""
-    return len(gone) == 1 and gone[0].effect.name in DRIFTS
+    return len(gone) == 1 and gone[0].effect.time_power == 1
 
 
 def a_filter_is(found: FittedTerm, h: Hypothesis) -> bool:
     """Return whether a term is what a filter does anyway."""
-    return h.effect.name == FILTER and found.term.goes_with in SERIES
+    return h.effect.filters and found.term.goes_with in SERIES
 
 
 def comes_late(term: Term, h: Hypothesis) -> bool:
     """Return whether a term is what the axes of a misalignment read a little later."""
-    return h.effect.name.endswith("_misalignment") and term.goes_with.endswith(LATE) and term.at == h.at
+    return h.effect.crosses_axes and term.goes_with.endswith(LATE) and term.at == h.at
 
 
 def seen_at(h: Hypothesis) -> str:
@@ -138,9 +146,9 @@ def wanders(guesses: Sequence[Guess], gone: Sequence[Hypothesis], lost: float) -
 
     Noise as coloured as it may be forbids to believe the curve; it does not make the straight line sure.
     """
-    if len(gone) > 1 or gone[0].effect.name not in SLOW:
+    if len(gone) > 1 or gone[0].effect.time_power is None:
         return False
-    (at, part) = (gone[0].at, gone[0].effect.name.split("_")[0])
+    (at, part) = (gone[0].at, gone[0].effect.channel)
     return any(
         g.term.timed and g.term.drift and (g.term.at, g.term.part) == (at, part) and g.white > lost for g in guesses
     )
@@ -152,18 +160,18 @@ def only_wanders(fit: Fit, h: Hypothesis) -> bool:
     A mount that creeps is a slow turn. Where a slip is in the fit it has taken a step from the turn, or given it one. A
     pivot that is pushed one way for seconds would be metres off; an accelerometer's bias may wander so.
     """
-    if h.effect.name not in LEFT:
+    if not h.effect.slow_share:
         return False
     turned = np.concatenate([*states_inside(fit.model, fit.state, h).values()], axis=1)
     time = inside(fit.model)
-    slips = [fit.state.values[o.key("time")] for o in fit.model.hypotheses if o.effect.name == SLIP]
+    slips = [fit.state.values[o.key(o.effect.onset)] for o in fit.model.hypotheses if o.effect.onset]
     slow = np.column_stack([drifts(time), *(time > t for t in slips)])
     off = turned - turned[:1]
     left = off - slow @ np.linalg.lstsq(slow, off, rcond=None)[0]
-    return float(np.sum(left**2)) < LEFT[h.effect.name] * float(np.sum((turned - turned.mean(axis=0)) ** 2))
+    return float(np.sum(left**2)) < h.effect.slow_share * float(np.sum((turned - turned.mean(axis=0)) ** 2))
 
 
 __all__ = [
-    "MUCH", "NEARLY", "SLIP", "a_filter_is", "comes_late", "groups", "is_a_drift", "margins",
+    "MUCH", "NEARLY", "a_filter_is", "comes_late", "groups", "is_a_drift", "margins",
     "nearly_a_filter", "only_wanders", "rivals", "takes_place", "together", "wanders",
 ]  # fmt: skip

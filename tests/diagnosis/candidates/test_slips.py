@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.candidates.slips import BEFORE, Slips, slip, slopes
+from imubench.diagnosis.candidates.slips import BEFORE, slip, slopes
 from imubench.diagnosis.criteria.onset_scan import After
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.schur import Base, promise
-from imubench.effects.mounts import SLIP
+from imubench.effects import EFFECTS
+from imubench.effects.mounts import SLIP, Slips
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -36,7 +37,9 @@ def test_a_slip_promises_what_its_own_columns_do(watched, at):
 
 
 def test_a_slip_of_a_body_whose_pose_is_measured_is_dated(watched):
-    assert slip(Base.of(watched), "imu1") == pytest.approx(TURN["time"] - watched.model.start, abs=0.1)
+    assert slip(Base.of(watched), Hypothesis(EFFECTS["mount_shift"], "imu1")) == pytest.approx(
+        TURN["time"] - watched.model.start, abs=0.1
+    )
 
 
 @pytest.mark.long
@@ -44,7 +47,9 @@ def test_a_slip_of_a_hinge_is_dated(tmp_path):
     truth = make_case(tmp_path / "r", "hinge", [("mount_shift", "imu2")], 100, seconds=15.0)
     fit = nominal_fit(read(tmp_path / "r")[0])
     true = float(truth["effects"][0]["parameters"]["time"])
-    assert slip(Base.of(fit), "imu2") == pytest.approx(true - fit.model.start, abs=0.1)
+    assert slip(Base.of(fit), Hypothesis(EFFECTS["mount_shift"], "imu2")) == pytest.approx(
+        true - fit.model.start, abs=0.1
+    )
 
 
 @pytest.mark.long
@@ -53,4 +58,6 @@ def test_a_slip_that_does_not_turn_the_sensor_is_dated_by_its_peak(tmp_path):
     moved = {"rotation": [0.0, 0.0, 0.0], "translation": [-0.0019, 0.0028, 0.005], "time": 8.207}
     make_case(tmp_path / "r", "pendulum", [("mount_shift", "imu1", moved)], 46, seconds=15.0, band=2.12, vigour=1.37)
     fit = nominal_fit(read(tmp_path / "r")[0])
-    assert slip(Base.of(fit), "imu1") == pytest.approx(moved["time"] - fit.model.start, abs=0.06)
+    assert slip(Base.of(fit), Hypothesis(EFFECTS["mount_shift"], "imu1")) == pytest.approx(
+        moved["time"] - fit.model.start, abs=0.06
+    )

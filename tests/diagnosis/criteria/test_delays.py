@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.criteria.delays import SHORT, beside, straight_on
+from imubench.effects import EFFECTS
 
 RATE = 40.0
 TIME = np.arange(800) / RATE
@@ -26,7 +27,7 @@ def exact(time, hz, delay):
 def test_it_is_what_the_transfer_function_says(hz, share):
     delay = share / RATE
     time, x = straight_on(TIME, swinging(hz), delay)
-    c = beside(time, x, delay)["accel"]
+    c = beside(EFFECTS["low_pass"], time, x, delay)["accel"]
     inside = (time > 2) & (time < TIME[-1] - 2)
     want = exact(time, hz, delay)[inside]
     # a cubic spline's second derivative at 8 samples a period is 5 % off, a grid of 0.3 delays 4 %

@@ -18,7 +18,6 @@ from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
 from imubench.diagnosis.search.selection import candidates
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import extended
-from imubench.diagnosis.traits import FILTER
 from imubench.diagnosis.verdict.findings import like
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -77,11 +76,11 @@ def test_springs_are_asked_beside_a_rival_without_states_and_filters_are_not(cle
     left = candidates(clean.model)
     alone = {h.effect.name for h in stateful(clean, left, moving=False, rivalled=False)}
     beside = {h.effect.name for h in stateful(clean, left, moving=False, rivalled=True)}
-    assert {"soft_mount", "rocking_mount", FILTER} <= alone
-    assert beside == alone - {FILTER}
-    assert FILTER in {h.effect.name for h in stateful(clean, left, moving=True, rivalled=True)}
+    assert {"soft_mount", "rocking_mount", "low_pass"} <= alone
+    assert beside == alone - {"low_pass"}
+    assert "low_pass" in {h.effect.name for h in stateful(clean, left, moving=True, rivalled=True)}
     told = stateful(clean, left, moving=False, rivalled=True, heard={"low_pass[gyro]@imu1"})
-    assert {h.name for h in told if h.effect.name == FILTER} == {"low_pass[gyro]@imu1"}  # it was worth much before
+    assert {h.name for h in told if h.effect.filters} == {"low_pass[gyro]@imu1"}  # it was worth much before
     sprung = extended(clean, (Hypothesis(EFFECTS["rocking_mount"], "imu2"),))
     assert not stateful(sprung, left, moving=False, rivalled=False)
 

@@ -18,7 +18,6 @@ from imubench.diagnosis.search.selection import candidates
 from imubench.diagnosis.solve.gauss_newton import all_rows
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.subset import cut, excerpt, loudest
-from imubench.diagnosis.traits import FILTER
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -227,7 +226,7 @@ def test_springs_are_begun_softer_where_a_refit_falls_short(tmp_path):
     (one,) = screen(fit, [h for h in candidates(fit.model) if h.name == "rocking_mount@imu1"])
     best, *_ = state_trials(fit, [one.hypothesis], lambda _: None)
     assert best.evidence > SHORT * one.evidence
-    assert softer(screen(fit, [h for h in candidates(fit.model) if h.effect.name == FILTER])[0]) is None
+    assert softer(screen(fit, [h for h in candidates(fit.model) if h.effect.filters])[0]) is None
 
 
 @pytest.mark.long

@@ -11,7 +11,6 @@ from imubench.diagnosis.criteria.trial import NEEDED
 from imubench.diagnosis.search.moves.add_dynamic import state_trials
 from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
 from imubench.diagnosis.search.selection import candidates
-from imubench.diagnosis.traits import FILTER
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -22,7 +21,7 @@ def limb(folder, effects=(), seed=525300682, **options):
     """The first fit of a limb with one IMU, and the filters that it might have."""
     make_case(folder / "case", "pendulum", list(effects), seed, **(LIMB | {"seconds": 15.0, "rest": 0.065} | options))
     fit = begin(read(folder / "case")[0]).fit
-    return fit, [h for h in candidates(fit.model) if h.effect.name == FILTER]
+    return fit, [h for h in candidates(fit.model) if h.effect.filters]
 
 
 @pytest.fixture(scope="module")
