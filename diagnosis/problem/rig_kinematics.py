@@ -8,13 +8,14 @@ attitude alone, a hinge one angle more, a segment on a fixed base nothing.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.problem.bspline import Moment
-from imubench.jets import Jet, Turn, cross, dot, skew, stack, times
+from imubench.diagnosis.problem.bspline import Knots, Moment, Tracks
+from imubench.jets import Jet, Turn, cross, derivatives_by, dot, follows, skew, stack, times
 from imubench.links import STILL, ZERO, Link, Motion, spin
 from imubench.recording import Recording
 
@@ -22,6 +23,7 @@ HINGE_AXIS = 1  # +y of both segments
 SWING_AXIS = 1  # +y of the world, about which a pendulum's swing is counted
 ATTITUDE, POSITION, HINGE = "attitude", "position", "hinge"
 FORCE, VELOCITY = "force", "velocity"
+RECENT = 6  # attitudes that are kept: two IMUs of one rate, the laws and the priors ask for the same one after another
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ class Rig:
         if not self.turns:
             turn = Turn(self.base[None])
             return Motion(ZERO, ZERO, turn.back(-down), turn, ZERO)
-        turn, rate, accel = attitude(*(moment.track(ATTITUDE, order) for order in range(3)))
+        turn, rate, accel = turning(moment)
         if not self.moves:
             return Motion(rate, accel, turn.back(-down), turn, ZERO)
         if not self.placed:
@@ -80,6 +82,21 @@ class Rig:
         if not self.hinge:
             return Link(STILL)
         return spin(HINGE_AXIS, *(moment.track(HINGE, order) for order in range(3)))
+
+
+def turning(moment: Moment) -> tuple[Turn, Jet, Jet]:
+    """Return rotation, rate and angular acceleration of segment 1, not to be written to: the last few are kept."""
+    if moment.time.blocks:
+        return attitude(*(moment.track(ATTITUDE, order) for order in range(3)))
+    q = np.ascontiguousarray(moment.coefficients[:, moment.tracks.columns(ATTITUDE)])
+    return _turning(moment.tracks.knots, moment.time.value.tobytes(), q.tobytes(), follows(ATTITUDE))
+
+
+@lru_cache(RECENT)
+def _turning(knots: Knots, time: bytes, q: bytes, followed: bool) -> tuple[Turn, Jet, Jet]:
+    alone = Moment(Tracks(knots, {ATTITUDE: 4}), np.frombuffer(q).reshape(-1, 4), Jet(np.frombuffer(time)[:, None]))
+    with derivatives_by((ATTITUDE,) if followed else ()):
+        return attitude(*(alone.track(ATTITUDE, order) for order in range(3)))
 
 
 def attitude(q: Jet, q_rate: Jet, q_accel: Jet) -> tuple[Turn, Jet, Jet]:
