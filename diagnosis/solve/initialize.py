@@ -49,8 +49,8 @@ def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
 def _needed(knots: Knots, offsets: Sequence[float]) -> Knots:
     """Return the knots without those that no clock that is late by one of some offsets in s leads to.
 
-    Where no sample holds them, an attitude, a force and a velocity that only priors tie to each other take a dozen steps
-    to follow the rest, each worth some nat: a refit needs 12 steps with 15 such knots, and 2 with 3.
+    Where no sample holds them only priors tie attitude, force and velocity to each other, and the solver takes many
+    short steps to let them follow what the samples say.
     """
     first, last = (max(int((LAG - late_by) / knots.step), 0) for late_by in (max(offsets), -min(offsets)))
     return Knots(knots.start + first * knots.step, knots.step, knots.count - first - last)
