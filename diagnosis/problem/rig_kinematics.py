@@ -14,7 +14,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.problem.bspline import Knots, Moment, Tracks
+from imubench.diagnosis.problem.bspline import KNOWN_LONG, Knots, Moment, Tracks
 from imubench.jets import Jet, Turn, cross, derivatives_by, dot, follows, skew, stack, times
 from imubench.links import STILL, ZERO, Link, Motion, spin
 from imubench.recording import Recording
@@ -23,7 +23,6 @@ HINGE_AXIS = 1  # +y of both segments
 SWING_AXIS = 1  # +y of the world, about which a pendulum's swing is counted
 ATTITUDE, POSITION, HINGE = "attitude", "position", "hinge"
 FORCE, VELOCITY = "force", "velocity"
-RECENT = 6  # attitudes that are kept: two IMUs of one rate, the laws and the priors ask for the same one after another
 
 
 @dataclass(frozen=True)
@@ -85,14 +84,17 @@ class Rig:
 
 
 def turning(moment: Moment) -> tuple[Turn, Jet, Jet]:
-    """Return rotation, rate and angular acceleration of segment 1, not to be written to: the last few are kept."""
+    """Return rotation, rate and angular acceleration of segment 1, not to be written to: the last few are kept.
+
+    Two IMUs of one rate, laws and priors ask for the same one after another.
+    """
     if moment.time.blocks:
         return attitude(*(moment.track(ATTITUDE, order) for order in range(3)))
     q = np.ascontiguousarray(moment.coefficients[:, moment.tracks.columns(ATTITUDE)])
     return _turning(moment.tracks.knots, moment.time.value.tobytes(), q.tobytes(), follows(ATTITUDE))
 
 
-@lru_cache(RECENT)
+@lru_cache(KNOWN_LONG)
 def _turning(knots: Knots, time: bytes, q: bytes, followed: bool) -> tuple[Turn, Jet, Jet]:
     alone = Moment(Tracks(knots, {ATTITUDE: 4}), np.frombuffer(q).reshape(-1, 4), Jet(np.frombuffer(time)[:, None]))
     with derivatives_by((ATTITUDE,) if followed else ()):
