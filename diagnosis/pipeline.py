@@ -12,6 +12,7 @@ from imubench.diagnosis.noise.reml import declared, declared_by
 from imubench.diagnosis.nonsense import nonsense
 from imubench.diagnosis.nonsense.dead_end import dead_end
 from imubench.diagnosis.nonsense.permuted import permuted
+from imubench.diagnosis.remembered import remembering
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.residual_checks.excess_noise import refuted
 from imubench.diagnosis.residual_checks.localize import acting_in, locate
@@ -66,6 +67,7 @@ from imubench.progress import Step, silent
 from imubench.recording import Recording, require_known_rig
 
 
+@remembering()
 def diagnose(
     recording: Recording,
     step: Step = silent,

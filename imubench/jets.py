@@ -39,6 +39,12 @@ def derivatives_by(names: Collection[str]) -> Iterator[None]:
         _followed.reset(token)
 
 
+def follows(name: str) -> bool:
+    """Return whether derivatives by a spline or parameter are taken."""
+    followed = _followed.get()
+    return followed is None or name in followed
+
+
 @dataclass(frozen=True)
 class Jet:
     """Values (n, m) and their derivatives by each block of k variables, (n or 1, m, k)."""
@@ -130,8 +136,7 @@ def jet(value: Jet | ArrayLike) -> Jet:
 def variable(key: Key, value: Array) -> Jet:
     """Return a `Jet` of values (n, m) that are themselves the variables of block `key`."""
     value = np.atleast_2d(value)
-    followed = _followed.get()
-    return Jet(value, {key: np.eye(value.shape[1])[None]} if followed is None or key[0] in followed else {})
+    return Jet(value, {key: np.eye(value.shape[1])[None]} if follows(key[0]) else {})
 
 
 def stack(*parts: Jet | ArrayLike) -> Jet:

@@ -19,6 +19,7 @@ from imubench.diagnosis.solve.narrow_band import solved
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.refit import LAWFUL_SMOOTH
 from imubench.diagnosis.solve.retract import shifted
+from imubench.effects.effect import Effect
 from imubench.jets import Jet
 
 SMALL = 1e-6  # of its plausible size: how weakly a driven state is held where nothing says where it is
@@ -86,6 +87,8 @@ def driven_by_motion(model: Model, state: State, hypotheses: Iterable[Hypothesis
 
 def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
     """Return the state with h's splines where the effect itself says they are, and how many solves are left to do."""
+    if type(h.effect).follow is Effect.follow:
+        return state, PASSES
     ((_, scene),) = scenes(model, state, h)
     told = h.effect.follow(scene, model.values(h, state))
     if not told:

@@ -16,6 +16,7 @@ from imubench.diagnosis.noise.debias import lawful, tilts
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.dynamics_factors import GROUP, is_data
 from imubench.diagnosis.problem.hypothesis import Prior, State
+from imubench.diagnosis.remembered import remembered
 from imubench.diagnosis.samples.check_findings import OFF
 from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import Step, factored
@@ -114,6 +115,7 @@ def with_settled_noise(fit: Fit) -> Fit:
     return with_noise(fit, 2 * ROUNDS) if max(np.abs(off), default=0.0) > FAR else fit
 
 
+@remembered
 @one_thread
 def fit_with_noise(
     model: Model,

@@ -8,13 +8,14 @@ attitude alone, a hinge one angle more, a segment on a fixed base nothing.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.problem.bspline import Moment
-from imubench.jets import Jet, Turn, cross, dot, skew, stack, times
+from imubench.diagnosis.problem.bspline import KNOWN_LONG, Knots, Moment, Tracks
+from imubench.jets import Jet, Turn, cross, derivatives_by, dot, follows, skew, stack, times
 from imubench.links import STILL, ZERO, Link, Motion, spin
 from imubench.recording import Recording
 
@@ -68,7 +69,7 @@ class Rig:
         if not self.turns:
             turn = Turn(self.base[None])
             return Motion(ZERO, ZERO, turn.back(-down), turn, ZERO)
-        turn, rate, accel = attitude(*(moment.track(ATTITUDE, order) for order in range(3)))
+        turn, rate, accel = turning(moment)
         if not self.moves:
             return Motion(rate, accel, turn.back(-down), turn, ZERO)
         if not self.placed:
@@ -80,6 +81,24 @@ class Rig:
         if not self.hinge:
             return Link(STILL)
         return spin(HINGE_AXIS, *(moment.track(HINGE, order) for order in range(3)))
+
+
+def turning(moment: Moment) -> tuple[Turn, Jet, Jet]:
+    """Return rotation, rate and angular acceleration of segment 1, not to be written to: the last few are kept.
+
+    Two IMUs of one rate, laws and priors ask for the same one after another.
+    """
+    if moment.time.blocks:
+        return attitude(*(moment.track(ATTITUDE, order) for order in range(3)))
+    q = np.ascontiguousarray(moment.coefficients[:, moment.tracks.columns(ATTITUDE)])
+    return _turning(moment.tracks.knots, moment.time.value.tobytes(), q.tobytes(), follows(ATTITUDE))
+
+
+@lru_cache(KNOWN_LONG)
+def _turning(knots: Knots, time: bytes, q: bytes, followed: bool) -> tuple[Turn, Jet, Jet]:
+    alone = Moment(Tracks(knots, {ATTITUDE: 4}), np.frombuffer(q).reshape(-1, 4), Jet(np.frombuffer(time)[:, None]))
+    with derivatives_by((ATTITUDE,) if followed else ()):
+        return attitude(*(alone.track(ATTITUDE, order) for order in range(3)))
 
 
 def attitude(q: Jet, q_rate: Jet, q_accel: Jet) -> tuple[Turn, Jet, Jet]:

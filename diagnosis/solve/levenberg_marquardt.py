@@ -7,6 +7,7 @@ from imubench.diagnosis.budget import check
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.residuals import Rows
+from imubench.diagnosis.remembered import remembered
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import Step, all_rows
 from imubench.diagnosis.solve.retract import DAMPED, followed, moved, paced, settled
@@ -38,6 +39,11 @@ class Fit:
     rows: list[Rows] = field(default_factory=list, repr=False)
 
     @property
+    def knots(self) -> int:
+        """How many knots the splines have."""
+        return self.model.tracks.knots.count
+
+    @property
     def span(self) -> tuple[float, float]:
         """First and last time of the measurements, in s on the splines."""
         return min(float(r.time.min()) for r in self.measured), max(float(r.time.max()) for r in self.measured)
@@ -62,6 +68,7 @@ def converged(fit: Fit) -> Fit:
     return search(fit.model, fit.state, fit.noise, fit.anchor, LONG, FINE, FREE)[0]
 
 
+@remembered
 def solve(
     model: Model,
     state: State,

@@ -86,8 +86,40 @@ class Linear:
     def scatter(self, columns: Array, target: Array) -> None:
         """Add J' of further columns (n, m, r) to `target` (knots, width, r), J the splines' Jacobian."""
         for begin, products in self.by_knot(columns):
-            for s in range(SUPPORT):
-                target[begin + s : begin + s + len(products)] += products[:, s]
+            _gather(begin, products, target)
+
+
+def _gather(begin: int, products: Array, target: Array) -> None:
+    """Add J' of columns (knots, 6, width, r) of samples that start at some knots from one on to `target`."""
+    for s in range(SUPPORT):
+        target[begin + s : begin + s + len(products)] += products[:, s]
+
+
+@dataclass(frozen=True)
+class Held:
+    """Rows' Jacobian by the splines, made once for many columns that are multiplied with it."""
+
+    pieces: tuple[tuple[int, Array, Whole | slice, Place], ...]  # first knot, J (knots, rows, 6 width), samples, places
+    width: int  # numbers per knot
+
+    @classmethod
+    def of(cls, part: Linear) -> Held:
+        """Return the Jacobian of some rows, a hundred numbers for each."""
+        stack, wide = Stack([part]), SUPPORT * part.width
+        pieces = []
+        for begin in stack.begins:
+            tall, [(some, place)] = stack.piece(begin)
+            pieces.append((begin, np.ascontiguousarray(tall[:, :, :wide]), some, place))
+        return cls(tuple(pieces), part.width)
+
+    def scatter(self, columns: Array, target: Array) -> None:
+        """Add J' of further columns (n, m, r) to `target` (knots, width, r)."""
+        r = columns.shape[2]
+        for begin, tall, some, place in self.pieces:
+            own = np.zeros((*tall.shape[:2], r))
+            own[place] = columns[some]
+            both = np.matmul(np.swapaxes(tall, 1, 2), own)
+            _gather(begin, both.reshape(len(tall), SUPPORT, self.width, r), target)
 
 
 def linearise(rows: Rows, tracks: Tracks, parameters: Parameters) -> Linear:

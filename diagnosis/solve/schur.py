@@ -1,7 +1,7 @@
 """Further columns beside a fit: what they would explain once motion, geometry and effects have followed."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -9,9 +9,9 @@ from imubench.arrays import Array
 from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import Step
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.solve.linearize import Linear
+from imubench.diagnosis.solve.linearize import Held, Linear
 from imubench.diagnosis.solve.normal_equations import KNOTS_PER_BLOCK
-from imubench.diagnosis.solve.threads import one_thread
+from imubench.diagnosis.solve.threads import MOST_KNOTS, one_thread
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,7 @@ class Base:
     fit: Fit
     parts: dict[str, Linear]
     step: Step  # from the fit to the best state of the quadratic model, and its equations
+    held: dict[str, Held] = field(default_factory=dict)  # Jacobians that were asked for, where the fit is not too long
 
     @classmethod
     @one_thread
@@ -39,6 +40,14 @@ class Base:
         """Return the standard deviation that the fit gives to rows of a group."""
         return std * self.fit.noise[name] * self.fit.loose
 
+    def _jacobian(self, name: str) -> Held | Linear:
+        """Return the splines' Jacobian of a group of rows, to be multiplied with columns."""
+        if self.fit.model.tracks.knots.count > MOST_KNOTS:
+            return self.parts[name]
+        if name not in self.held:
+            self.held[name] = Held.of(self.parts[name])
+        return self.held[name]
+
     def reduced(self, columns: Iterable[tuple[str, Array]], count: int) -> tuple[Array, Array]:
         """Return information (k, k) and gradient (k,) of `count` columns, whitened (n, m, k), by group of rows."""
         blocks, p = len(self.solution.factor.lower), self.fit.model.parameters.count
@@ -46,7 +55,7 @@ class Base:
         across, corner, gradient = np.zeros((p, count)), np.zeros((count, count)), np.zeros(count)
         for name, some in columns:
             part, flat = self.parts[name], some.reshape(-1, count)
-            part.scatter(some, cross)
+            self._jacobian(name).scatter(some, cross)
             across += part.border.reshape(len(flat), p).T @ flat
             corner += flat.T @ flat
             gradient += flat.T @ part.residual.reshape(-1)

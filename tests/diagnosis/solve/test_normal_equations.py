@@ -8,7 +8,7 @@ from imubench.diagnosis.problem.bspline import SUPPORT, Knots, Tracks
 from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.solve.block_tridiagonal import Banded, NotPositiveDefiniteError
 from imubench.diagnosis.solve.bordered import solve_arrow
-from imubench.diagnosis.solve.linearize import linearise
+from imubench.diagnosis.solve.linearize import Held, linearise
 from imubench.diagnosis.solve.marginals import inverse_windows
 from imubench.diagnosis.solve.narrow_band import solved
 from imubench.diagnosis.solve.normal_equations import KNOTS_PER_BLOCK, Normal
@@ -162,3 +162,14 @@ def test_what_a_piece_raises_is_raised():
 
     with pytest.raises(ValueError, match="seven"):
         list(side_by_side(piece, range(20)))
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_a_jacobian_that_is_held_multiplies_as_one_made_anew(count):
+    rng = np.random.default_rng(8)
+    part = linearise(random_rows(rng), TRACKS, PARAMETERS)
+    columns = rng.normal(size=(*part.residual.shape, count))
+    anew, held = np.zeros((2, TRACKS.knots.count, TRACKS.width, count))
+    part.scatter(columns, anew)
+    Held.of(part).scatter(columns, held)
+    assert_allclose(held, anew, rtol=1e-12, atol=1e-12)  # rounding: one column may be summed in another order
