@@ -5,11 +5,13 @@ either way), lightly damped (0.1, a factor of e either way); it moves by up to a
 0.1 rad; its centre of mass is off the pivot by a few millimetres, its sensing point by a few centimetres.
 """
 
+from collections.abc import Mapping
 from copy import copy
 
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.effects import collocation
 from imubench.effects.effect import Effect, Equation, Parameter, Scene, State, Values
 from imubench.jets import Jet, cross
 from imubench.links import Link, shift, small_turn
@@ -33,6 +35,12 @@ class Sprung(Effect):
         out.size = size
         out.parameters = (*self.parameters, Parameter("bend", (3,), "1", 1.0, reported=False))
         return out
+
+    def in_time(self, values: Mapping[str, Array], step: float) -> Mapping[str, Array]:
+        return collocation.springs(values, step, collocation.in_time)
+
+    def collocated(self, values: Mapping[str, Array], step: float) -> Mapping[str, Array]:
+        return collocation.springs(values, step, collocation.collocated)
 
     def pull(self, x: Jet, rate: Jet, p: Values) -> Jet:
         """Return 2 z w x' + w^2 x (n, 3), w = 2 pi f: what springs and dampers take, per unit of mass."""
