@@ -28,12 +28,12 @@ from imubench.diagnosis.result_read import read_diagnosis
 from imubench.errors import InputError
 from imubench.inputs.json import load_table
 from imubench.lock import locked
-from imubench.proof.mixture import Question, mixture
+from imubench.proof.mixture import Question, make, mixture
 from imubench.terminal import Terminal
 from imubench.trials.blind import OURS, Children, diagnosed, finished
 from imubench.trials.detection import wilson
 from imubench.trials.judge import scored
-from imubench.trials.make import made, shortened
+from imubench.trials.make import answers, freedom, rebuilt, shortened
 from imubench.trials.replayed import NEAR, Replayed, replayed
 
 CASES, SEED, SECONDS = 60, 20261201, 20.0
@@ -91,7 +91,7 @@ def asked(name: str, question: Question, out: Path) -> Scored:
     folder, began, said = out / name, spent(), commit()
     if not (folder / "truth.json").is_file():  # written last
         shutil.rmtree(folder, ignore_errors=True)
-        told = made(question, folder / "recording")
+        told = case(question, folder / "recording")
         with atomic_file(folder / "truth.json") as partial:
             write_json(partial, told)
     truth = load_table(folder / "truth.json")
@@ -107,6 +107,15 @@ def asked(name: str, question: Question, out: Path) -> Scored:
     with atomic_file(folder / CASE) as partial:
         write_json(partial, asdict(score))
     return score
+
+
+def case(question: Question, folder: Path) -> dict[str, Any]:
+    """Write the recording of a question into the new folder, and return its truth, without Cramer-Rao bounds."""
+    truth = make(question, folder)
+    built = rebuilt(truth)
+    told = {"answers": [answers(e, built.options) for e in built.effects]}
+    told |= {"freedom": [freedom(e) for e in built.effects], "bounds": [None] * len(built.effects)}
+    return truth | told
 
 
 def spent() -> float:
@@ -155,7 +164,7 @@ def row(score: Scored) -> str:
     )
 
 
-def answers(scores: Sequence[Scored]) -> dict[str, list[bool]]:
+def asked_right(scores: Sequence[Scored]) -> dict[str, list[bool]]:
     """Return for each of `AIMS` whether every case that it is asked of is right; a diagnosis that failed is wrong."""
     wrong = [False] * sum(bool(s.failed) for s in scores)
     sensor = [s.replayed.sensor for s in scores if s.replayed.sensor is not None]
@@ -187,7 +196,7 @@ def table(scores: Sequence[Scored], of: int, seconds: float) -> str:
         "",
         "| what | cases | aim | met |",
         "|---|---:|---:|---|",
-        *(f"| {what} | {share(of, AIMS[what])}" for what, of in answers(scores).items()),
+        *(f"| {what} | {share(of, AIMS[what])}" for what, of in asked_right(scores).items()),
         "",
         "| case | rig | concealed | said | first sensor | first channel | replay | disk | processor time, s |",
         "|---|---|---|---|---|---|---:|---:|---:|",
@@ -223,7 +232,7 @@ def main(words: Sequence[str]) -> int:
     if given.write:
         with atomic_file(RESULTS) as partial:
             partial.write_text(replaced(RESULTS.read_text(encoding="utf-8"), HEADING, text), encoding="utf-8")
-    return int(not all(sum(of) >= AIMS[what] * len(of) for what, of in answers(scores).items()))
+    return int(not all(sum(of) >= AIMS[what] * len(of) for what, of in asked_right(scores).items()))
 
 
 if __name__ == "__main__":

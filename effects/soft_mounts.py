@@ -37,10 +37,10 @@ class Sprung(Effect):
         return out
 
     def in_time(self, values: Mapping[str, Array], step: float) -> Mapping[str, Array]:
-        return collocation.springs(values, step, collocation.in_time)
+        return {**values, "frequency": np.log(collocation.in_time(np.exp(values["frequency"]), step))}
 
     def collocated(self, values: Mapping[str, Array], step: float) -> Mapping[str, Array]:
-        return collocation.springs(values, step, collocation.collocated)
+        return {**values, "frequency": np.log(collocation.collocated(np.exp(values["frequency"]), step))}
 
     def pull(self, x: Jet, rate: Jet, p: Values) -> Jet:
         """Return 2 z w x' + w^2 x (n, 3), w = 2 pi f: what springs and dampers take, per unit of mass."""
