@@ -12,9 +12,9 @@ from imubench.diagnosis.report.numbers import fixed
 from imubench.diagnosis.result import Diagnosis, Move, Moves
 from imubench.reproduce.report import escape
 
-NOTHING = "–"
+DASH = "–"
 QUANTITIES = {"joint_axis": "joint axis", "joint_vector": "joint centre"}
-CAME, WITHOUT = "as it came", "without what was found"
+AS_IT_CAME, TAKEN_OUT = "as it came", "without what was found"
 
 Row = tuple[str, ...]
 
@@ -60,17 +60,17 @@ def _called(columns: Sequence[Moves], name: str) -> str:
 
 
 def _cell(move: Move | None) -> str:
-    return NOTHING if move is None else _numbers(move.value, move.unit)
+    return DASH if move is None else _numbers(move.value, move.unit)
 
 
 def _numbers(values: Array | None, unit: str) -> str:
     if values is None:
-        return NOTHING
+        return DASH
     return ", ".join(fixed(float(x), 1 if unit.startswith("mm") else 2) for x in np.ravel(values))
 
 
 def _status(e: Estimated) -> str:
-    text = f"{e.estimator} calls its answer {e.status[0]} on the recording {CAME}, {e.status[1]} {WITHOUT}."
+    text = f"{e.estimator} calls its answer {e.status[0]} on the recording {AS_IT_CAME}, {e.status[1]} {TAKEN_OUT}."
     return f"<p class='soft small'>{escape(text)}</p>"
 
 
@@ -81,7 +81,7 @@ def _reference(e: Estimated) -> str:
     changes = [f"<b>{_numbers(was, e.unit)} → {_numbers(now, e.unit)}</b> {e.unit} at {imu}" for imu, was, now in pairs]
     return (
         f"<p>Against the {term('reference')}, the {QUANTITIES[e.quantity]} by {escape(e.estimator)} is off by "
-        f"{words.listed(changes)} ({CAME} → {WITHOUT}).</p>"
+        f"{words.listed(changes)} ({AS_IT_CAME} → {TAKEN_OUT}).</p>"
     )
 
 
