@@ -93,7 +93,7 @@ class Correction:
         Raises `InputError` where fewer than two samples of an IMU would be left.
         """
         recording, every = self.recording, whole(self.diagnosis)
-        found = [f for f in self.found if (f.effect, f.at) not in left_in]
+        found = tuple(f for f in self.found if (f.effect, f.at) not in left_in)
         laws = [t for t, *_ in self.laws if (t.hypothesis.effect.name, t.hypothesis.at) not in left_in]
         done = tuple(Done(f.effect, f.at, words(f)) for f in every if (f.effect, f.at) not in left_in)
         kept = {at for effect, at in left_in if effect in {e.name for e in SPRINGS}}
