@@ -33,6 +33,9 @@ from imubench.jets import Jet
 from imubench.progress import Step, silent
 from imubench.recording import Imu, Recording
 
+Place = tuple[str, str]
+"""An effect and where it is."""
+
 
 @dataclass(frozen=True)
 class Done:
@@ -51,8 +54,56 @@ class Corrected:
     done: tuple[Done, ...]
 
 
+@dataclass(frozen=True)
+class Removal:
+    """What takes findings out of a recording: its motion, fitted with all of them at their numbers."""
+
+    recording: Recording
+    diagnosis: Diagnosis
+    found: tuple[Finding, ...]  # those that are sure and have a law
+    laws: tuple[tuple[Told, ...], ...]  # of each finding that is an effect of a fit, its settings
+    fit: Fit | None  # None: nothing of it shapes the readings
+
+    def without(self, left_in: Collection[Place] = ()) -> Corrected:
+        """Return the recording without the findings, less some that are `left_in`, by effect and place.
+
+        Raises `InputError` where fewer than two samples of an IMU would be left.
+        """
+        recording, every = self.recording, whole(self.diagnosis)
+        found = tuple(f for f in self.found if (f.effect, f.at) not in left_in)
+        laws = [t for t, *_ in self.laws if (t.hypothesis.effect.name, t.hypothesis.at) not in left_in]
+        done = tuple(Done(f.effect, f.at, words(f)) for f in every if (f.effect, f.at) not in left_in)
+        kept = {at for effect, at in left_in if traits_of(effect).on_springs}
+        loose = springs_that_leave_more(self.diagnosis) - kept
+        out, keep = recording, {i.name: np.ones(i.time.size, dtype=bool) for i in recording.imus}
+        spoiled = [f.at for f in found if (fault := traits_of(f.effect).fault) is not None and fault.measures_nothing]
+        masks = check_samples(recording).masks if spoiled else {}
+        for name, part in ((name, part) for name in spoiled for part in ("gyro", "accel")):
+            keep[name] &= masks.get(f"{name}.{part}", True)
+        if self.fit is not None:
+            out = taken_out(recording, self.fit, loose, left_in)
+            for t in (t for t in laws if t.hypothesis.at in keep):
+                keep[t.hypothesis.at] &= ~moving(t, self.fit.model)
+        out = redeclared(with_sample_noise(out, found), laws)
+        out = replace(out, imus=tuple(some(i, keep[i.name]) for i in out.imus))
+        if (hz := lowest(self.diagnosis, loose)) is not None:
+            out = banded(out, hz)
+            done += tuple(
+                Done(UNKNOWN, imu.name, f"read below {hz:.3g} Hz alone: above, springs leave it") for imu in out.imus
+            )
+        return Corrected(out, done)
+
+
 def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -> Corrected:
     """Return a recording with the findings of its diagnosis taken out; what cannot be is left, and said so.
+
+    Raises `InputError` as `removal` does.
+    """
+    return removal(recording, diagnosis, step).without()
+
+
+def removal(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -> Removal:
+    """Return what takes the findings of its diagnosis out of a recording.
 
     Raises `InputError` for the diagnosis of another recording, one that names what this recording cannot have, or one
     whose model is doubted: what it takes out may not be there.
@@ -65,16 +116,9 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
         raise InputError(
             f"diagnosis: expected a model that can be trusted, got one that is doubted: {first.of}: {first.why}"
         )
-    every = whole(diagnosis)
-    found = tuple(f for f in every if f.named and f.confidence >= SURE)
-    laws = [settings for f in found if (settings := told(f, recording))]
-    done = tuple(Done(f.effect, f.at, words(f)) for f in every)
-    loose = springs_that_leave_more(diagnosis)
-    out, keep = recording, {i.name: np.ones(i.time.size, dtype=bool) for i in recording.imus}
-    spoiled = [f.at for f in found if (fault := traits_of(f.effect).fault) is not None and fault.measures_nothing]
-    masks = check_samples(recording).masks if spoiled else {}
-    for name, part in ((name, part) for name in spoiled for part in ("gyro", "accel")):
-        keep[name] &= masks.get(f"{name}.{part}", True)
+    found = tuple(f for f in whole(diagnosis) if f.named and f.confidence >= SURE)
+    laws = tuple(settings for f in found if (settings := told(f, recording)))
+    fit = None
     if not all(t.hypothesis.effect.correction.stays for t, *_ in laws):
         try:
             with step("fit the motion with what was found"):
@@ -84,18 +128,7 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
             raise InputError(
                 f"diagnosis: expected numbers with which a motion fits, got none that do: {names}"
             ) from None
-        out = taken_out(recording, fit, loose)
-        for t, *_ in laws:
-            if t.hypothesis.at in keep:
-                keep[t.hypothesis.at] &= ~moving(t, fit.model)
-    out = redeclared(with_sample_noise(out, found), [t for t, *_ in laws])
-    out = replace(out, imus=tuple(some(i, keep[i.name]) for i in out.imus))
-    if (hz := lowest(diagnosis, loose)) is not None:
-        out = banded(out, hz)
-        done += tuple(
-            Done(UNKNOWN, imu.name, f"read below {hz:.3g} Hz alone: above, springs leave it") for imu in out.imus
-        )
-    return Corrected(out, done)
+    return Removal(recording, diagnosis, found, laws, fit)
 
 
 def springs_that_leave_more(diagnosis: Diagnosis) -> set[str]:
@@ -114,14 +147,19 @@ def lowest(diagnosis: Diagnosis, places: Collection[str]) -> float | None:
     return min((low for w in diagnosis.where if w.at in places for low, _ in w.bands_hz), default=None)
 
 
-def taken_out(recording: Recording, fit: Fit, loose: Collection[str] = ()) -> Recording:
+def taken_out(
+    recording: Recording, fit: Fit, loose: Collection[str] = (), left_in: Collection[Place] = ()
+) -> Recording:
     """Return a recording whose readings are without the effects of a fit that do not stay; stamps as they were.
+
+    Neither taken out is what is `left_in`, by effect and place.
 
     A sensor on springs is put where it is unloaded; one that is `loose` (its springs' law is not all there is) where it
     is in the mean.
     """
     model, state = fit.model, fit.state
-    without = replace(model, hypotheses=tuple(h for h in model.hypotheses if h.effect.correction.stays))
+    stays = [h for h in model.hypotheses if h.effect.correction.stays or (h.effect.name, h.at) in left_in]
+    without = replace(model, hypotheses=tuple(stays))
     imus, encoders = [], []
     for imu in recording.imus:
         moment = model.moment(state, imu.time, imu.name)

@@ -1,6 +1,6 @@
 """The motion behind a recording, fitted anew with exactly the effects that a diagnosis names, at its numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -111,13 +111,15 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
     spring's law multiplies what lies beyond the motion, so the motion is as rough as it was estimated to be, or as
     loose as the nominal fit has it: whichever predicts the samples better. A quick hand on foam needs the second.
     """
-    begun = extended(nominal, tuple(t.hypothesis for t in effects), {k: v for t in effects for k, v in t.start.items()})
+    step = nominal.model.tracks.knots.step
+    starts = {k: v for t in effects for k, v in as_fitted(t, t.start, step).items()}
+    begun = extended(nominal, tuple(t.hypothesis for t in effects), starts)
     masks = dict(begun.model.masks or {})
     for t in (t for t in effects if t.hypothesis.effect.place == "imu"):
         counts = ~moving(t, begun.model)
         for name in (f"{t.hypothesis.at}.gyro", f"{t.hypothesis.at}.accel"):
             masks[name] = masks.get(name, counts) & counts
-    held = {k: v for t in effects for k, v in t.held.items()}
+    held = {k: v for t in effects for k, v in as_fitted(t, t.held, step).items()}
     model, state, noise = replace(begun.model, fixed=held, masks=masks), begun.state, dict(begun.noise)
     lawful = [t.hypothesis for t in effects if t.hypothesis.effect.states and t.hypothesis.effect.lawful]
     fit = solve(
@@ -136,6 +138,13 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
         return tight
     loose = levelled(1.0)
     return loose if aic_gain_of(tight.noise, tally(tight), loose.noise, tally(loose)) > 0 else tight
+
+
+def as_fitted(t: Told, told: Mapping[str, Array], step: float) -> dict[str, Array]:
+    """Return parameters (k,) of an effect, by their names in a fit, as a fit with knots `step` s apart has its law."""
+    h = t.hypothesis
+    named = {p.name: told[h.key(p.name)] for p in h.effect.parameters if h.key(p.name) in told}
+    return {h.key(name): value for name, value in h.effect.collocated(named, step).items()} if named else {}
 
 
 def moving(t: Told, model: Model) -> NDArray[np.bool_]:

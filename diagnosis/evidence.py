@@ -143,6 +143,20 @@ class Level:
 
 
 @dataclass(frozen=True)
+class Estimated:
+    """What an estimator makes of the recording as it came, and without what was found in it."""
+
+    estimator: str
+    quantity: str  # joint_axis, joint_vector
+    unit: str  # deg, mm
+    imus: tuple[str, ...]  # (m,)
+    moved: Array  # (m,) by what all findings together move it
+    each: tuple[Array | None, ...]  # for every finding, in their order: by what it alone moves it; None: it stays in
+    off: tuple[Array, Array] | None = None  # (m,) from an independent reference: as it came, and without
+    status: tuple[str, str] = ("converged", "converged")  # as it came, and without
+
+
+@dataclass(frozen=True)
 class Evidence:
     """Everything that is shown beside a diagnosis."""
 
@@ -156,6 +170,7 @@ class Evidence:
     comparisons: tuple[tuple[Comparison, ...], ...] = ()  # for every finding, in their order: without and with it
     simulated: tuple[Comparison, ...] = ()  # every channel: the declared model, and the model with all findings
     rolled_out: tuple[Swing, ...] = ()  # stretches of free swings that a replay rolls out, the states at their starts
+    estimates: tuple[Estimated, ...] = ()  # of the project's estimators, where what was found can be taken out
     notes: tuple[str, ...] = field(default=())  # how it was done, a sentence each
 
     @property

@@ -3,12 +3,14 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory
+from imubench.correction.estimates import estimates
 from imubench.correction.export import write_model
-from imubench.diagnosis.budget import DEFAULT, Budget
-from imubench.diagnosis.evidence import Evidence
+from imubench.diagnosis.budget import DEFAULT, NUMBERS, Budget
+from imubench.diagnosis.evidence import Estimated, Evidence
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.report import Paths, page
 from imubench.diagnosis.report.rerun_log import log_diagnosis
@@ -18,6 +20,7 @@ from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.sensor_errors.baseline import check_same_sensors, check_usable
 from imubench.diagnosis.verdict.reference_motion import judged
+from imubench.errors import InputError
 from imubench.progress import Step, silent
 from imubench.recording import Recording
 from imubench.reference import Reference
@@ -38,6 +41,7 @@ STAGES = (
     "ask whether the halves agree",
     "say what the sensors' own errors are",
     "play the simulations beside the recording",
+    "estimate with and without what was found",
     "write the model",
     "write the Rerun file",
     "draw the report",
@@ -125,13 +129,53 @@ def _written(
 ) -> Done:
     """Return the diagnosis of a recording, after writing it into the empty folder `target`."""
     diagnosis, evidence = diagnosed(recording, reference, step, budget, tolerance, baseline)
+    with step("estimate with and without what was found"):
+        evidence = with_estimates(diagnosis, evidence, recording, reference, budget)
     with step("write the model"):
         (target / MODEL).mkdir()
         name = write_model(diagnosis, evidence, target / MODEL)
         diagnosis = replace(diagnosis, model=f"{MODEL}/{name}")
-    write_json(target / FILE_NAME, as_dict(diagnosis))
+    write_json(target / FILE_NAME, as_dict(diagnosis) | estimates_as_dict(evidence.estimates))
     with step("write the Rerun file"):
         log_diagnosis(target / LOG, diagnosis, evidence, reference)
     with step("draw the report"):
         (target / REPORT).write_text(page(diagnosis, evidence, paths), encoding="utf-8")
     return Done(diagnosis, evidence)
+
+
+def with_estimates(
+    diagnosis: Diagnosis, evidence: Evidence, recording: Recording, reference: Reference | None, budget: Budget
+) -> Evidence:
+    """Return the evidence with what the project's estimators make of a recording with and without the findings.
+
+    Without them, and the notes say why, where the findings cannot be taken out, or the time limit came first.
+    """
+    found: tuple[Estimated, ...] = ()
+    why = f"the {budget.limit:g} s of processor time were spent"
+    with budget.part(NUMBERS, "what estimators make of it"):
+        try:
+            found = estimates(recording, diagnosis, reference) if diagnosis.fitted else ()
+            why = ""
+        except InputError as error:
+            why = str(error)
+    note = f"No estimator was asked with and without the findings: {why}."
+    return replace(evidence, estimates=found, notes=(*evidence.notes, note) if why else evidence.notes)
+
+
+def estimates_as_dict(found: tuple[Estimated, ...]) -> dict[str, Any]:
+    """Return `estimates` of diagnosis.json; nothing where there are none."""
+
+    def one(e: Estimated) -> dict[str, Any]:
+        out: dict[str, Any] = {
+            "estimator": e.estimator,
+            "quantity": e.quantity,
+            "unit": e.unit,
+            "moved": e.moved.tolist(),
+            "by_finding": [None if by is None else by.tolist() for by in e.each],
+            "status": {"as_it_came": e.status[0], "without": e.status[1]},
+        }
+        if e.off is not None:
+            out["reference"] = {"as_it_came": e.off[0].tolist(), "without": e.off[1].tolist()}
+        return out
+
+    return {"estimates": [one(e) for e in found]} if found else {}

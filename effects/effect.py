@@ -165,6 +165,14 @@ class Effect(Traits):
         """Return the starts (k,) to try of the parameters in which the law is far from linear."""
         return {}
 
+    def in_time(self, values: Mapping[str, Array], step: float) -> Mapping[str, Array]:
+        """Return fitted parameters (k,) as its law has them in continuous time; a fit has knots `step` s apart."""
+        return values
+
+    def collocated(self, values: Mapping[str, Array], step: float) -> Mapping[str, Array]:
+        """Return parameters (k,) of its law in continuous time as a fit with knots `step` s apart has them."""
+        return values
+
     def read(self, values: Mapping[str, Array], states: Mapping[str, Array], step: float) -> dict[str, Array]:
         """Return the `found` parameters from fitted ones (k,) and states (n, m) sampled every `step` s."""
         return {}

@@ -5,6 +5,7 @@ either way), lightly damped (0.1, a factor of e either way); it moves by up to a
 0.1 rad; its centre of mass is off the pivot by a few millimetres, its sensing point by a few centimetres.
 """
 
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
 from typing import Literal
@@ -12,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.effects import collocation
 from imubench.effects.effect import Effect, Equation, Numbers, Parameter, Scene, State, Values
 from imubench.jets import Jet, cross
 from imubench.links import Link, shift, small_turn
@@ -42,6 +44,12 @@ class Sprung(Effect):
         out.size = size
         out.parameters = (*self.parameters, Parameter("bend", (3,), "1", 1.0, reported=False))
         return out
+
+    def in_time(self, values: Mapping[str, Array], step: float) -> Mapping[str, Array]:
+        return {**values, "frequency": np.log(collocation.in_time(np.exp(values["frequency"]), step))}
+
+    def collocated(self, values: Mapping[str, Array], step: float) -> Mapping[str, Array]:
+        return {**values, "frequency": np.log(collocation.collocated(np.exp(values["frequency"]), step))}
 
     def pull(self, x: Jet, rate: Jet, p: Values) -> Jet:
         """Return 2 z w x' + w^2 x (n, 3), w = 2 pi f: what springs and dampers take, per unit of mass."""

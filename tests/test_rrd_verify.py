@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,30 @@ def test_estimate(tmp_path):
     make_case(tmp_path / "rec", "hinge", [], 3, seconds=6.0, encoder=True, pose=True)
     ran("estimate", "olsson2020", tmp_path / "rec", "--out", tmp_path / "out")
     assert verified(tmp_path) == ["out/run.rrd"]
+
+
+@pytest.mark.long
+def test_an_estimator_from_outside_that_fails(tmp_path):
+    """`run` logs the simulation without an estimate."""
+    (tmp_path / "mine.py").write_text("def estimate(recording):\n    raise ValueError('no')\n")
+    done = here("run", "hinge-hand", "--estimator", f"{tmp_path}/mine.py:estimate", "--out", tmp_path / "out")
+    assert done.code == 1
+    assert verified(tmp_path) == ["out/run.rrd"]
+
+
+@pytest.mark.parametrize("samples", [5, 400], ids=["too few", "one axis mirrored"])
+def test_diagnose_what_makes_no_sense(samples, tmp_path):
+    """Nothing is fitted: a rig that stands still, the readings in the place of residuals."""
+    make_case(tmp_path / "made", "hinge", [], 3, seconds=8.0, rate=50.0)
+    recording, reference = read(tmp_path / "made")
+    imus = [
+        replace(i, time=i.time[:samples], gyro=i.gyro[:samples] * [1, 1, -1], accel=i.accel[:samples] * [1, 1, -1])
+        for i in recording.imus
+    ]
+    write_recording(replace(recording, imus=tuple(imus)), tmp_path / "rec", reference)
+    out = diagnosed(tmp_path)
+    assert read_diagnosis(out).nonsense
+    assert verified(tmp_path) == ["out/diagnosis.rrd"]
 
 
 @pytest.mark.long

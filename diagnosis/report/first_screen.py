@@ -8,6 +8,7 @@ from imubench.diagnosis.evidence import Comparison, Evidence
 from imubench.diagnosis.report import headline, words
 from imubench.diagnosis.report.compared import changed_power, is_seen, title
 from imubench.diagnosis.report.html import term
+from imubench.diagnosis.report.moves_table import moves_table
 from imubench.diagnosis.report.numbers import fixed
 from imubench.diagnosis.result import SURE, Diagnosis, Finding
 from imubench.estimators import ESTIMATORS
@@ -63,7 +64,10 @@ def what(d: Diagnosis, evidence: Evidence) -> str:
             if d.simulation.heldout
             else "The numbers were learned on the same samples."
         )
-        parts.append(f"<p>MuJoCo's simulation, {how}, is off by (RMS):</p>{_bars(d)}<p class='soft small'>{judged}</p>")
+        change = "RMS, as declared → with what was found" if sure(d) else "RMS"
+        parts.append(
+            f"<p>MuJoCo's simulation, {how}, is off by ({change}):</p>{_bars(d)}<p class='soft small'>{judged}</p>"
+        )
         if (changes := without_each(d, evidence)) and not headline.shown_by(d.simulation):
             parts.append(
                 "<p>A motion was recovered with which the declared model follows the sensors as well. Held to "
@@ -75,12 +79,17 @@ def what(d: Diagnosis, evidence: Evidence) -> str:
         change = before if before == after else f"{before} as declared, {after} with what was found"
         parts.append(f"<p>What the fitted motion leaves, {term('misfit')}: {change} (1: only noise).</p>")
     share = headline.explained_percent(d)
-    if share and any(f.named and f.confidence >= SURE for f in d.findings):
+    if share and sure(d):
         parts.append(f"<p>What was found explains <b>{share}</b> of the power of what differs.</p>")
     usual = headline.usual_noise(d, {i.name: i.rate for i in evidence.recording.imus})
     if usual:
         parts.append(f"<p class='soft small'>The noise is not known: {escape(usual)}</p>")
     return "".join(parts)
+
+
+def sure(d: Diagnosis) -> bool:
+    """Return whether an effect of the library was found for sure."""
+    return any(f.named and f.confidence >= SURE for f in d.findings)
 
 
 def without_each(d: Diagnosis, evidence: Evidence) -> list[str]:
@@ -100,7 +109,7 @@ def _bars(d: Diagnosis) -> str:
     for off in headline.offs(d.simulation)[:WORST]:
         change = f"<b>{off.before}</b>" if off.before == off.after else f"<b>{off.before}</b> → <b>{off.after}</b>"
         times = f"{_times(off.times_before)} → {_times(off.times_after)} times the noise"
-        if not any(f.named and f.confidence >= SURE for f in d.findings):
+        if not sure(d):
             change, times = f"<b>{off.before}</b>", f"{_times(off.times_before)} times the noise"
         known = not any(name.startswith(off.channel.partition(".")[0]) for name in d.noise_unknown)
         note = f"noise {off.noise}, {times}" if known else "its noise is not known"
@@ -134,7 +143,9 @@ def because(d: Diagnosis) -> str:
 
 
 def _share(f: Finding) -> str:
-    return "" if f.share is None else f": without it {words.part(f.share)} of the difference comes back"
+    if f.share is None:
+        return ""
+    return f": without it {words.part(f.share)} of the difference {term('share', 'comes back')}"
 
 
 def how_sure(d: Diagnosis) -> str:
@@ -162,13 +173,11 @@ def does(d: Diagnosis, evidence: Evidence) -> str:
         if d.alarm
         else f"<p>No {term('alarm')}: {escape(words.alarm(d))}</p>"
     ]
-    for i in ordered(d, True):
-        f = d.findings[i]
-        parts.append(
-            f"<p>{escape(consequence(f, evidence.comparisons[i] if i < len(evidence.comparisons) else ()))}</p>"
-        )
-    if len(d.findings) > 1 and d.moves:
-        parts.append(f"<p>All of it together moves {escape(words.moved(d.moves))}.</p>")
+    numbered = ordered(d, True)
+    parts.append(moves_table(d, evidence, numbered))
+    for i in (i for i in numbered if not d.findings[i].moves):
+        compared = evidence.comparisons[i] if i < len(evidence.comparisons) else ()
+        parts.append(f"<p>{escape(consequence(d.findings[i], compared))}</p>")
     for name, was, now in headline.against_reference(d):
         parts.append(
             f"<p>Against the {term('reference')}, the {escape(name)} is off by "
@@ -215,8 +224,7 @@ def steps(d: Diagnosis, evidence: Evidence) -> Iterator[str]:
 
 def correctable(d: Diagnosis, evidence: Evidence) -> bool:
     """Return whether `estimate --with` can take out what was found."""
-    named = [f for f in d.findings if f.named and f.confidence >= SURE]
-    if d.rig not in OFFERED or not named or d.doubts:
+    if d.rig not in OFFERED or not sure(d) or d.doubts:
         return False
     return len(evidence.recording.imus) >= ESTIMATORS[OFFERED[d.rig]].imus
 

@@ -20,6 +20,8 @@ MOVED = {  # what a finding moves -> in words
     "lever": "place of the sensor",
 }
 
+KINDS = {"gyr": "gyroscope", "acc": "accelerometer"}  # part of a channel's name -> in words
+
 VERDICTS = {  # verdict -> how it looks
     "no mismatch": "good",
     "explained": "good",
@@ -130,18 +132,24 @@ def spelled(channel: str) -> str:
     part, _, axis = name.partition("_")
     if at == "encoder":
         return f"{name} encoder" if name != "angle" else "encoder"
-    kinds = {"gyr": "gyroscope", "acc": "accelerometer"}
-    return f"{at} {kinds[part]} {axis}" if part in kinds else f"{at} {name}"
+    return f"{at} {KINDS[part]} {axis}" if part in KINDS else f"{at} {name}"
 
 
 def channels(w: Where) -> str:
     """Return the channels that hold most of the excess at a sensor."""
-    return listed([name for name, share in w.channels.items() if share >= 0.3 * max(w.channels.values())])
+    most = max(w.channels.values())
+    return listed([channel(name) for name, share in w.channels.items() if share >= 0.3 * most])
 
 
 def shares(w: Where) -> str:
     """Return the channels with their shares."""
-    return listed([f"{name} ({percent(share)})" for name, share in w.channels.items()])
+    return listed([f"{channel(name)} ({percent(share)})" for name, share in w.channels.items()])
+
+
+def channel(name: str) -> str:
+    """Return a sensor's channel such as acc_x in words."""
+    part, _, axis = name.partition("_")
+    return f"{KINDS[part]} {axis}" if part in KINDS else name
 
 
 def rejection(r: Rejected) -> str:

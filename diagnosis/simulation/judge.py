@@ -46,7 +46,7 @@ class Judge:
             if key not in known:
                 known[key] = self.samples(swing.start, swing.end)
             recording, own = known[key]
-            truth = rolled_truth(model.rig, swing, COARSE, model.start, step=LONG_STEP)
+            truth = rolled_truth(model.rig, swing, COARSE, model.start, step=LONG_STEP, told=model.motion)
             read = read_out(model, recording, truth, swing.start)
             times = [c.time[counts] for c, counts in own]
             off = [(read[c.name] - c.measured)[counts] / self.noise[c.group] for c, counts in own]

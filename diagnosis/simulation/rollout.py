@@ -54,9 +54,13 @@ def can_swing(rig: Rig) -> bool:
 
 
 def bare(rig: Rig) -> Rig:
-    """Return a rig with weightless sensors that sit fast, as it is integrated."""
+    """Return a rig with weightless sensors that sit fast, and without a play between free stops, as it is integrated.
+
+    How a loose limb falls across the hinge's axis turns it about that axis by the square of the play at most.
+    """
+    play = rig.loose if rig.loose is not None and rig.loose.frequency else None
     weight = WEIGHT * rig.segments[-1].mass
-    return replace(rig, mounts=tuple(Mount(m.position, m.quaternion, mass=weight) for m in rig.mounts))
+    return replace(rig, play=play, mounts=tuple(Mount(m.position, m.quaternion, mass=weight) for m in rig.mounts))
 
 
 def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP, torque: Torque | None = None) -> Played:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.correction.replay import END_ROWS, SplineMotion, dense_rows, played_through
+from imubench.correction.replay import END_ROWS, SplineMotion, dense_rows, played_through, with_told_play
 from imubench.correction.sensor_chain import Effects, moves_time
 from imubench.diagnosis.evidence import Played, Swing
 from imubench.diagnosis.simulation.rollout import STEP, rolled_out
@@ -25,11 +25,13 @@ def rolled_truth(
     first: float | None = None,
     step: float = STEP,
     torque: Torque | None = None,
+    told: Played | None = None,
 ) -> Truth:
     """Return MuJoCo's truth of a window that is rolled out.
 
     The window is integrated with its sensors sitting fast; what is sprung, slides or slips on the segment follows its
-    motion.
+    motion. So does a limb that is loose in its joint: from which side to which it fell there no law foretells, so it
+    turns as a recovered motion tells.
 
     Args:
         rig: as it swings.
@@ -39,12 +41,16 @@ def rolled_truth(
         first: s, of the first row, at most a row behind the window's start; None: there.
         step: s, of the integration at most.
         torque: N m at stamps (n,) s, besides what the rig has.
+        told: a recovered motion, which may say how a limb turned in its play; None, or where it does not say: by its
+            law.
     """
     motion = rolled_out(rig, window, rate, step, torque)
     first = window.start if first is None else first
     rows = int((window.end - first) * rate + 1e-6) + 1
     path = SplineMotion(motion, first, rig.gravity)
-    return play(later(rig, first - start), path, (rows + 0.1) / rate, rate, threads=1)
+    loose = later(rig, first - start)
+    loose = loose if told is None else with_told_play(loose, told, first)
+    return play(loose, path, (rows + 0.1) / rate, rate, threads=1)
 
 
 def later(rig: Rig, seconds: float) -> Rig:
@@ -83,7 +89,7 @@ def played(
         end = max(end, float(motion.time[-1]) - END_ROWS / dense)
     first = start - rows / dense
     truth = played_through(later(rig, first - start), motion, first, end - first, rate)
-    return with_swings(rig, truth, start, windows, torque, first), first
+    return with_swings(rig, truth, start, windows, torque, first, motion), first
 
 
 def with_swings(
@@ -93,6 +99,7 @@ def with_swings(
     windows: Sequence[Swing],
     torque: Torque | None = None,
     first: float | None = None,
+    told: Played | None = None,
 ) -> Truth:
     """Return a truth with some windows rolled out; see `rolled_truth`. Without `first` its rows begin at `start`."""
     rate = 1 / float(truth.time[1] - truth.time[0])
@@ -100,7 +107,7 @@ def with_swings(
     pieces = []
     for window in windows:
         row = int(np.ceil((window.start - first) * rate - 1e-6))
-        pieces.append((row, rolled_truth(rig, window, rate, start, first + row / rate, torque=torque)))
+        pieces.append((row, rolled_truth(rig, window, rate, start, first + row / rate, torque=torque, told=told)))
     return spliced(truth, pieces)
 
 

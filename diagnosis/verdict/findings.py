@@ -108,13 +108,14 @@ def loosely(fit: Fit) -> list[Hypothesis]:
 def parameters(
     h: Hypothesis, fit: Fit, std: dict[str, Array], measured: Recording | None = None
 ) -> dict[str, Parameter]:
-    """Return an effect's parameters, of the shapes that it declares, with their standard deviations."""
+    """Return an effect's parameters, as its law has them in time, of the shapes that it declares, with their stds."""
     out, recording = {}, measured or fit.model.recording
     values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
     changing = h.effect.changing(values, recording.imu(h.at)) if h.effect.place == "imu" else {}
+    told = h.effect.in_time(values, fit.model.tracks.knots.step)
     for p in h.effect.parameters:
         if p.reported:
-            value, error = values[p.name], np.hypot(std[h.key(p.name)], changing.get(p.name, 0.0))
+            value, error = told[p.name], np.hypot(std[h.key(p.name)], changing.get(p.name, 0.0))
             if p.log:
                 value = np.exp(value)
                 error = error * value

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from imubench.cli_diagnose import print_diagnosis
-from imubench.diagnosis.evidence import Comparison
+from imubench.diagnosis.evidence import Comparison, Estimated
 from imubench.diagnosis.report import Paths, page
 from imubench.diagnosis.report.chart import WIDTH, Line, Panel, panel, path, thinned, ticks
 from imubench.diagnosis.report.compared import figures, loudest, slow
@@ -103,9 +103,10 @@ def test_the_first_screen_answers_the_seven_questions():
     for words in (
         "samples that the numbers were not learned from",
         "97 % of what noise does not explain is at imu2",
-        "a soft mount that imu2 moves on as on springs: without it 96 % of the difference comes back",
+        "a soft mount that imu2 moves on as on springs: without it 96 % of the difference <abbr",
         "very likely, 98 %. This recording cannot tell it from a mount that imu2 rocks on.",
-        "joint axis 7.60 and 3.60 deg (imu1 and imu2), hinge angle 0.90 deg RMS",
+        "<td class=''>joint axis of imu1 and imu2 (deg)</td><td class='number'>7.60, 3.60</td>",
+        "<td class=''>hinge angle (deg RMS)</td><td class='number'>0.90</td>",
         "the hinge angle is off by 2.92 → 0.46 deg RMS",
         "record 20 s of on-axis spin at 2 rad/s.",
         "imubench estimate olsson2020 &#x27;my rec&#x27; --with out",
@@ -150,9 +151,32 @@ def test_the_page_says_what_all_findings_move_together():
     moves = {"joint_axis": Move([7.9, 3.6], "deg")}
     several, shown = simulated(moves=moves)
     one = replace(several, findings=several.findings[:1])
-    text = "All of it together moves joint axis 7.90 and 3.60 deg (imu1 and imu2)."
-    assert text in page(several, shown)
+    text = "<th class='number'>all together</th>"
+    html = page(several, shown)
+    assert text in html and "<td class='number'>7.60, 3.60</td><td class='number'>7.90, 3.60</td>" in html
     assert text not in page(one, shown)  # it stands beside the one finding
+
+
+def test_the_page_says_what_estimators_make_of_it():
+    d, shown = simulated()
+    axis = Estimated(
+        "olsson2020", "joint_axis", "deg", ("imu1", "imu2"), np.array([8.0, 3.9]), (np.array([7.9, 3.8]), None),
+        (np.array([8.5, 4.6]), np.array([0.87, 1.01])), ("not identifiable", "converged"),
+    )  # fmt: skip
+    centre = Estimated("hinge-position", "joint_vector", "mm", ("imu1", "imu2"), np.array([12.0, 3.0]), (None, None))
+    html = page(d, replace(shown, estimates=(axis, centre)))
+    first = html[: html.index("</dl>")]
+    for words in (
+        "<td class=''>joint axis of imu1 and imu2, by olsson2020 (deg)</td><td class='number'>7.90, 3.80</td>"
+        "<td class='number'>8.00, 3.90</td>",
+        "joint centre of imu1 and imu2, by hinge-position (mm)</td><td class='number'>–</td>"
+        "<td class='number'>12.0, 3.0</td>",
+        "the joint axis by olsson2020 is off by <b>8.50 → 0.87</b> deg at imu1 and <b>4.60 → 1.01</b> deg at imu2",
+        "olsson2020 calls its answer not identifiable on the recording as it came, converged without what was found.",
+    ):
+        assert words in first, words
+    assert "hinge-position calls" not in first
+    assert Balanced(html).wrong == []
 
 
 def test_a_finding_without_a_place_for_its_figure_says_what_it_moves():
