@@ -10,8 +10,9 @@ from imubench.checks.figures import Bound, check_figure, parse_bound
 from imubench.checks.scenario import Scenario, own_scenarios, parse_scenario
 from imubench.dataset.ranges import check_keys, chosen, number
 from imubench.errors import InputError, shown
-from imubench.inputs.files import read_bytes, real
+from imubench.inputs.files import read_bytes
 from imubench.inputs.toml import parse_toml
+from imubench.plugin_versions import absolute
 from imubench.plugins import find_estimator
 
 Over = Literal["rms", "mean", "median", "share"]
@@ -123,7 +124,7 @@ def _claim(
     named = forced or values["estimator"]
     if not isinstance(named, str):
         raise InputError(f"{where}.estimator: expected a name, file.py:function or module:function, got {shown(named)}")
-    estimator = named if forced else beside(named, path.parent)
+    estimator = named if forced else absolute(named, path.parent)
     found = find_estimator(estimator)
     figure = check_figure(values["figure"], found.quantity, named, where)
     bound = parse_bound(values["at_most"], figure, f"{where}.at_most")
@@ -164,12 +165,6 @@ def _said(claim: Claim, sentence: object, where: str) -> Claim:
     elif not isinstance(sentence, str) or not sentence.strip() or not sentence.isprintable():
         raise InputError(f"{where}.claim: expected a line of text, got {shown(sentence)}")
     return replace(claim, sentence=sentence)
-
-
-def beside(estimator: str, folder: Path) -> str:
-    """Return an estimator as it is found from anywhere: a file's path is relative to the folder of the claims."""
-    module, colon, function = estimator.rpartition(":")
-    return f"{real(folder / module)}:{function}" if colon and module.endswith(".py") else estimator
 
 
 def odds_of_a_bad_run_doubled(at_least: float) -> float:

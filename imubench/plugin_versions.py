@@ -1,15 +1,17 @@
-"""What tells one version of an estimator, or of anything else from outside, from another."""
+"""Estimators as other processes find them, and what tells one version of them from another."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from importlib.util import find_spec
 from pathlib import Path
 
+from imubench.errors import InputError
 from imubench.estimators import Estimator
-from imubench.inputs.files import read_bytes
-from imubench.plugins import Outside
+from imubench.inputs.files import read_bytes, real
+from imubench.plugins import Outside, find_estimator
 
 OURS = "ours"
 """Of an estimator of our own: told by the hash of this project's code, which whoever asks adds."""
@@ -47,6 +49,49 @@ def package_version(package: str) -> str:
         return ""
 
 
+def absolute(name: str, folder: Path | None = None) -> str:
+    """Return an estimator's text that means the same in any folder: FILE.py:FUNCTION gets an absolute path.
+
+    Args:
+        name: as `find_estimator` takes it.
+        folder: where a file's relative path begins; None: where we are.
+    """
+    module, colon, function = name.rpartition(":")
+    return f"{real((folder or Path()) / module)}:{function}" if colon and module.endswith(".py") else name
+
+
+def versions(places: Mapping[str, str]) -> dict[str, str]:
+    """Return what tells each estimator from an older one of its name, of `estimator_version`.
+
+    Args:
+        places: what was asked for -> the same from any folder, of `absolute`.
+    """
+    return {name: estimator_version(find_estimator(place)) for name, place in places.items()}
+
+
+@lru_cache(64)
+def loaded(name: str, place: str, version_then: str) -> Estimator:
+    """Return an estimator, loaded once a process.
+
+    Args:
+        name: as it was asked for, and as its answers and failures call it.
+        place: the same from any folder, of `absolute`.
+        version_then: of `estimator_version`.
+
+    Raises:
+        InputError: there is none, or it is another one than the caller had.
+    """
+    found = find_estimator(place)
+    if estimator_version(found) != version_then:
+        raise InputError(
+            f"{name}: expected the estimator that this work began with, got another one: its file, or one beside it, "
+            "has changed"
+        )
+    if isinstance(found.estimate, Outside):
+        return replace(found, name=name, estimate=replace(found.estimate, name=name))
+    return found
+
+
 def _hash(content: bytes, file: Path) -> str:
     digest = sha256(content)
     for source in sorted(file.parent.glob("*.py")):
@@ -69,4 +114,13 @@ def _source(module: str) -> Path | None:
     return file if file is not None and file.suffix == ".py" else None
 
 
-__all__ = ["OURS", "estimator_version", "module_of", "module_version", "package_version"]
+__all__ = [
+    "OURS",
+    "absolute",
+    "estimator_version",
+    "loaded",
+    "module_of",
+    "module_version",
+    "package_version",
+    "versions",
+]

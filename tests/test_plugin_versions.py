@@ -7,9 +7,8 @@ import pytest
 from imubench.checks.runs import Subject
 from imubench.checks.scenario import Named
 from imubench.estimators import ESTIMATORS
-from imubench.plugin_versions import OURS, estimator_version
+from imubench.plugin_versions import OURS, estimator_version, versions
 from imubench.plugins import find_estimator
-from imubench.sweeps.outside import fingerprints
 from tests.test_plugins import imports_as_before, installed, written  # noqa: F401
 
 WAYS = ("file", "module", "entry point")
@@ -32,12 +31,12 @@ def test_it_changes_with_the_estimators_module_and_those_beside_it(asked_for, wh
     """A check did not see that the package behind an entry point had changed, a sweep not what lies beside a file."""
     name, file = asked_for
     subject = Subject(name, Named("hinge-hand"), 60.0)
-    before = estimator_version(find_estimator(name)), subject.key, fingerprints({name: name})
-    assert before == (estimator_version(find_estimator(name)), subject.key, fingerprints({name: name}))
+    before = estimator_version(find_estimator(name)), subject.key, versions({name: name})
+    assert before == (estimator_version(find_estimator(name)), subject.key, versions({name: name}))
     changed = file if which == "its own" else file.with_name("beside_it.py")
     changed.write_text(changed.read_text() + "\nMORE = 2\n")
     sys.modules.pop(file.stem, None)  # as in another process
-    after = estimator_version(find_estimator(name)), subject.key, fingerprints({name: name})
+    after = estimator_version(find_estimator(name)), subject.key, versions({name: name})
     assert all(was != now for was, now in zip(before, after, strict=True))
 
 
