@@ -24,6 +24,7 @@ SHARED: Mapping[str, object] = {
     "margin": 0.2,
     "confidence": 0.99,
     "power": 0.99,
+    "baseline_power": 0.9999,
     "max_runs": 1000,
     "time_limit": 60.0,
 }
@@ -48,6 +49,7 @@ class Claim:
     margin: float  # beyond the bound, or beyond a baseline, by which the claim counts as broken
     confidence: float  # 1 - the probability that a true claim fails
     power: float  # 1 - the probability that a broken claim is passed
+    baseline_power: float  # the same beside a baseline, of errors that are larger by the margin
     max_runs: int
     time_limit: float  # s for one estimate of an estimator from outside
 
@@ -152,6 +154,7 @@ def _claim(
         margin=number(values["margin"], f"{where}.margin", 0.01, 10.0),
         confidence=_fraction(values["confidence"], f"{where}.confidence", 0.5),
         power=_fraction(values["power"], f"{where}.power", 0.5),
+        baseline_power=_fraction(values["baseline_power"], f"{where}.baseline_power", 0.5),
         max_runs=_count(values["max_runs"], f"{where}.max_runs"),
         time_limit=number(values["time_limit"], f"{where}.time_limit", open_low=True),
     )
