@@ -31,7 +31,7 @@ REPETITIONS, POOL = 200, 2000
 WORSE = 0.78  # part of a recording that makes errors 20 % larger, by the geometric mean over the pool
 MARGINS = (0.2, 0.15)  # the default, and one below what is to be seen every time
 SURE = 0.99
-POWER = 0.999  # a method that is worse shall fail in all of 200 repetitions
+POWER = 0.9999  # of `check` beside a baseline: all of 200 repetitions fail with a probability of 98 %
 CACHE = Path("runs/claim-checks.npz")
 SAVED_EVERY = 100  # recordings
 

@@ -10,8 +10,9 @@ from imubench.checks.figures import Bound, check_figure, parse_bound
 from imubench.checks.scenario import Scenario, own_scenarios, parse_scenario
 from imubench.dataset.ranges import check_keys, chosen, number
 from imubench.errors import InputError, shown
-from imubench.inputs.files import read_bytes, real
+from imubench.inputs.files import read_bytes
 from imubench.inputs.toml import parse_toml
+from imubench.plugin_versions import absolute
 from imubench.plugins import find_estimator
 
 Over = Literal["rms", "mean", "median", "share"]
@@ -23,6 +24,7 @@ SHARED: Mapping[str, object] = {
     "margin": 0.2,
     "confidence": 0.99,
     "power": 0.99,
+    "baseline_power": 0.9999,
     "max_runs": 1000,
     "time_limit": 60.0,
 }
@@ -47,6 +49,7 @@ class Claim:
     margin: float  # beyond the bound, or beyond a baseline, by which the claim counts as broken
     confidence: float  # 1 - the probability that a true claim fails
     power: float  # 1 - the probability that a broken claim is passed
+    baseline_power: float  # the same beside a baseline, of errors that are larger by the margin
     max_runs: int
     time_limit: float  # s for one estimate of an estimator from outside
 
@@ -123,7 +126,7 @@ def _claim(
     named = forced or values["estimator"]
     if not isinstance(named, str):
         raise InputError(f"{where}.estimator: expected a name, file.py:function or module:function, got {shown(named)}")
-    estimator = named if forced else beside(named, path.parent)
+    estimator = named if forced else absolute(named, path.parent)
     found = find_estimator(estimator)
     figure = check_figure(values["figure"], found.quantity, named, where)
     bound = parse_bound(values["at_most"], figure, f"{where}.at_most")
@@ -151,6 +154,7 @@ def _claim(
         margin=number(values["margin"], f"{where}.margin", 0.01, 10.0),
         confidence=_fraction(values["confidence"], f"{where}.confidence", 0.5),
         power=_fraction(values["power"], f"{where}.power", 0.5),
+        baseline_power=_fraction(values["baseline_power"], f"{where}.baseline_power", 0.5),
         max_runs=_count(values["max_runs"], f"{where}.max_runs"),
         time_limit=number(values["time_limit"], f"{where}.time_limit", open_low=True),
     )
@@ -164,12 +168,6 @@ def _said(claim: Claim, sentence: object, where: str) -> Claim:
     elif not isinstance(sentence, str) or not sentence.strip() or not sentence.isprintable():
         raise InputError(f"{where}.claim: expected a line of text, got {shown(sentence)}")
     return replace(claim, sentence=sentence)
-
-
-def beside(estimator: str, folder: Path) -> str:
-    """Return an estimator as it is found from anywhere: a file's path is relative to the folder of the claims."""
-    module, colon, function = estimator.rpartition(":")
-    return f"{real(folder / module)}:{function}" if colon and module.endswith(".py") else estimator
 
 
 def odds_of_a_bad_run_doubled(at_least: float) -> float:

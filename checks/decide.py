@@ -45,7 +45,7 @@ class Decision:
             self.evidence.add(log_ratio(error, self.baseline[number]))
         if self.evidence.against >= -math.log1p(-self.claim.confidence):
             self.verdict = "fails"
-        elif self.evidence.for_it >= -math.log1p(-self.claim.power):
+        elif self.evidence.for_it >= -math.log1p(-self.power):
             self.verdict = "holds"
         elif len(self.errors) >= self.claim.max_runs:
             self._end(f"max_runs = {self.claim.max_runs} do not decide it")
@@ -54,6 +54,11 @@ class Decision:
     def claim_error(self, outcome: Outcome) -> float:
         """Return the error of a run; inf where it has no such figure."""
         return outcome.figures.get(self.claim.figure, math.inf)
+
+    @property
+    def power(self) -> float:
+        """1 - the probability that what is broken is passed: higher beside a baseline, where it is asked every day."""
+        return self.claim.power if self.baseline is None else self.claim.baseline_power
 
     @property
     def runs(self) -> int:

@@ -18,7 +18,8 @@ from imubench.arrays import Array
 STAKES = (0.05, 0.1, 0.2, 0.4, 0.8)
 """Shares of what is at stake in each bet against a mean: the best depends on how errors spread, so all are held."""
 CLIP = 3.0
-"""Times the broken level at which an error counts as clipped in `for_it`: of normal errors 0.3 % are larger."""
+"""Times the broken level, or the spread of log ratios around the margin, at which a value counts as clipped in
+`for_it`: of normal ones 0.3 % are larger."""
 BOLDEST = 0.9
 """Of a bet on one run: 1 would lose everything by one run that went the other way."""
 DEGREES = 5.0
@@ -131,23 +132,35 @@ class _Bets:
 
 
 class PairedTest:
-    """On the same seeds a candidate errs as a baseline does, or `margin` times more: signs of log ratios, weighted.
+    """On the same seeds a candidate errs as a baseline does, or `margin` times more, on most runs or on average.
 
-    Exact where exchanging the two on any seed changes nothing (against), or would change nothing had the candidate
-    erred 1 + margin times less (for it). The weight of a sign depends on the size of its log ratio and on the spread
-    of those before it.
+    Evidence against it is of signs of log ratios, weighted; it is exact where exchanging the two on any seed changes
+    nothing. The weight of a sign depends on the size of its log ratio and on the spread of those before it.
+
+    Evidence for it has to show two things, and is the lesser of both: by the same signs that the candidate does not
+    err 1 + margin times more, and by bets on the log ratios themselves that their mean, that of the logarithm of the
+    geometric mean, is below the margin's. Ratios have a long tail to one side where a method has become worse on some
+    recordings: then signs alone follow the median, and pass what is worse by the margin on average.
     """
 
     def __init__(self, margin: float) -> None:
         self.shift = math.log1p(margin)
-        self.against = self.for_it = 0.0
+        self.against = self._by_signs = self._by_mean = 0.0
         self._ratios: list[float] = []
+
+    @property
+    def for_it(self) -> float:
+        """The log of the evidence that it is not broken."""
+        return min(self._by_signs, self._by_mean)
 
     def add(self, log_ratio: float) -> None:
         """Take in the log of the candidate's error over the baseline's; inf where the candidate alone has none."""
-        spread = _spread(self._ratios, self.shift)
+        spread = _spread(self._ratios, PRIOR_SPREAD * self.shift, self.shift / 2)
         self.against += _sign_bet(log_ratio, spread, self.shift)
-        self.for_it += _sign_bet(self.shift - log_ratio, spread, self.shift)
+        self._by_signs += _sign_bet(self.shift - log_ratio, spread, self.shift)
+        self._by_mean += _mean_bet(
+            self.shift - log_ratio, _spread(self._ratios, self.shift, self.shift / 4), self.shift
+        )
         self._ratios.append(log_ratio)
 
 
@@ -164,15 +177,28 @@ def _sign_bet(difference: float, spread: float, shift: float) -> float:
     return math.log1p(math.copysign(weight, difference))
 
 
-def _spread(before: Sequence[float], shift: float) -> float:
+def _mean_bet(below: float, spread: float, shift: float) -> float:
+    """Return log(1 + stake x), x by how much a log ratio is below the margin's, at most `CLIP` spreads either way.
+
+    The stake is the one that grows fastest where log ratios are around 0 with that spread, and no bolder than that one
+    run at the clip loses `BOLDEST` of what there is. Both depend on earlier runs alone, so that the bet is fair.
+    """
+    clip = CLIP * spread
+    stake = min(shift / (spread**2 + shift**2), BOLDEST / clip)
+    return math.log1p(stake * min(max(below, -clip), clip))
+
+
+def _spread(before: Sequence[float], prior: float, least: float) -> float:
     """Return the standard deviation of the log ratios so far, by their median absolute deviation.
 
-    It is never below half the shift, where every sign counts fully.
+    Args:
+        before: those of the earlier runs.
+        prior: what it begins with, as if `PRIOR_PAIRS` runs had been so far from the median.
+        least: it is never below this: half the shift, where every sign counts fully.
     """
     values = np.clip(before, -LARGEST, LARGEST)
     apart = np.abs(values - np.median(values)) if len(values) else values
-    prior = [PRIOR_SPREAD * shift / NORMAL_MAD] * PRIOR_PAIRS
-    return max(NORMAL_MAD * float(np.median([*apart, *prior])), shift / 2)
+    return max(NORMAL_MAD * float(np.median([*apart, *[prior / NORMAL_MAD] * PRIOR_PAIRS])), least)
 
 
 def log_ratio(candidate: float, baseline: float) -> float:

@@ -8,21 +8,12 @@ from dataclasses import dataclass
 from imubench.dataset.ranges import is_number
 from imubench.errors import InputError, shown, unknown
 from imubench.estimate import Quantity
+from imubench.figures import scored
 from imubench.score import BEST_PAIRING, Score, maxae, rmsae
+from imubench.units import UNITS
 
-UNITS: Mapping[str, Mapping[str, float]] = {
-    "rad": {"rad": 1.0, "deg": math.pi / 180.0, "mrad": 1e-3},
-    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
-}
-"""What a bound may be given in, by the unit of the figure; times so much it is that unit."""
-AXIS = ("rmsae", "maxae", "deviation_imu1", "deviation_imu2")
-VECTOR = {"error": "m", "length_error": "m", "angle_error": "rad"}
-KNOWN: Mapping[str, tuple[Quantity, str]] = {
-    **dict.fromkeys(AXIS, ("joint_axis", "rad")),
-    **dict.fromkeys((f"{BEST_PAIRING}{name}" for name in AXIS), ("joint_axis", "rad")),
-    **{f"{name}_imu{i}": ("joint_vector", unit) for name, unit in VECTOR.items() for i in (1, 2)},
-}
-"""The quantity and the unit of every figure that an estimate of our rigs can have."""
+KNOWN = scored()
+"""Every figure that an estimate of our rigs can have."""
 BOUND = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([A-Za-z]+)\s*")
 
 
@@ -49,7 +40,7 @@ class Bound:
 
 def parse_bound(text: object, figure: str, where: str) -> Bound:
     """Return the bound in a text such as `2 deg`; `InputError` for another form, or a unit that the figure has not."""
-    units = UNITS[KNOWN[figure][1]]
+    units = UNITS[KNOWN[figure].unit]
     found = BOUND.fullmatch(text) if isinstance(text, str) else None
     number = _number(found[1]) if found is not None else 0.0
     if found is None or not is_number(number) or number <= 0:
@@ -62,7 +53,7 @@ def parse_bound(text: object, figure: str, where: str) -> Bound:
 
 def known_figures(quantity: Quantity | None) -> list[str]:
     """Return the figures of a quantity, or all where it is not known yet."""
-    return [name for name, (of, _) in KNOWN.items() if quantity in (None, of)]
+    return [name for name, one in KNOWN.items() if quantity in (None, one.quantity)]
 
 
 def check_figure(figure: object, quantity: Quantity | None, estimator: str, where: str) -> str:

@@ -54,7 +54,7 @@ def _entry(one: Checked, decision: Decision, source: str) -> dict[str, Any]:
         "runs": decision.runs,
         "runs_without_the_figure": len(decision.missing),
         "false_failure_rate": _rate(claim.confidence),
-        "missed_rate": _rate(claim.power),
+        "missed_rate": _rate(decision.power),
         "broken": f"ratio {1 + claim.margin:g}" if beside else claim.broken,
         "estimator": claim.named,
     }

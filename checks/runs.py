@@ -18,13 +18,14 @@ from imubench.atomic import atomic_file, remove_partial_files
 from imubench.attempt import Failed, attempted, own_apart
 from imubench.checks.figures import figures_of
 from imubench.checks.scenario import Scenario
-from imubench.checks.versions import ESTIMATING, SIMULATING, code_key, estimator_key
+from imubench.checks.versions import ESTIMATING, SIMULATING, code_key
 from imubench.dataset.ranges import is_number
 from imubench.errors import InputError
 from imubench.inputs.files import real, what_is
 from imubench.inputs.json import load_table
 from imubench.inputs.limits import JSON_BYTES
 from imubench.leftovers import undone
+from imubench.plugin_versions import estimator_version
 from imubench.plugins import find_estimator, is_outside
 from imubench.score import score
 from imubench.workers import Pool, process_pool
@@ -46,7 +47,8 @@ class Subject:
     @property
     def key(self) -> str:
         """What changes with everything that a run depends on, but for its number."""
-        parts = (estimator_key(self.estimator), self.scenario.key, code_key(SIMULATING), code_key(ESTIMATING))
+        version = estimator_version(find_estimator(self.estimator))
+        parts = (version, self.scenario.key, code_key(SIMULATING), code_key(ESTIMATING))
         return sha256(f"{self.estimator} {self.time_limit} {parts}".encode()).hexdigest()[:24]
 
 

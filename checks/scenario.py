@@ -1,6 +1,6 @@
 """What a claim is tried on: a scenario by name, or what `imubench generate` draws from a spec. Run n follows from n."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
@@ -14,8 +14,10 @@ from imubench.dataset.spec import SPEC_FILE, Spec, parse_spec
 from imubench.errors import InputError, shown, unknown
 from imubench.inputs.files import below, read_bytes
 from imubench.inputs.limits import BINARY_BYTES
+from imubench.plugin_versions import module_of, module_version
 from imubench.recording import Recording
-from imubench.scenarios import SCENARIOS
+from imubench.scenarios import SCENARIOS, find_scenario, known_scenarios
+from imubench.scenarios.scenario import Scenario as PlayedScenario
 from imubench.truth import Truth
 
 SEED = 0
@@ -30,8 +32,10 @@ class Named:
 
     @property
     def key(self) -> str:
-        """What tells it from other scenarios."""
-        return f"name {self.name}"
+        """What tells it from other scenarios; one of an installed package also from other versions of it."""
+        if self.name in SCENARIOS:
+            return f"name {self.name}"
+        return f"name {self.name}, {module_version(module_of(_play(self.name)))}"
 
     def recording(self, number: int) -> tuple[Recording, Truth]:
         """Return the recording of run `number` and its truth."""
@@ -64,6 +68,12 @@ class Drawn:
 Scenario = Named | Drawn
 
 
+def _play(name: str) -> Callable[..., object]:
+    """Return what plays a scenario of a package; `InputError` where there is none any more."""
+    found = find_scenario(name)
+    return found.play if isinstance(found, PlayedScenario) else found.record
+
+
 @lru_cache(16)
 def _spec(content: tuple[tuple[str, bytes], ...]) -> Spec:
     return parse_spec(dict(content))
@@ -87,8 +97,9 @@ def parse_scenario(given: object, own: Mapping[str, Mapping[str, Any]], folder: 
         raise InputError(f"{where}: expected a scenario's name or a table, got {shown(given)}")
     if given in own:
         return _drawn(given, own[given], folder, f"scenarios.{given}")
-    if given not in SCENARIOS:
-        raise unknown(f"scenario in {where}", given, [*own, *SCENARIOS])
+    if given not in known_scenarios():
+        raise unknown(f"scenario in {where}", given, [*own, *known_scenarios()])
+    find_scenario(given)  # a package's may be broken, which is said before any run
     return Named(given)
 
 
@@ -97,7 +108,7 @@ def own_scenarios(tables: object, where: str) -> Mapping[str, Mapping[str, Any]]
     if not isinstance(tables, dict) or not all(isinstance(table, dict) for table in tables.values()):
         raise InputError(f"{where}: expected [scenarios.NAME] tables, got {shown(tables)}")
     for name in tables:
-        if name in SCENARIOS:
+        if name in known_scenarios():
             raise InputError(f"{where}.{name}: expected a name of its own, got that of a scenario of `imubench list`")
     return tables
 

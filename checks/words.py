@@ -65,11 +65,11 @@ def troubles(decision: Decision) -> str:
     return f"no such figure in {len(decision.missing)} of {_runs(decision.runs)}; run {number}: {why}"
 
 
-def sureness(claim: Claim, broken: str) -> str:
-    """Return the two error rates of a claim's test; `broken` is what they call broken."""
+def sureness(claim: Claim, broken: str, power: float) -> str:
+    """Return the two error rates of a claim's test; `broken` is what they call broken, passed with 1 - `power`."""
     return (
         f"a true claim fails with a probability of at most {_percent(1 - claim.confidence)}, "
-        f"a broken one ({broken}) holds with at most {_percent(1 - claim.power)}"
+        f"a broken one ({broken}) holds with at most {_percent(1 - power)}"
     )
 
 
@@ -77,8 +77,8 @@ def rates(decision: Decision) -> str:
     """Return the two error rates of what was decided."""
     claim = decision.claim
     if decision.baseline is None:
-        return sureness(claim, claim.broken)
-    return sureness(claim, f"errors {_percent(claim.margin)} larger or more")
+        return sureness(claim, claim.broken, claim.power)
+    return sureness(claim, f"errors {_percent(claim.margin)} larger or more", claim.baseline_power)
 
 
 def paragraph(decision: Decision) -> str:

@@ -1,7 +1,7 @@
 """`imubench reproduce`: a bar of what is done, the verdicts; exit code 1 where a promise fails or a guard is broken."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -19,12 +19,23 @@ from imubench.terminal import Terminal
 COLOURS = {"holds": "green", "fails": "red", "differs": "yellow"}
 
 
-def run(paper: str, out: Path, quick: bool, seed: int, console: Terminal, errors: Terminal) -> int:
+def run(
+    paper: str,
+    out: Path,
+    quick: bool,
+    seed: int,
+    console: Terminal,
+    errors: Terminal,
+    estimators: Sequence[str] = (),
+) -> int:
     """Reproduce a paper into `out`, print what came out, and return the exit code."""
     with promising("what was finished is kept beside --out: the same command goes on from there"):
-        judged = reproduce(paper, out, quick, seed, watching(errors))
+        done = reproduce(paper, out, quick, seed, watching(errors), estimators=estimators)
+    judged = done.judged
     if judged:
         print_verdicts(judged, console)
+    if done.beside:
+        console.say(done.beside)
     console.say(f"written: {out}; open {out / 'report.html'}")
     for j in judged:
         if j.news:

@@ -66,8 +66,16 @@ def _listed(name: str) -> Explanation | None:
     for kind, entries in known().items():
         if name in entries:
             text = entries[name].rstrip(".")
-            return Explanation(name, KINDS.get(kind, kind.removesuffix("s")), f"{text[:1].upper()}{text[1:]}.")
+            details = _options(name) if kind == "formats" else ()
+            return Explanation(name, KINDS.get(kind, kind.removesuffix("s")), f"{text[:1].upper()}{text[1:]}.", details)
     return None
+
+
+def _options(name: str) -> tuple[str, ...]:
+    """Return the options of a format that can be converted, a line each."""
+    from imubench.convert import find_converter
+
+    return tuple(f"--option {key}=...: {option.help}" for key, option in find_converter(name).options.items())
 
 
 def every() -> Iterator[Explanation]:

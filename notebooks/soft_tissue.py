@@ -7,18 +7,15 @@ app = marimo.App()
 
 @app.cell
 def _():
-    from dataclasses import replace
+    import tempfile
+    from pathlib import Path
 
     import marimo as mo
-    import numpy as np
     import pandas as pd
 
     import imubench as ib
-    from imubench.scenarios.hinge import hand_motion
-    from imubench.sim.play import play
-    from imubench.sim.rigs import random_hinge, springs
 
-    return hand_motion, ib, mo, np, pd, play, random_hinge, replace, springs
+    return Path, ib, mo, pd, tempfile
 
 
 @app.cell
@@ -27,46 +24,60 @@ def _(mo):
     # Soft tissue under a sensor
 
     An IMU on skin or foam rocks on a spring and a damper. Here both IMUs of a hinge do, from 4 Hz, which is soft, to
-    25 Hz, which is stiff. MuJoCo plays each rig under the same motion.
+    25 Hz, which is stiff. MuJoCo plays each rig under the same motion. The spec is that of `imubench sweep`: put the
+    numbers of your own rig in.
     """)
     return
 
 
 @app.cell
-def _(hand_motion, np, play, random_hinge, replace, springs):
-    def played(frequency, seed=0, seconds=15.0):
-        """Return the truth of a hinge whose IMUs rock at a frequency in Hz, damped by a fifth."""
-        rng = np.random.default_rng(seed)
-        rig = random_hinge(rng)
-        mounts = tuple(replace(mount, rotation=springs(frequency, 0.2)) for mount in rig.mounts)
-        return play(replace(rig, mounts=mounts), hand_motion(rng), seconds)
+def _():
+    spec = """
+    name = "soft-tissue"
+    seconds = 10
+    recordings = 4                        # in each cell
+    limit_deg = 3
 
-    return (played,)
+    [[rig]]
+    family = "hinge"
+    segment_length = 0.3                  # m
+    mount_distance = 0.12                 # m from the joint
+
+    [[effect]]
+    name = "rocking_mount"
+    damping_ratio = 0.2
+    com = [-0.004, 0.004]                 # m, off the pivot
+
+    [[axis]]
+    parameter = "effect.rocking_mount.frequency"
+    values = [4, 7, 12, 25]               # Hz
+    scale = "log"
+    """
+    return (spec,)
 
 
 @app.cell
-def _(ib, played):
-    truth = played(6.0)
-    recording = ib.observe(truth, "xsens_mtw", seed=1)
-    recording
+def _(Path, ib, spec, tempfile):
+    folder = Path(tempfile.mkdtemp())
+    (folder / "sweep.toml").write_text(spec)
+    cells = ib.sweep(folder / "sweep.toml", ["olsson2020", "seel2012"], folder / "out", workers=0)
+    len(cells)
+    return cells, folder
+
+
+@app.cell
+def _(cells, folder, pd):
+    assert cells  # the table is written with them
+    errors = pd.read_csv(folder / "out" / "sweep.csv")
+    table = errors.pivot_table(index="effect.rocking_mount.frequency", columns="estimator", values="value")
+    table.round(2)  # median error of the axis, deg
+    return errors, table
+
+
+@app.cell
+def _(errors):
+    errors[["estimator", "effect.rocking_mount.frequency", "value", "value_low", "value_high", "played", "failed"]]
     return
-
-
-@app.cell
-def _(ib, np, pd, played):
-    rows = []
-    for frequency in (4.0, 7.0, 12.0, 25.0):
-        for seed in range(2):
-            soft = played(frequency, seed)
-            observed = ib.observe(soft, "xsens_mtw", seed)
-            for name in ("olsson2020", "seel2012"):
-                judged = ib.score(ib.estimate(name, observed), soft)
-                off = np.degrees(max(judged.deviation(imu.name) for imu in observed.imus))
-                rows.append((frequency, seed, name, off))
-    errors = pd.DataFrame(rows, columns=["frequency, Hz", "seed", "estimator", "error, deg"])
-    table = errors.pivot_table(index="frequency, Hz", columns="estimator", values="error, deg", aggfunc="max")
-    table.round(2)
-    return (table,)
 
 
 @app.cell

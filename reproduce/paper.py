@@ -1,11 +1,13 @@
 """What a paper is to `imubench reproduce`: experiments cut into parts, figures and tables, claims."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from imubench.arrays import Array
+from imubench.recording import Recording
 from imubench.reproduce.claims import Claim, Measured
+from imubench.truth import Truth
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
@@ -21,6 +23,15 @@ class Part:
     stage: str  # what is going on, as a user wants to read it
     work: float  # seconds expected, only to pace the progress bar
     run: Callable[..., Mapping[str, Any]]  # returns arrays by name; importable by a fresh process
+    arguments: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A recording of a paper, with its truth, that any estimator can be given whole."""
+
+    name: str  # as people read it
+    play: Callable[..., tuple[Recording, Truth]]  # importable by a fresh process
     arguments: Mapping[str, Any]
 
 
@@ -74,3 +85,5 @@ class Paper:
     gather: Callable[[Any, Mapping[str, Arrays]], Any]
     tell: Callable[[Any], Story]
     links: Mapping[str, str] = field(default_factory=dict)  # text -> address
+    method: str = ""  # the estimator of ours that is the paper's; empty where no other can stand beside it
+    trials: Callable[[Any], Sequence[Trial]] = lambda _: ()  # its recordings, for estimators that a user names

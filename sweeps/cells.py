@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.sweeps.figures import SHOWN
 from imubench.sweeps.intervals import quantile, quantile_interval, share_interval
 from imubench.sweeps.spec import Sweep
 from imubench.sweeps.work import ANSWERED, UNPLAYED, Outcome
+from imubench.units import SHOWN
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 

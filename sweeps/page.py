@@ -6,10 +6,10 @@ from importlib.resources import files
 
 import numpy as np
 
+from imubench.figures import words
 from imubench.reproduce.report import escape
 from imubench.sweeps.cells import Cell, Map
 from imubench.sweeps.drawing import figures, svg
-from imubench.sweeps.figures import words
 from imubench.sweeps.finding import finding, headline
 from imubench.sweeps.intervals import CONFIDENCE
 from imubench.sweeps.spec import SWEEP_FILE, Sweep

@@ -18,6 +18,7 @@ from imubench.dataset.engines import ENGINES
 from imubench.errors import InputError, unknown
 from imubench.estimators import Estimator
 from imubench.leftovers import undone
+from imubench.plugin_versions import absolute, versions
 from imubench.plugins import find_estimator
 from imubench.recording import RIGS
 from imubench.reproduce.parts import Store
@@ -26,7 +27,7 @@ from imubench.sweeps import attempts
 from imubench.sweeps.cells import Cell, Map, cells, maps
 from imubench.sweeps.figures import figure_of
 from imubench.sweeps.finding import finding, headline
-from imubench.sweeps.outside import absolute, as_table, fingerprints
+from imubench.sweeps.outside import as_table
 from imubench.sweeps.page import page
 from imubench.sweeps.spec import SWEEP_FILE, Sweep
 from imubench.sweeps.tables import write_tables
@@ -107,7 +108,7 @@ def _work(asked: Sweep, names: Sequence[str], out: Path, seed: int, seconds: flo
         asked.content,
         asked.recordings,
         places,
-        fingerprints(places),
+        versions(places),
         figure_of(asked.figure, methods, asked.score_unit),
         seconds,
         seed,

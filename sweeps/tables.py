@@ -9,9 +9,9 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 
 from imubench.sweeps.cells import QUANTILES, Cell
-from imubench.sweeps.figures import SHOWN
 from imubench.sweeps.spec import Sweep
 from imubench.sweeps.work import ANSWERED, Outcome
+from imubench.units import SHOWN
 
 FAILURES = ("crashed", "timed out", "malformed", "refused")
 CELLS, CELLS_CSV, RECORDINGS = "sweep.parquet", "sweep.csv", "recordings.parquet"

@@ -7,9 +7,8 @@ import numpy as np
 from imubench.effects import EFFECTS
 from imubench.errors import unknown
 from imubench.sim.profiles import ANGULAR_RATE, HERTZ, PLAIN, SECONDS, SPECIFIC_FORCE, Units
+from imubench.units import ANGLE, LENGTH
 
-LENGTH: Units = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
-ANGLE: Units = {"rad": 1.0, "deg": np.pi / 180}
 MASS: Units = {"kg": 1.0, "g": 1e-3}
 ALIKE: Mapping[str, Units] = {
     "1": PLAIN,

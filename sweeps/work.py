@@ -13,10 +13,11 @@ from imubench.dataset.identity import COMPUTING as PLAYING
 from imubench.dataset.identity import DECIDING, computed_by, hashes
 from imubench.dataset.playing import Made, make
 from imubench.errors import InputError
+from imubench.figures import value_of
+from imubench.plugin_versions import loaded, versions
 from imubench.score import score
 from imubench.sweeps.attempts import attempt, why
-from imubench.sweeps.figures import value_of
-from imubench.sweeps.outside import fingerprints, loaded, peers
+from imubench.sweeps.outside import peers
 from imubench.sweeps.spec import Sweep, parse_sweep
 
 COMPUTING = (
@@ -94,7 +95,7 @@ class SweepWork:
             "seed": self.seed,
             "figure": self.figure,
             "seconds": self.seconds,
-            "estimators": fingerprints(self.estimators),
+            "estimators": versions(self.estimators),
             "peers": peers(),
             **computed_by(COMPUTING, DECIDING),
         }

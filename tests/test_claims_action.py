@@ -55,7 +55,7 @@ def steps(folder: Path) -> list[str]:
     assert workflow[True] == ["push", "pull_request"]  # YAML 1.1 reads `on` as true
     (job,) = workflow["jobs"].values()
     lines = [step["run"] for step in job["steps"] if "run" in step]
-    assert [line for line in lines if "pip install" in line] == ["python -m pip install imubench"]
+    assert [line for line in lines if "pip install" in line] == ['python -m pip install "$IMUBENCH"']
     return [line for line in lines if "pip install" not in line]
 
 

@@ -18,7 +18,7 @@ from imubench.sim.injected import all_injectable
 from tests.hub import offline
 
 PAGE = (Path(__file__).resolve().parent.parent / "docs/datasets.md").read_text()
-(SPEC,) = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
+FIRST, SPEC = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
 BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
 __all__ = ["offline"]
 

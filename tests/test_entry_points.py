@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from imubench.checks.claim import load_claims
 from imubench.convert import CONVERTERS, find_converter, known_converters
 from imubench.errors import InputError
 from imubench.run import simulate
@@ -99,3 +100,38 @@ def test_a_scenario_that_is_broken_is_one_line(package):
         with pytest.raises(InputError, match=message):
             simulate(name)
     assert simulate("hinge-planar")[0].name == "hinge-planar-0"
+
+
+CLAIM = """
+estimator = "seel2012"
+scenario = "{scenario}"
+over = "median"
+confidence = 0.9
+power = 0.9
+[claim.axis]
+figure = "best_pairing_rmsae"
+at_most = "3 deg"
+"""
+
+
+def test_a_claim_may_be_about_a_scenario_of_a_package(package, tmp_path):
+    """`check` knew our own scenarios alone; what is kept of its runs goes with one version of the package."""
+    (tmp_path / "claims.toml").write_text(CLAIM.format(scenario="their-arm"))
+    done = here("check", tmp_path / "claims.toml", "--workers", "1", "--out", tmp_path / "out")
+    assert done.code == 0, done.err
+    (claim,) = load_claims(tmp_path / "claims.toml")
+    before = claim.scenario.key
+    assert before.startswith("name their-arm, ")
+    with (tmp_path / "site" / "their_things.py").open("a") as file:
+        file.write("\nMORE = 1\n")
+    assert claim.scenario.key != before
+
+
+def test_a_claim_about_a_scenario_that_is_broken_or_unknown_is_one_line(package, tmp_path):
+    for name, message in (
+        ("gone", "scenario 'gone': unknown scenario in their_things 'GONE'"),
+        ("their-arms", "unknown scenario in claims.toml: claim.axis.scenario 'their-arms'; known: .*'their-arm'"),
+    ):
+        (tmp_path / "claims.toml").write_text(CLAIM.format(scenario=name))
+        with pytest.raises(InputError, match=message):
+            load_claims(tmp_path / "claims.toml")

@@ -9,7 +9,7 @@ import pytest
 
 from tests.claimed import AXIS, written
 
-SOON = AXIS + 'over = "median"\nconfidence = 0.9\npower = 0.9\n'
+SOON = AXIS + 'over = "median"\nconfidence = 0.9\npower = 0.9\nbaseline_power = 0.9\n'
 EXACT = SOON.replace("axis", "exact").replace("2 deg", "0.001 deg")
 PLUGIN = ("-p", "imubench.checks.pytest_plugin")
 

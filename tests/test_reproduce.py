@@ -58,7 +58,7 @@ def small_paper(limit: float) -> Paper:
 @pytest.mark.parametrize(("limit", "verdict"), [(2.0, "holds"), (0.5, "fails")])
 def test_a_paper_becomes_claims_and_a_page_of_its_own(tmp_path, monkeypatch, limit, verdict):
     monkeypatch.setitem(PAPERS, "small", small_paper(limit))
-    judged = reproduce("small", tmp_path / "out", quick=True, seed=0, watch=unwatched, workers=0)
+    judged = reproduce("small", tmp_path / "out", quick=True, seed=0, watch=unwatched, workers=0).judged
     assert [j.verdict for j in judged] == [verdict, "differs"]
     assert [j["verdict"] for j in json.loads((tmp_path / "out" / "claims.json").read_text())] == [verdict, "differs"]
     text = (tmp_path / "out" / "report.html").read_text()

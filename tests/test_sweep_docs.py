@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from imubench.figures import FIGURES
 from imubench.sweeps.axis import KEYS
-from imubench.sweeps.figures import KNOWN
 from imubench.sweeps.spec import OWN, STORAGE, load_sweep, parse_sweep
 from imubench.sweeps.tables import FAILURES
 
@@ -38,6 +38,6 @@ def test_the_python_runs(tmp_path, monkeypatch):
     assert "axis" not in (tmp_path / "cell.toml").read_text()
 
 
-@pytest.mark.parametrize("key", [*OWN[1:], *STORAGE, *KEYS, *FAILURES, *KNOWN["joint_axis"], *KNOWN["joint_vector"]])
+@pytest.mark.parametrize("key", [*OWN[1:], *STORAGE, *KEYS, *FAILURES, *FIGURES])
 def test_every_key_and_figure_is_told(key):
     assert f"`{key}`" in PAGE

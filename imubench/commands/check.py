@@ -19,7 +19,7 @@ def check_command(
         Path | None, typer.Option("--against", help="Also compare with the claims.json of an earlier check.")
     ] = None,
     save_baseline: Annotated[
-        Path | None, typer.Option("--save-baseline", help="Also write claims.json here, of 200 runs or more.")
+        Path | None, typer.Option("--save-baseline", help="Also write claims.json here, of 400 runs or more.")
     ] = None,
     runs: Annotated[int | None, typer.Option(help="Make so many at least, decided or not.", min=1)] = None,
     seed: Annotated[int, typer.Option(help="Number of the first run.", min=0)] = 0,

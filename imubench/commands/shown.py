@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
 from rich.table import Table
 
 from imubench.answers import moved
@@ -10,6 +9,7 @@ from imubench.commands.command import console
 from imubench.estimate import Estimate, Failed
 from imubench.estimators.banded import explained
 from imubench.run import TRACE_FILE
+from imubench.units import SHOWN
 
 
 def say_figures(title: str, figures: dict[str, float], units: dict[str, str]) -> None:
@@ -19,9 +19,8 @@ def say_figures(title: str, figures: dict[str, float], units: dict[str, str]) ->
     table.add_column("figure")
     table.add_column("value", justify="right")
     table.add_column("unit")
-    shown = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm")}
     for name, value in figures.items():
-        factor, unit = shown.get(units[name], (1.0, units[name]))
+        unit, factor = SHOWN.get(units[name], (units[name], 1.0))
         table.add_row(name, f"{value * factor:.3f}", unit)
     console.print(table)
 

@@ -17,6 +17,7 @@ from imubench.recording import RIGS, STANDARD_GRAVITY, Imu, Recording
 COLUMNS = ("time", "gyr_x", "gyr_y", "gyr_z", "acc_x", "acc_y", "acc_z")
 GYRO_UNITS = {"rad/s": 1.0, "deg/s": np.pi / 180}
 ACCEL_UNITS = {"m/s^2": 1.0, "g": 9.80665}
+NAME_THEM = "say which is which: --option columns=time=T,gyr_x=X,... with the file's own names"
 FASTEST = 100.0  # rad/s, beyond the 5,700 deg/s of any common gyroscope
 
 
@@ -84,7 +85,12 @@ def _read(path: Path, names: Mapping[str, str], rate: float | None) -> tuple[Sta
     header = read_header(path)
     timed = theirs[0] in header
     if not timed and (rate is None or "time" in names):
-        raise InputError(f"{path}: expected column '{theirs[0]}' or the option rate, got {listed(header, 10)}")
+        raise InputError(
+            f"{path}: expected column '{theirs[0]}' or the option rate, got {listed(header, 10)}; {NAME_THEM}"
+        )
+    for name in theirs[1:]:
+        if name not in header:
+            raise InputError(f"{path}: expected column '{name}', got {listed(header, 10)}; {NAME_THEM}")
     table = read_columns(path, theirs if timed else theirs[1:])
     gyro, accel = stack(table, theirs[1:4]), stack(table, theirs[4:])
     if timed:

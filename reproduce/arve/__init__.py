@@ -18,4 +18,6 @@ PAPER = Paper(
     parts=results.parts,
     gather=results.gather,
     tell=tell,
+    method="arve-d",
+    trials=results.trials,
 )

@@ -8,9 +8,12 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.reproduce.arve import experiments
 from imubench.reproduce.arve.experiments import SETUPS
+from imubench.reproduce.arve.runs import whole
 from imubench.reproduce.arve.settings import INITIAL, INITIALS, LIMIT, Settings
-from imubench.reproduce.paper import Arrays, Part
+from imubench.reproduce.paper import Arrays, Part, Trial
 
+TRIED = 5
+"""Runs of either kind that other estimators are given: runs differ in their noise alone."""
 UNITS = np.array([1e3, 1e3, 180 / np.pi])
 """From m, m, rad to what the paper prints: mm, mm, deg."""
 
@@ -63,6 +66,16 @@ def parts(s: Settings) -> list[Part]:
     for name in SETUPS:
         todo.append(Part(f"setup-{name}", "other readings", 2 * scale, experiments.setup, seeds | {"name": name}))
     return todo
+
+
+def trials(s: Settings) -> list[Trial]:
+    """Return runs with a constant and with a varying r, for any estimator."""
+    kinds = {"r constant": False, "r varying": True}
+    return [
+        Trial(f"{kind}, seed {seed}", whole, {"varying": varying, "seed": int(seed)})
+        for kind, varying in kinds.items()
+        for seed in s.seeds()[:TRIED]
+    ]
 
 
 def gather(s: Settings, done: Mapping[str, Arrays]) -> Results:

@@ -16,7 +16,7 @@ from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.profiles import profile
 from imubench.sim.signals import Sines
-from imubench.truth import SensorTruth
+from imubench.truth import SensorTruth, Truth
 
 RATE = 100.0  # Hz
 AHEAD = 90.0  # deg, of the turn about y on that about x: a quarter period makes an ellipse
@@ -50,16 +50,36 @@ class Runs:
 
 @cache
 def played(varying: bool, r: tuple[float, float, float] = tuple(R_TEXT), ahead: float = AHEAD) -> SensorTruth:
-    """Return the truth of the paper's pendulum, r (3,) in m constant or varying in the `paper` way."""
+    """Return the truth of the sensor on the paper's pendulum, r (3,) in m constant or varying in the `paper` way."""
+    return pendulum(varying, r, ahead).sensors[0]
+
+
+@cache
+def pendulum(varying: bool, r: tuple[float, float, float] = tuple(R_TEXT), ahead: float = AHEAD) -> Truth:
+    """Return the truth of the paper's pendulum."""
     x, y, z = np.deg2rad([17.0, 9.0, 3.0])
     motion = AngleMotion(tilt=Sines(x, 1.0), spin=Sines(y, 1.0, np.deg2rad(ahead)), heading=Sines(z, 1 / 1.5))
-    return play(limb("paper" if varying else "none", r), motion, DURATION, RATE).sensors[0]
+    return play(limb("paper" if varying else "none", r), motion, DURATION, RATE)
+
+
+def whole(varying: bool, seed: int) -> tuple[Recording, Truth]:
+    """Return one run as a recording whose noise is declared, and what really happened."""
+    truth = pendulum(varying)
+    run = noisy(truth.sensors[0], [seed])
+    stds = sensor_stds()
+    imu = Imu("imu1", run.time, run.gyro[0], run.accel[0], RATE, gyro_noise_std=stds[0], accel_noise_std=stds[1])
+    return Recording(f"{'varying' if varying else 'constant'}-{seed}", "pendulum", (imu,)), truth
+
+
+def sensor_stds() -> tuple[float, float]:
+    """Return the white noise of the paper's sensor per sample, rad/s and m/s^2."""
+    sensor = profile("xsens_mtw_awinda")
+    return sensor.gyro.sample_noise_std(RATE), sensor.accel.sample_noise_std(RATE)
 
 
 def noisy(truth: SensorTruth, seeds: ArrayLike) -> Runs:
     """Return one run a seed, with the white noise of the paper's sensor."""
-    sensor = profile("xsens_mtw_awinda")
-    stds = (sensor.gyro.sample_noise_std(RATE), sensor.accel.sample_noise_std(RATE))
+    stds = sensor_stds()
     n = truth.gyro.shape[0]
     noise = np.array([np.random.default_rng(int(s)).normal(size=(2, n, 3)) for s in np.atleast_1d(seeds)])
     time = np.arange(n) / RATE

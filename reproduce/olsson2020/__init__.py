@@ -1,6 +1,6 @@
 """Olsson, Kok, Seel and Halvorsen, Sensors 20 (2020) 3534, in every figure, table and claim."""
 
-from imubench.reproduce.olsson2020 import results
+from imubench.reproduce.olsson2020 import data, results
 from imubench.reproduce.olsson2020.measures import MEASURES
 from imubench.reproduce.olsson2020.published import CLAIMS
 from imubench.reproduce.olsson2020.settings import settings
@@ -18,4 +18,6 @@ PAPER = Paper(
     parts=results.parts,
     gather=results.gather,
     tell=tell,
+    method="olsson2020",
+    trials=data.trials,
 )

@@ -14,10 +14,13 @@ from imubench.estimators.selection import Selected
 from imubench.estimators.selection_online import OnlineSelection
 from imubench.paired import Paired, paired
 from imubench.recording import Recording
-from imubench.reproduce.olsson2020.settings import DURATIONS
-from imubench.scenarios.olsson2020.plan import SEQUENCES
+from imubench.reproduce.olsson2020.settings import DURATIONS, MOTIONS, Settings
+from imubench.reproduce.paper import Trial
+from imubench.scenarios.olsson2020.named import truth_of
+from imubench.scenarios.olsson2020.plan import SEQUENCES, Piece, Plan
 from imubench.scenarios.olsson2020.sequences import Sequence, join
 from imubench.scenarios.olsson2020.session import Session, record
+from imubench.truth import Truth
 
 
 @lru_cache(maxsize=4)
@@ -41,6 +44,20 @@ def motion(number: int, seed: int) -> Paired:
     """Return the samples of one motion."""
     whole, (start, end) = session(seed), session(seed).span(number)
     return rows(paired(whole.recording), start, end)
+
+
+def whole(name: str, seed: int) -> tuple[Recording, Truth]:
+    """Return the recording of a motion (`motion 11`) or of a sequence (`sequence1`), and what really happened."""
+    kind, _, number = name.partition(" ")
+    plan = SEQUENCES[name] if not number else Plan(f"{kind}{number}", (Piece(int(number)),))
+    found = join(plan, session(seed))
+    return found.recording, truth_of(found, session(seed))
+
+
+def trials(s: Settings) -> list[Trial]:
+    """Return the motions in which the joint turns and the sequences, for any estimator."""
+    names = [*(f"motion {number}" for number in MOTIONS), *SEQUENCES]
+    return [Trial(name, whole, {"name": name, "seed": s.seed}) for name in names]
 
 
 def rows(samples: Paired, start: float, end: float) -> Paired:
