@@ -42,6 +42,7 @@ from imubench.diagnosis.sensor_errors.baseline import Learned, check_same_sensor
 from imubench.diagnosis.sensor_errors.own_errors import own_errors
 from imubench.diagnosis.simulation.step import judged_by_simulation
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.verdict.believed import believed
 from imubench.diagnosis.verdict.equals import with_likes, with_refused
 from imubench.diagnosis.verdict.findings import findings, rejected
 from imubench.diagnosis.verdict.impacts import struck_again
@@ -149,7 +150,7 @@ def diagnose(
         with step("say what the sensors' own errors are"):
             sensors = own_errors(best)
     nobody = [name for name, level in noise.items() if level.source == NOT_KNOWN]
-    again = fit_summary.replayed(plain, best)
+    again = believed(fit_summary.replayed(plain, best), named, first.model.masks)
     evidence = Evidence(
         recording,
         traces,

@@ -15,6 +15,7 @@ from imubench.arrays import Array
 from imubench.effects.effect import Effect, Parameter, Scene, Values
 from imubench.jets import Jet, rotation
 from imubench.links import Link, shift, small_turn
+from imubench.recording import STANDARD_GRAVITY
 
 SLIP = 0.2  # s that a mount takes to slip
 LONGEST = 0.3  # s that it may take: how it moves in between is not known
@@ -61,6 +62,14 @@ class MountShift(Effect):
     def blind(self, values: Mapping[str, Array]) -> tuple[tuple[float, float], ...]:
         start = float(values["time"][0])
         return ((start - LONGEST / 2, start + LONGEST),)
+
+    def course_std(self, values: Mapping[str, Array]) -> tuple[float, float]:
+        """Return the law's own peaks: what else gets there within as long is off by about as much.
+
+        Of a step of 1 within T they are 15/8 / T and 10/sqrt(3) / T^2; a turn that is not known moves gravity, too.
+        """
+        turned, moved = (float(np.linalg.norm(values[name])) for name in ("rotation", "translation"))
+        return turned * 1.875 / SLIP, moved * 5.774 / SLIP**2 + turned * STANDARD_GRAVITY
 
     def began(self, time: Jet, p: Values) -> Jet:
         """Return when the slip begins that acts at times (n, 1) s."""
