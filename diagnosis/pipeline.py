@@ -142,7 +142,7 @@ def diagnose(
     with budget.part(NUMBERS, "what all findings move together"):
         all_moves = together(best, recording, tolerance)
     with step("ask whether the halves agree"):
-        doubted_by = speaking_against(plain, before, after, named, budget)
+        doubted_by = speaking_against(plain, before, after, named, budget, tolerance)
     noise = fit_summary.noise_of(before.levels, recording, samples.rest)
     noise = noise if learned is None else learned.known(noise)
     sensors: tuple[SensorErrors, ...] = ()
@@ -205,13 +205,18 @@ def diagnose(
 
 
 def speaking_against(
-    fit: Fit, before: fit_summary.Weighed, after: fit_summary.Weighed, named: Sequence[Finding], budget: Budget
+    fit: Fit,
+    before: fit_summary.Weighed,
+    after: fit_summary.Weighed,
+    named: Sequence[Finding],
+    budget: Budget,
+    tolerance: Pair,
 ) -> tuple[Doubt, ...]:
     """Return what speaks against the model with the findings in it; nothing where there is none."""
     found: tuple[Doubt, ...] = ()
     if any(f.confidence >= SURE for f in named) and fit.model.hypotheses:
         with budget.part(NUMBERS, "whether the halves of the recording agree"):
-            found = doubts(fit, before, after)
+            found = doubts(fit, before, after, tolerance)
     return found
 
 
