@@ -33,9 +33,9 @@ from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.diagnosis.verdict.estimate_shift import asked, moved, times
+from imubench.diagnosis.verdict.without_finding import STEPS
 
 APART = 4.0  # standard deviations: of fifty numbers, one recording in 300 has one that far apart by chance
-STEPS = 6  # of the solver with a number held elsewhere: it begins beside the solution
 PREDICTION = "prediction"  # of the model as a whole
 UNNATURAL = 4.0  # standard deviations of a number's prior, which holds what is plausible
 SERVES = {"rotation": 0.05, "translation": 0.02}  # rad, m, of a mount: in the end the whole counts, not a half
