@@ -98,7 +98,7 @@ def run() -> list[Row]:
     """Return a row for each joint on foam: what `olsson2020-banded` makes of the raw data of trial 1."""
     rows = []
     for joint, most in ROWS.items():
-        recording, axes = trial(_source("trial1"), joint, "nonrigid")
+        recording, axes = trial(source_of("trial1"), joint, "nonrigid")
         answer, peer = estimate("olsson2020-banded", recording), estimate("olsson2020", recording)
         off, other = (np.degrees(axis_deviation(e.value, axes["declared"])) for e in (answer, peer))
         met = answer.status == "converged" and bool(np.all(off <= np.array(most) + ROUNDED / 2))
@@ -108,7 +108,8 @@ def run() -> list[Row]:
     return rows
 
 
-def _source(name: str) -> Path:
+def source_of(name: str) -> Path:
+    """Return the folder of a DIODEM trial."""
     return Path(os.environ["IMUBENCH_DATA"]) / "diodem" / name
 
 
@@ -118,7 +119,7 @@ def main(name: str) -> None:
     print("|---|---|---|---|---|---|---|")
     for joint in JOINTS:
         for imu in ("rigid", "nonrigid"):
-            recording, axes = trial(_source(name), joint, imu)
+            recording, axes = trial(source_of(name), joint, imu)
             for part in thirds(recording):
                 span = f"{part.imus[0].time[0]:.0f} to {part.imus[0].time[-1]:.0f}"
                 answers = [("olsson2020", hz, estimate("olsson2020", part, hz)) for hz in BANDS]

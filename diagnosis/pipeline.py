@@ -43,6 +43,7 @@ from imubench.diagnosis.sensor_errors.baseline import Learned, check_same_sensor
 from imubench.diagnosis.sensor_errors.own_errors import own_errors
 from imubench.diagnosis.simulation.step import judged_by_simulation
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.verdict.believed import believed
 from imubench.diagnosis.verdict.equals import with_likes, with_refused
 from imubench.diagnosis.verdict.findings import findings, rejected
 from imubench.diagnosis.verdict.impacts import struck_again
@@ -144,7 +145,7 @@ def diagnose(
     with budget.part(NUMBERS, "what all findings move together"):
         all_moves = together(best, recording, tolerance)
     with step("ask whether the halves agree"):
-        doubted_by = speaking_against(plain, before, after, named, budget)
+        doubted_by = speaking_against(plain, before, after, named, budget, tolerance)
     noise = fit_summary.noise_of(before.levels, recording, samples.rest)
     noise = noise if learned is None else learned.known(noise)
     sensors: tuple[SensorErrors, ...] = ()
@@ -152,7 +153,7 @@ def diagnose(
         with step("say what the sensors' own errors are"):
             sensors = own_errors(best)
     nobody = [name for name, level in noise.items() if level.source == NOT_KNOWN]
-    again = fit_summary.replayed(plain, best)
+    again = believed(fit_summary.replayed(plain, best), named, first.model.masks)
     evidence = Evidence(
         recording,
         traces,
@@ -207,13 +208,18 @@ def diagnose(
 
 
 def speaking_against(
-    fit: Fit, before: fit_summary.Weighed, after: fit_summary.Weighed, named: Sequence[Finding], budget: Budget
+    fit: Fit,
+    before: fit_summary.Weighed,
+    after: fit_summary.Weighed,
+    named: Sequence[Finding],
+    budget: Budget,
+    tolerance: Pair,
 ) -> tuple[Doubt, ...]:
     """Return what speaks against the model with the findings in it; nothing where there is none."""
     found: tuple[Doubt, ...] = ()
     if any(f.confidence >= SURE for f in named) and fit.model.hypotheses:
         with budget.part(NUMBERS, "whether the halves of the recording agree"):
-            found = doubts(fit, before, after)
+            found = doubts(fit, before, after, tolerance)
     return found
 
 

@@ -189,6 +189,13 @@ class Effect(Traits):
         """Return the windows in s since the start in which its sensor moves as the law does not say."""
         return ()
 
+    def course_std(self, values: Mapping[str, Array]) -> tuple[float, float]:
+        """Return by how much its sensor's rate (rad/s) and specific force (m/s^2) may be off the law in these windows.
+
+        Infinite where nothing is known of it: what the sensor reads then says nothing of the motion.
+        """
+        return np.inf, np.inf
+
     def acts(self, *stages: Stage) -> bool:
         """Return whether the effect acts at one of some stages."""
         return any(getattr(type(self), stage) is not getattr(Effect, stage) for stage in stages)

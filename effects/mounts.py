@@ -18,6 +18,7 @@ from imubench.effects.effect import Effect, Numbers, Parameter, Scene, Values
 from imubench.effects.traits import Alike
 from imubench.jets import Jet, rotation
 from imubench.links import Link, shift, small_turn
+from imubench.recording import STANDARD_GRAVITY
 from imubench.sim.rigs import Mount, Slip
 
 SLIP = 0.2  # s that a mount takes to slip
@@ -79,6 +80,14 @@ class MountShift(Effect):
     def blind(self, values: Mapping[str, Array]) -> tuple[tuple[float, float], ...]:
         start = float(values["time"][0])
         return ((start - LONGEST / 2, start + LONGEST),)
+
+    def course_std(self, values: Mapping[str, Array]) -> tuple[float, float]:
+        """Return the law's own peaks: what else gets there within as long is off by about as much.
+
+        Of a step of 1 within T they are 15/8 / T and 10/sqrt(3) / T^2; a turn that is not known moves gravity, too.
+        """
+        turned, moved = (float(np.linalg.norm(values[name])) for name in ("rotation", "translation"))
+        return turned * 1.875 / SLIP, moved * 5.774 / SLIP**2 + turned * STANDARD_GRAVITY
 
     def began(self, time: Jet, p: Values) -> Jet:
         """Return when the slip begins that acts at times (n, 1) s."""

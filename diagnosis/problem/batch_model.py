@@ -38,6 +38,7 @@ class Model:
     hypotheses: tuple[Hypothesis, ...] = ()
     offsets: tuple[str, ...] = ()  # sensors whose clock may be off against the first's
     masks: dict[str, NDArray[np.bool_]] | None = None  # per "imu1.gyro" and so on: samples (n,) that count
+    louder: Mapping[str, Array] | None = None  # times (n,) the noise of its group that a sample has, by group; None: 1
     humming: Mapping[str, float] = field(default_factory=dict)  # IMUs whose raw samples hum, and at how many Hz
     wander: Mapping[str, GaussMarkov] = field(default_factory=dict)  # "pose1" and so on whose errors last, and how
     fixed: dict[str, Array] | None = None  # parameters that are known and not to be moved
@@ -126,6 +127,10 @@ class Model:
     def blind(self, h: Hypothesis, state: State) -> tuple[tuple[float, float], ...]:
         """Return when an effect acts as its law does not say, (from, to) s on the splines."""
         return h.effect.blind({p.name: state.values[h.key(p.name)] for p in h.effect.parameters})
+
+    def course_std(self, h: Hypothesis, state: State) -> tuple[float, float]:
+        """Return by how much an effect's sensor may be off its law in these windows, rad/s and m/s^2."""
+        return h.effect.course_std({p.name: state.values[h.key(p.name)] for p in h.effect.parameters})
 
     def gravity(self, state: State) -> Jet:
         """Return the world's gravity (1, 3) m/s^2."""
@@ -255,9 +260,12 @@ class Model:
             mask = self.masks[name]
         if measured is not None:
             mask = mask & np.isfinite(measured).all(axis=1)
+        std = np.ones(residual.value.shape[1])
+        if self.louder is not None and name in self.louder:
+            std = self.louder[name][mask, None] * std
         if not mask.all():
             time, residual = time[mask], _pick(residual, mask)
-        return Rows(name, time, residual, np.ones(residual.value.shape[1]))
+        return Rows(name, time, residual, std)
 
 
 def _pick(jet: Jet, mask: NDArray[np.bool_]) -> Jet:

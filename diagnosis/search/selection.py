@@ -14,7 +14,7 @@ from imubench.diagnosis.criteria.trial import Kept, kind
 from imubench.diagnosis.noise.debiased_fit import debiased
 from imubench.diagnosis.noise.knot_selection import finer
 from imubench.diagnosis.noise.looser_motion import with_looser_motion
-from imubench.diagnosis.noise.masking import mask_beside, with_mask
+from imubench.diagnosis.noise.masking import weighed_beside
 from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -117,9 +117,9 @@ def select(nominal: Fit, say: Callable[[str], None] = tell, rounding: Mapping[st
             if not all(natural(fit, k.hypothesis) for k in kept):
                 fit, kept, more = prune(fit, kept, say, firm)
                 dropped += more
-        for h in [k.hypothesis for k in kept]:
-            if windows := mask_beside(fit, h):  # its course is near enough to find it by, not to read its numbers off
-                fit = with_mask(fit, windows)
+        # A slip's course is near enough to find it by, not to read its numbers off; what one that is gone hid counts
+        seen = weighed_beside(fit, [k.hypothesis for k in kept], nominal.model.masks)
+        fit = fit if seen is fit else with_noise(seen)
         fit = converged(fit) if kept else fit
         kept, left = together(fit, kept), []
     except OutOfTime:

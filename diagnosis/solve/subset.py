@@ -41,11 +41,12 @@ def excerpt(fit: Fit, start: float, end: float) -> Fit:
     knots = model.tracks.knots
     inside = {name: _within(stamps, model.start, start, end) for name, stamps in model.stamps.items()}
     masks = None if model.masks is None else {name: mask[inside[name]] for name, mask in model.masks.items()}
+    louder = None if model.louder is None else {name: times[inside[name]] for name, times in model.louder.items()}
     first = max(int((start - MARGIN - knots.start) / knots.step), 0)
     last = min(int((end + MARGIN - knots.start) / knots.step) + SUPPORT, knots.count)
     tracks = Tracks(Knots(knots.start + first * knots.step, knots.step, last - first), model.tracks.widths)
     recording = cut(model.recording, model.start + start, model.start + end)
-    short = replace(model, recording=recording, tracks=tracks, masks=masks)
+    short = replace(model, recording=recording, tracks=tracks, masks=masks, louder=louder)
     state = State(fit.state.coefficients[first:last].copy(), fit.state.values)
     anchor = None
     if fit.anchor is not None:

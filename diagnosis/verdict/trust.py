@@ -5,12 +5,15 @@ the other half does. Each half's numbers are one Gauss-Newton step from those of
 covariance of that half, as wide as the residuals' colour makes it. With d the difference of the halves' numbers and s
 its standard deviation, a number is doubted where |d| > `APART` s and |d| is more than it could be off and still serve.
 
-A number is doubted as well where it is far outside what nature has, and the model as a whole where the declared one
-predicts better what neither was fitted to. That it predicts worse than noise allows is no doubt: it does not explain
-everything (`allowed`).
+A number is doubted as well where it is far outside what nature has; both only if it matters: with the number held
+where the halves differ from it, or where it would be plausible, and all others fitted anew, something that a user asks
+for moves beyond the tolerance. How a spring that is hardly stretched is damped may be anything, and the axis is the
+same. The model as a whole is doubted where the declared one predicts better what neither was fitted to. That it
+predicts worse than noise allows is no doubt: it does not explain everything (`allowed`).
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,13 +24,16 @@ from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.problem.dynamics_factors import is_data
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks.fit_summary import Weighed
-from imubench.diagnosis.result import Doubt
+from imubench.diagnosis.result import TOLERANCE, Doubt, Pair, is_material
+from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.bordered import solve_arrow
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.solve.threads import one_thread
+from imubench.diagnosis.verdict.estimate_shift import asked, moved, times
+from imubench.diagnosis.verdict.without_finding import STEPS
 
 APART = 4.0  # standard deviations: of fifty numbers, one recording in 300 has one that far apart by chance
 PREDICTION = "prediction"  # of the model as a whole
@@ -39,17 +45,43 @@ HELD_OUT = 1.2  # misfit of samples each predicted from all others; 1 is noise, 
 MISDECLARED = 1 / 0.85**2  # times the power that is declared: a declared std is right within 15 %
 
 
-def doubts(fit: Fit, before: Weighed, after: Weighed) -> tuple[Doubt, ...]:
+@dataclass(frozen=True)
+class Question:
+    """A number that may be wrong: why, and what it may as well be."""
+
+    of: str
+    why: str
+    otherwise: Array  # the parameter (k,) as it may as well be
+
+
+def doubts(fit: Fit, before: Weighed, after: Weighed, tolerance: Pair = TOLERANCE) -> tuple[Doubt, ...]:
     """Return what speaks against a model that was found.
 
     Args:
         fit: whose numbers are reported.
         before: the declared model's fit, its residuals beside the noise.
         after: that of the model that was found.
+        tolerance: deg and mm by which what a user asks for may be off.
     """
     worse = after.left_out > max(before.left_out, allowed(after))  # within what noise may have neither is better
     beaten = (Doubt(PREDICTION, "the declared model predicts better"),) if worse else ()
-    return (*beaten, *implausible(fit), *of_two_minds(fit))
+    asked_of = [*implausible(fit), *of_two_minds(fit)]
+    return (*beaten, *(Doubt(q.of, q.why) for q in asked_of if matters(fit, q, tolerance)))
+
+
+def matters(fit: Fit, question: Question, tolerance: Pair) -> bool:
+    """Return whether anything that a user asks for moves beyond the tolerance with a number as it may as well be.
+
+    Where no motion fits with it, it does: nothing is known then of what else would hold.
+    """
+    model = replace(fit.model, fixed=dict(fit.model.fixed or {}) | {question.of: question.otherwise})
+    state = replace(fit.state, values=fit.state.values | {question.of: question.otherwise})
+    try:
+        other = solve(model, state, fit.noise, fit.anchor, steps=STEPS)
+    except NotPositiveDefiniteError:
+        return True
+    time = times(fit)
+    return is_material(moved(asked(fit, time), asked(other, time), fit.model.recording), tolerance)
 
 
 def allowed(after: Weighed) -> float:
@@ -57,7 +89,7 @@ def allowed(after: Weighed) -> float:
     return HELD_OUT * (MISDECLARED if any(level.declared is not None for level in after.levels) else 1.0)
 
 
-def implausible(fit: Fit) -> tuple[Doubt, ...]:
+def implausible(fit: Fit) -> tuple[Question, ...]:
     """Return numbers of effects that are far outside what their priors hold for plausible."""
     found = []
     for h in lawful(fit):
@@ -66,11 +98,15 @@ def implausible(fit: Fit) -> tuple[Doubt, ...]:
             away = (value - prior.start) / prior.std
             off = float(np.max(away if p.name == DAMPING else np.abs(away)))
             if off > UNNATURAL:
-                found.append(Doubt(h.key(p.name), f"{off:.1f} standard deviations from what is plausible"))
+                least = -np.inf if p.name == DAMPING else -UNNATURAL
+                plausible = prior.start + prior.std * np.clip(away, least, UNNATURAL)
+                found.append(
+                    Question(h.key(p.name), f"{off:.1f} standard deviations from what is plausible", plausible)
+                )
     return tuple(found)
 
 
-def of_two_minds(fit: Fit) -> tuple[Doubt, ...]:
+def of_two_minds(fit: Fit) -> tuple[Question, ...]:
     """Return numbers in which the halves of the recording differ by more than chance and by more than serves."""
     _, white = information(fit)
     coloured = parameter_std(fit)
@@ -86,7 +122,8 @@ def of_two_minds(fit: Fit) -> tuple[Doubt, ...]:
         beyond = np.abs(apart) / np.maximum(APART * wide, serves)
         k = int(np.argmax(beyond))
         if beyond[k] > 1:
-            found.append(Doubt(name, f"the halves of the recording differ by {apart[k]:.3g} +- {wide[k]:.2g}"))
+            why = f"the halves of the recording differ by {apart[k]:.3g} +- {wide[k]:.2g}"
+            found.append(Question(name, why, fit.state.values[name] + 0.5 * apart))
     return tuple(found)
 
 

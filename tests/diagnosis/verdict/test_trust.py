@@ -18,7 +18,7 @@ from imubench.diagnosis.result import Diagnosis, Doubt
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.solve.refit import refit
-from imubench.diagnosis.verdict.trust import PREDICTION, allowed, doubts, implausible, of_two_minds
+from imubench.diagnosis.verdict.trust import PREDICTION, Question, allowed, doubts, implausible, matters, of_two_minds
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.format1 import read
@@ -94,6 +94,17 @@ def test_a_number_far_from_what_is_plausible_is_doubted_and_springs_without_damp
     assert "rocking_mount@imu2.com" in off("com", -6.0)
     assert "rocking_mount@imu2.damping_ratio" in off("damping_ratio", 6.0)
     assert "rocking_mount@imu2.damping_ratio" not in off("damping_ratio", -6.0)
+
+
+@pytest.mark.long
+def test_a_number_is_doubted_only_where_it_moves_what_a_user_asks_for(tmp_path):
+    """A scale that is 0.03 off about the hinge's axis moves its angle by as much of itself: 1 deg of 30."""
+    fit = spliced(tmp_path, [0.02] * 3, [0.05] * 3)
+    (question,) = of_two_minds(fit)
+    assert matters(fit, question, (0.1, 1.0))
+    assert not matters(fit, question, (60.0, 1000.0))
+    same = Question(question.of, "", fit.state.values[question.of])
+    assert not matters(fit, same, (0.01, 0.1))  # what the solver has left to do, at most
 
 
 @pytest.mark.long
