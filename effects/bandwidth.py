@@ -7,7 +7,6 @@ and above half the sampling rate nothing shows (20 Hz, a factor of 2.5 either wa
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.signal import lfilter
 
 from imubench.arrays import Array
 from imubench.effects.effect import Change, Effect, Equation, Error, Parameter, Reading, Scene, State, Values
@@ -34,6 +33,8 @@ class _Filter(Effect):
         self, time: Array, gyro: Array, accel: Array, parameters: Mapping[str, Array], rng: np.random.Generator
     ) -> tuple[Array, Array, Array]:
         """Exact where the truth goes straight from one sample to the next; times evenly spaced."""
+        from scipy.signal import lfilter  # here: long to import, and most commands do without
+
         out = {"gyro": gyro, "accel": accel}
         z = float(time[1] - time[0]) * 2 * np.pi * float(parameters["cutoff"])
         fade = np.exp(-z)

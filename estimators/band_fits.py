@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as fisher
 
 from imubench.arrays import Array
 from imubench.band import quiet_noise, usual_period
@@ -189,6 +188,8 @@ def block_spread(carried: Below, c: Constraints, s: Solution, hz: float | None) 
     samples are correlated within them as they like. It is widened so that the 95 % region of a normal distribution
     with this covariance is Hotelling's for so many blocks.
     """
+    from scipy.stats import f as fisher  # here: long to import, and most commands do without
+
     since = carried.time - carried.time[0]
     block = max(BLOCK[0], BLOCK[1] / hz if hz else 0.0)
     block = min(block, float(since[-1]) / FEWEST_BLOCKS)

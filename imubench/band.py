@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.signal import butter, sosfiltfilt, sosfreqz
 
 from imubench.arrays import Array
 from imubench.errors import InputError
@@ -39,11 +38,15 @@ class LowPass:
     @property
     def power(self) -> float:
         """The part of white noise's power that passes: samples that are independent, of all samples."""
+        from scipy.signal import sosfreqz  # here: long to import, and most commands do without
+
         _, response = sosfreqz(self._sections, worN=4096)
         return float(np.mean(np.abs(response) ** 4))
 
     @property
     def _sections(self) -> Array:
+        from scipy.signal import butter  # here: long to import, and most commands do without
+
         return np.asarray(butter(ORDER, 2.0 * self.hz * self.period, output="sos"))
 
     def apply(self, run: Array, edge: float = EDGE) -> Array:
@@ -51,6 +54,8 @@ class LowPass:
 
         Complex columns are filtered as they are. The result has `lost(edge)` rows less at either end.
         """
+        from scipy.signal import sosfiltfilt  # here: long to import, and most commands do without
+
         pad = min(len(run) - 1, round(PAD / (self.hz * self.period)))
         whole = sosfiltfilt(self._sections, run, axis=0, padlen=pad)
         cut = self.lost(edge)

@@ -5,7 +5,6 @@ deviations are in docs/imu-profiles.md (after IEEE Std 952-1997, annex C).
 """
 
 import numpy as np
-from scipy.signal import lfilter
 
 from imubench.arrays import Array
 from imubench.sim.imu_profile import ChannelProfile
@@ -30,6 +29,8 @@ def gauss_markov(rng: np.random.Generator, count: int, std: float, decay: float)
 
     Autocovariance std^2 decay^|lag|: a first-order process sampled exactly; `decay` 0 is white noise.
     """
+    from scipy.signal import lfilter  # here: long to import, and most commands do without
+
     drive = rng.standard_normal((count, 3))
     drive[0] *= std
     drive[1:] *= std * np.sqrt(1 - decay**2)

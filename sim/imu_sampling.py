@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from imubench.arrays import Array
 from imubench.errors import InputError
@@ -27,6 +26,8 @@ def low_pass(signal: Array, step: float, cutoff: float) -> Array:
     Exact for a signal that is linear between its samples; it starts settled on the first sample and lags
     by 1 / (2 pi cutoff) s at low frequency.
     """
+    from scipy.signal import lfilter  # here: long to import, and most commands do without
+
     omega = 2 * np.pi * cutoff * step
     decay = np.exp(-omega)
     mean_decay = -np.expm1(-omega) / omega

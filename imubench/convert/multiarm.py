@@ -7,7 +7,6 @@ github.com/dynamicslab/MultiArm-Pendulum, MIT licence.
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from imubench.arrays import Array, frozen, frozen_time
 from imubench.convert.converter import Converted, Converter, Option
@@ -75,6 +74,8 @@ def rod(time: Array, angle: Array) -> Body:
 
     Least squares of q'' = k sin q + c q' + t sign q' + d |q'| q' + e, q from upright, give k = 3 g / (2 length).
     """
+    from scipy.signal import savgol_filter  # here: long to import, and most commands do without
+
     step = float(np.median(np.diff(time)))
     window = 2 * max(int(SMOOTH / step / 2), 2) + 1
     rate, accel = (savgol_filter(angle, window, 5, order, step)[window:-window] for order in (1, 2))

@@ -14,7 +14,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.signal import cont2discrete, lfilter, ss2tf
 
 from imubench import rotations
 from imubench.arrays import Array
@@ -119,6 +118,8 @@ def loaded(truth: Truth, body: Segment, limit: float) -> Turn:
 
 def _followed(target: Array, step: float) -> Turn:
     """Return the critically damped answer to a target (n, 2) that is linear between samples `step` s apart."""
+    from scipy.signal import cont2discrete, lfilter, ss2tf  # here: long to import, and most commands do without
+
     W = 2 * math.pi * CROSSING
     continuous = np.array([[0.0, 1.0], [-W * W, -2 * W]]), np.array([[0.0], [W * W]]), np.eye(2), np.zeros((2, 1))
     A, B, C, D, _ = cont2discrete(continuous, step, method="foh")

@@ -171,11 +171,12 @@ def test_help_needs_neither_numpy_nor_mujoco():
     assert done.stdout.strip() == "[]"
 
 
-def test_rigs_are_listed_without_numpy_and_mujoco():
-    """What other kinds need is not imported."""
+def test_what_is_listed_imports_no_more_than_it_needs():
+    """Rigs need neither NumPy nor MuJoCo; SciPy's filters and distributions are for what computes."""
     script = (
-        "import sys; from imubench.listing import KINDS; assert KINDS['rigs'](); "
-        "print([m for m in ('numpy', 'scipy', 'mujoco', 'rerun') if m in sys.modules])"
+        "import sys; from imubench.listing import KINDS, known; assert KINDS['rigs'](); "
+        "early = [m for m in ('numpy', 'scipy', 'mujoco', 'rerun') if m in sys.modules]; known(); "
+        "print(early + [m for m in ('scipy.signal', 'scipy.stats', 'rerun') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
