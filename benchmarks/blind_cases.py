@@ -173,13 +173,13 @@ def asked_right(scores: Sequence[Scored]) -> dict[str, list[bool]]:
     return dict(zip(AIMS, (sensor + wrong, channel + wrong, near), strict=True))
 
 
-def share(right: Sequence[bool], aim: float) -> str:
-    """Return how many are right, the 95 % interval of the share, and whether the aim is met."""
+def share(right: Sequence[bool], aim: float, whole: bool) -> str:
+    """Return how many are right, the 95 % interval of the share, and whether the aim is met: open of a part."""
     if not right:
         return f"none | {aim:.0%} | - |"
     hits, n = sum(right), len(right)
     low, high = wilson(hits, n)
-    met = "yes" if hits >= aim * n else "**no**"
+    met = "open" if not whole else "yes" if hits >= aim * n else "**no**"
     return f"{hits} of {n}, {hits / n:.0%} ({low:.0%} to {high:.0%}) | {aim:.0%} | {met} |"
 
 
@@ -196,7 +196,7 @@ def table(scores: Sequence[Scored], of: int, seconds: float) -> str:
         "",
         "| what | cases | aim | met |",
         "|---|---:|---:|---|",
-        *(f"| {what} | {share(of, AIMS[what])}" for what, of in asked_right(scores).items()),
+        *(f"| {what} | {share(right, AIMS[what], len(scores) == of)}" for what, right in asked_right(scores).items()),
         "",
         "| case | rig | concealed | said | first sensor | first channel | replay | disk | processor time, s |",
         "|---|---|---|---|---|---|---:|---:|---:|",

@@ -51,7 +51,8 @@ def test_a_failure_counts_as_wrong_and_what_does_not_arise_as_nothing():
     assert (sorted(sensor), sorted(channel), near) == ([False, False, True, True], [False, False, True], [True, False])
     text = table(every, 60, 20.0)
     assert "**5 of 60 cases were run**" in text and "1 of them nothing was found" in text
-    assert "| first sensor of `where` right | 2 of 4, 50% " in text and "| **no** |" in text
+    assert "| first sensor of `where` right | 2 of 4, 50% " in text and "| open |" in text
+    assert "| open |" not in table(every, 5, 20.0) and "| **no** |" in table(every, 5, 20.0)
     assert "**1.30**" in text and "| stopped |" in text
 
 
