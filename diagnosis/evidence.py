@@ -156,6 +156,9 @@ class Evidence:
     simulated: tuple[Comparison, ...] = ()  # every channel: the declared model, and the model with all findings
     rolled_out: tuple[Swing, ...] = ()  # stretches of free swings that a replay rolls out, the states at their starts
     notes: tuple[str, ...] = field(default=())  # how it was done, a sentence each
+    fired: Mapping[str, int] = field(
+        default_factory=dict
+    )  # rule (diagnosis/rules.py) -> how often it changed something
 
     @property
     def span(self) -> tuple[float, float]:

@@ -32,12 +32,13 @@ from imubench.diagnosis.result import (
     Verdict,
     Where,
 )
+from imubench.diagnosis.rules import Rules, RuleUse
 from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.search.rounding import beside_rounding, sharp
 from imubench.diagnosis.search.selection import FURTHER, Selection, select
 from imubench.diagnosis.search.unknown import Unknowns, unknowns
-from imubench.diagnosis.search.unknown_against_laws import named_by_law
-from imubench.diagnosis.search.unknown_against_small import named_by_size, with_equals
+from imubench.diagnosis.search.unknown_against_laws import laws_for_series
+from imubench.diagnosis.search.unknown_against_small import effects_for_terms, with_equals
 from imubench.diagnosis.sensor_errors.baseline import Learned, check_same_sensors
 from imubench.diagnosis.sensor_errors.own_errors import own_errors
 from imubench.diagnosis.simulation.step import judged_by_simulation
@@ -71,6 +72,7 @@ def diagnose(
     budget: Budget | None = None,
     tolerance: Pair = TOLERANCE,
     baseline: Diagnosis | None = None,
+    rules: Rules | None = None,
 ) -> tuple[Diagnosis, Evidence]:
     """Return what a recording says about the model it was declared with, and what shows it.
 
@@ -82,13 +84,14 @@ def diagnose(
         tolerance: deg and mm; a finding that moves less of all that a user asks for is not material.
         baseline: of an undisturbed recording of the same sensors; what that says of the sensors themselves is known,
             and only what is new is found. See `baseline`.
+        rules: those that it does without; None: it asks all of them.
 
     Raises:
         InputError: for a rig of one's own, or a baseline of other sensors.
     """
     clock = perf_counter()
     require_known_rig(recording, "a diagnosis")
-    budget = budget or Budget()
+    budget, use = budget or Budget(), RuleUse(rules or Rules())
     if baseline is not None:
         check_same_sensors(baseline, recording)
     learned = None if baseline is None else Learned.of(baseline)
@@ -102,7 +105,7 @@ def diagnose(
     unseen = missing(recording) if start.finished else not_fitted(budget)
     chosen = None
     with step("find what was left out"), budget.part(SEARCH, FURTHER):
-        chosen = select(fit, rounding=sharp(samples.findings, recording)) if not unseen else None
+        chosen = select(fit, sharp(samples.findings, recording), use) if not unseen else None
     budget.missed(*(chosen.not_tried if chosen else ()))
     stated, now = declared_by(recording), declared(fit.model)
     with step("weigh and locate what is left"):
@@ -110,7 +113,7 @@ def diagnose(
         where = locate(fit_summary.traces(before), regressors(first))
         strange = Unknowns((), fit, ())
         if chosen:
-            chosen, strange = with_unknowns(chosen, where, budget)
+            chosen, strange = with_unknowns(chosen, where, budget, use)
         rest, best = strange.findings, strange.fit
         samples = samples.without(refuted(samples.findings, best, {f.at for f in rest}))
         rest = not_told(rest, samples.findings)
@@ -162,6 +165,7 @@ def diagnose(
             "Every effect was scored; the best were fitted exactly and judged on blocks of 5 s that they had not seen.",
             *samples.notes,
         ),
+        fired=use.fired,
     )
     with step("play the simulations beside the recording"):
         simulation, evidence, acting = judged_by_simulation(evidence, first, plain, (*named, *rest), without, budget)
@@ -235,13 +239,15 @@ def material(
     return with_moves(named, moves, tolerance), with_moves(rest, moves, tolerance)
 
 
-def with_unknowns(chosen: Selection, where: Sequence[Where], budget: Budget) -> tuple[Selection, Unknowns]:
+def with_unknowns(
+    chosen: Selection, where: Sequence[Where], budget: Budget, use: RuleUse
+) -> tuple[Selection, Unknowns]:
     """Return a selection with what it leaves unexplained, and with the effects that are names for that."""
     strange = Unknowns((), chosen.fit, ())
     with budget.part(NAMELESS, UNNAMED):
         strange = unknowns(chosen.fit, where)
-        for naming in (named_by_law, named_by_size):
-            if (told := naming(chosen, strange)) is not chosen:
+        for rules in (laws_for_series, effects_for_terms):
+            if (told := chosen.on_with(rules(chosen, strange), use)) is not chosen:
                 chosen, strange = told, unknowns(told.fit, where)
         strange = with_equals(strange)
     return chosen, strange

@@ -1,0 +1,108 @@
+"""The rules of a diagnosis by name: what each does, which are switched off, and which changed anything."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from imubench.errors import unknown
+
+RULES: Mapping[str, str] = {
+    # the search, in the order of its table
+    "backlash-for-clocks": "put backlash in the place of every clock's offset, if that is worth more",
+    "renew-quick-filters": "compute what a quick filter does beside delaying again, from the motion that it leaves",
+    "quick-filter-for-clock": "put a filter far quicker than the motion in the place of a clock's offset",
+    "add": "add the effects that explain most and gain on left-out data",
+    "rival-for-effect": "put a rival that was as good when it was passed over in the place of an effect",
+    "filter-of-one-triple": "put a filter of one triple and a second effect in the place of a filter of both",
+    "friction-mixture": "choose among all mixtures of the laws of friction",
+    "finer-knots": "fit on as many knots as what was found asks for",
+    "drop": "drop effects that the fit can do without",
+    "search-anew": "search again without a state effect that was dropped, where much is left",
+    "rounded-states": "drop state effects that gain no more than rounding may have",
+    "merge": "put one effect in the place of two",
+    "filter-for-clock": "put a filter with states in the place of a clock's offset",
+    "settle-noise": "estimate the noise levels to the end",
+    "settle-laws": "estimate the noise of springs' and filters' laws to the end",
+    "mask-moments": "leave out the moments in which an effect's course is not its law's",
+    "converge": "solve the last fit to the end",
+    "friction-together": "judge several laws of friction on left-out data together",
+    # what has no name, held against what has one
+    "law-for-series": "put a filter or a spring in the place of a series without a name",
+    "effect-for-term": "put an effect of fitting size in the place of something without a name",
+    # inside a round of the search
+    "quiet-where-uncertain": "score beside lower noise levels, where a level is uncertain",
+    "mask-beside-best": "leave out the moment of the best effect of a round",
+    "moment-tells": "accept an effect that shows in a moment as its law says",
+    "plain-ahead": "take several effects without states before one with states",
+    "own-law-of-reading": "look for no moving sensor where a law of the reading itself explains the rest",
+    "free-beside-springs": "ask splines without a law too, where springs explain much",
+    "law-for-states": "put an effect with a law, and plain ones beside it, before states without a law",
+    "akin-for-best": "accept the best effect of a round where one akin to it gains on left-out data",
+    "halves-for-blocks": "ask the recording's halves where blocks are too short to show an effect",
+    "add-together": "accept several effects together that were refused one by one",
+    "clock-beside-best": "ask a clock's error beside the best effect, where both explain much",
+}
+"""Each rule's name, and what it does."""
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Which rules a diagnosis does without; none, unless somebody asks what a rule is good for.
+
+    Raises:
+        InputError: for a name that is not in `RULES`.
+    """
+
+    off: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "off", frozenset(self.off))
+        for name in sorted(self.off):
+            known(name)
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What was decided about one proposal of the search."""
+
+    rule: str
+    what: str  # as `low_pass@imu2 in the place of time_offset@imu2`
+    accepted: bool
+
+
+@dataclass(frozen=True)
+class RuleUse:
+    """The rules of one diagnosis, how often each changed something in it, and what the search decided."""
+
+    rules: Rules = field(default_factory=Rules)
+    fired: Counter[str] = field(default_factory=Counter)
+    decisions: list[Decision] = field(default_factory=list)  # in their order
+
+    def on(self, name: str) -> bool:
+        """Return whether a rule may be applied."""
+        return known(name) not in self.rules.off
+
+    def fires(self, name: str) -> None:
+        """Note that a rule has changed something."""
+        self.fired[known(name)] += 1
+
+    def holds(self, name: str, condition: Callable[[], bool]) -> bool:
+        """Return whether a rule's condition holds, which then changes something; False where the rule is off."""
+        found = self.on(name) and condition()
+        if found:
+            self.fires(name)
+        return found
+
+
+def known(name: str) -> str:
+    """Return a rule's name.
+
+    Raises:
+        InputError: for one that is not in `RULES`.
+    """
+    if name not in RULES:
+        raise unknown("rule", name, RULES)
+    return name
+
+
+__all__ = ["RULES", "Decision", "RuleUse", "Rules", "known"]
