@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from imubench.arrays import Array, frozen, frozen_quaternion, frozen_time
+from imubench.diagnosis.rules import Decision
 from imubench.effects.effect import Setting
 from imubench.errors import InputError
 from imubench.recording import Recording, positive
@@ -159,6 +160,7 @@ class Evidence:
     fired: Mapping[str, int] = field(
         default_factory=dict
     )  # rule (diagnosis/rules.py) -> how often it changed something
+    decisions: tuple[Decision, ...] = ()  # of the search, in their order
 
     @property
     def span(self) -> tuple[float, float]:

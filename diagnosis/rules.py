@@ -3,8 +3,11 @@
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from imubench.errors import unknown
+
+T = TypeVar("T")
 
 RULES: Mapping[str, str] = {
     # the search, in the order of its table
@@ -29,6 +32,29 @@ RULES: Mapping[str, str] = {
     # what has no name, held against what has one
     "law-for-series": "put a filter or a spring in the place of a series without a name",
     "effect-for-term": "put an effect of fitting size in the place of something without a name",
+    "nonlinear-springs": "say springs that bend, and doubt those that may",
+    "term-for-effects": "put a term without a name in the place of effects that it explains more than",
+    "add-term": "add the term without a name that explains most, while one does",
+    "drop-superseded": "drop effects that a new term leaves nothing of",
+    "suspected-springs": "say soft mounts that likely bend as something without a name",
+    "springs-leave-much": "say what springs leave, where that is more than noise, as something without a name",
+    "implausible-place": "say a place whose numbers no sensor has as something without a name",
+    "off-its-equation": "say a swing that does not follow its equation as something without a name",
+    "excess-noise": "say noise above the declared level",
+    "negligible-names": "doubt names that are worth less than what the fit leaves",
+    "equal-to-term": "say which effects explain as much as something without a name",
+    # what is said of it all
+    "samples-refuted": "take back what the samples seemed to show and the fit does not",
+    "told-by-samples": "say nothing without a name where the samples have told it",
+    "like-unknown": "say which names something without one is like",
+    "refused-as-equal": "say which refused effects something without a name may be",
+    "hum-for-noise": "say no noise where a hum was heard",
+    "doubt-beside-unknown": "doubt names beside something without one that is worth as much",
+    "knocks-that-samples-doubt": "hold knocks that the raw samples doubt against the fit",
+    "knocks-of-play": "count knocks of a joint's play and of an end stop as theirs",
+    "doubt-beside-rounding": "doubt motions of a sensor that rounding may be",
+    "left-beside-sure": "say what is left as something without a name, where a finding is sure",
+    "halves-disagree": "say where the halves of a recording disagree about the model",
     # inside a round of the search
     "quiet-where-uncertain": "score beside lower noise levels, where a level is uncertain",
     "mask-beside-best": "leave out the moment of the best effect of a round",
@@ -81,6 +107,25 @@ class RuleUse:
     def on(self, name: str) -> bool:
         """Return whether a rule may be applied."""
         return known(name) not in self.rules.off
+
+    def those(self, name: str, find: Callable[[], list[T]]) -> list[T]:
+        """Return what a rule finds, which changes something where it is not empty; nothing where the rule is off."""
+        found = find() if self.on(name) else []
+        if found:
+            self.fires(name)
+        return found
+
+    def changed(self, name: str, value: T, change: Callable[[T], T]) -> T:
+        """Return what a rule makes of a value; the value itself where the rule is off.
+
+        What has the same representation is taken to be the same: values hold arrays, which have no single truth value.
+        """
+        if not self.on(name):
+            return value
+        after = change(value)
+        if after is not value and repr(after) != repr(value):
+            self.fires(name)
+        return after
 
     def fires(self, name: str) -> None:
         """Note that a rule has changed something."""

@@ -1,6 +1,7 @@
 """What this installation knows, by kind."""
 
 from imubench.convert import known_converters
+from imubench.diagnosis.rules import RULES
 from imubench.effects import EFFECTS
 from imubench.models import RIG_FILES
 from imubench.plugins import known_estimators
@@ -24,5 +25,6 @@ def known() -> dict[str, dict[str, str]]:
         "profiles": {name: p.summary for name, p in PROFILES.items()},
         "formats": known_converters(),
         "effects": {name: f"{e.place}: {e.law}" for name, e in EFFECTS.items()},
+        "rules": dict(RULES),
         "claims": {name: p.summary for name, p in PAPERS.items()},
     }

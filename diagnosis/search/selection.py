@@ -219,7 +219,7 @@ STAGES = (
         ),
     ),
 )
-"""The search from its first rule to its last. `ADD_ROUNDS` the second time does nothing unless the search began anew."""
+"""The search from its first rule to its last. The second `ADD_ROUNDS` do nothing unless the search began anew."""
 GIVING_WAY = (Stage(WITHOUT, (DROP_NEEDLESS,)),)
 """Where both mounts give way: at least cost springs take in what is not theirs; where they predict best is enough."""
 
