@@ -59,9 +59,9 @@ def test_one_diagnosis_counts_for_itself_alone():
 
 @pytest.fixture(scope="module")
 def biased(tmp_path_factory):
-    """A limb of 5 s at 40 Hz whose gyroscope has a bias."""
+    """A limb of 5.5 s at 40 Hz whose gyroscope has a bias."""
     folder = tmp_path_factory.mktemp("rules") / "r"
-    make_case(folder, "pendulum", [("gyro_bias", "imu1")], 5, "strong", seconds=5.0, rate=40.0)
+    make_case(folder, "pendulum", [("gyro_bias", "imu1")], 5, "strong", seconds=5.5, rate=40.0)
     return read(folder)[0]
 
 

@@ -17,7 +17,8 @@ from imubench.diagnosis.residual_checks.fit_summary import weighed
 from imubench.diagnosis.result import Finding, Interval
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
-from imubench.diagnosis.search.selection import FURTHER, STAGES, WITHOUT, Drop, select
+from imubench.diagnosis.search.moves.drop import Drop
+from imubench.diagnosis.search.selection import FURTHER, STAGES, WITHOUT, select
 from imubench.diagnosis.solve.threads import side_by_side
 from imubench.diagnosis.verdict.timed_out import doubted, verdict_when_stopped, with_rest
 from imubench.format1 import read, write_recording

@@ -178,7 +178,6 @@ STAGES = (
         FURTHER,
         (
             Rule("backlash-for-clocks", ClocksToBacklash()),
-            Rule("renew-quick-filters", RenewQuickFilters()),
             Rule("quick-filter-for-clock", ClockToFilter(splines=False)),
             ADD_ROUNDS,
         ),
