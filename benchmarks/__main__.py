@@ -39,8 +39,8 @@ Each row is one run with both sides in it; machines are noisy, so the ratio coun
 def main(names: list[str]) -> int:
     """Run the named benchmarks, or all of BENCHMARKS; return 1 if a requirement is missed.
 
-    `blind_cases`, `claim_checks`, `guard_table`, `dataset_runs`, `faint`, `faults`, `kills`, `silence`, `sweep_rate`
-    and `sysid` take minutes each and run by name alone; their tables stand below the others.
+    `ablation`, `blind_cases`, `claim_checks`, `guard_table`, `dataset_runs`, `faint`, `faults`, `kills`, `silence`,
+    `sweep_rate` and `sysid` take minutes each and run by name alone; their tables stand below the others.
     """
     console = Console(stderr=True)
     rows: list[Row] = []

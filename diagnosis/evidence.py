@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from imubench.arrays import Array, frozen, frozen_quaternion, frozen_time
+from imubench.diagnosis.rules import Decision
 from imubench.effects.effect import Setting
 from imubench.errors import InputError
 from imubench.recording import Recording, positive
@@ -172,6 +173,10 @@ class Evidence:
     rolled_out: tuple[Swing, ...] = ()  # stretches of free swings that a replay rolls out, the states at their starts
     estimates: tuple[Estimated, ...] = ()  # of the project's estimators, where what was found can be taken out
     notes: tuple[str, ...] = field(default=())  # how it was done, a sentence each
+    fired: Mapping[str, int] = field(
+        default_factory=dict
+    )  # rule (diagnosis/rules.py) -> how often it changed something
+    decisions: tuple[Decision, ...] = ()  # of the search, in their order
 
     @property
     def span(self) -> tuple[float, float]:

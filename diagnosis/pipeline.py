@@ -1,71 +1,59 @@
 """From a recording to a diagnosis: fit the motion, weigh what is left, locate it, say what it is."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from time import perf_counter
 
-from imubench.diagnosis.budget import NAMELESS, NUMBERS, SEARCH, Budget
-from imubench.diagnosis.candidates.begin import begin
+from imubench.diagnosis.budget import NUMBERS, SEARCH, Budget
+from imubench.diagnosis.candidates.begin import Beginning, begin
 from imubench.diagnosis.evidence import Evidence
-from imubench.diagnosis.noise.nominal import certain
-from imubench.diagnosis.noise.reml import declared, declared_by
 from imubench.diagnosis.nonsense import nonsense
 from imubench.diagnosis.nonsense.dead_end import dead_end
 from imubench.diagnosis.nonsense.permuted import permuted
 from imubench.diagnosis.remembered import remembering
 from imubench.diagnosis.residual_checks import fit_summary
-from imubench.diagnosis.residual_checks.excess_noise import refuted
-from imubench.diagnosis.residual_checks.localize import acting_in, locate
-from imubench.diagnosis.residual_checks.regressors import regressors
+from imubench.diagnosis.residual_checks.localize import acting_in
 from imubench.diagnosis.result import (
     NOT_KNOWN,
     SURE,
     TOLERANCE,
-    UNKNOWN,
     Diagnosis,
     Doubt,
-    Finding,
     FitQuality,
     Move,
     Moves,
+    Noise,
     Pair,
     SensorErrors,
+    Unseen,
     Verdict,
-    Where,
 )
-from imubench.diagnosis.samples.screening import SampleChecks
-from imubench.diagnosis.search.rounding import beside_rounding, sharp
+from imubench.diagnosis.rules import Rules, RuleUse
+from imubench.diagnosis.search.rounding import sharp
 from imubench.diagnosis.search.selection import FURTHER, Selection, select
-from imubench.diagnosis.search.unknown import Unknowns, unknowns
-from imubench.diagnosis.search.unknown_against_laws import named_by_law
-from imubench.diagnosis.search.unknown_against_small import named_by_size, with_equals
 from imubench.diagnosis.sensor_errors.baseline import Learned, check_same_sensors
 from imubench.diagnosis.sensor_errors.own_errors import own_errors
 from imubench.diagnosis.simulation.step import judged_by_simulation
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.verdict.believed import believed
-from imubench.diagnosis.verdict.equals import with_likes, with_refused
-from imubench.diagnosis.verdict.findings import findings, rejected
-from imubench.diagnosis.verdict.impacts import struck_again
+from imubench.diagnosis.verdict.explanation import Explanation, Work, explained
 from imubench.diagnosis.verdict.left_out_sensor import left_out_change
-from imubench.diagnosis.verdict.play_impacts import impacts_of_play
-from imubench.diagnosis.verdict.posterior import (
-    beside,
-    beside_hum,
-    missing,
-    noise_not_shown,
-    surest_first,
-    verdict_of,
-    with_samples,
-)
-from imubench.diagnosis.verdict.timed_out import NAMELESS as UNNAMED
-from imubench.diagnosis.verdict.timed_out import doubted, not_fitted, verdict_when_stopped, with_rest
-from imubench.diagnosis.verdict.trust import allowed, doubts
+from imubench.diagnosis.verdict.posterior import missing, noise_not_shown, verdict_of
+from imubench.diagnosis.verdict.timed_out import not_fitted, verdict_when_stopped
+from imubench.diagnosis.verdict.trust import doubts
 from imubench.diagnosis.verdict.without_finding import moves_of, together, with_moves
-from imubench.effects import traits_of
-from imubench.effects.traits import Fault
 from imubench.progress import Step, silent
 from imubench.recording import Recording, require_known_rig
+
+
+@dataclass(frozen=True)
+class Weight:
+    """What the findings of an explanation move, and what speaks against them."""
+
+    said: Explanation  # each finding with what it moves
+    without: Mapping[tuple[str, str], Fit]  # the fit without one of the findings, by effect and place
+    moves: Moves  # of all together
+    doubts: tuple[Doubt, ...]
 
 
 @remembering()
@@ -75,6 +63,7 @@ def diagnose(
     budget: Budget | None = None,
     tolerance: Pair = TOLERANCE,
     baseline: Diagnosis | None = None,
+    rules: Rules | None = None,
 ) -> tuple[Diagnosis, Evidence]:
     """Return what a recording says about the model it was declared with, and what shows it.
 
@@ -86,98 +75,122 @@ def diagnose(
         tolerance: deg and mm; a finding that moves less of all that a user asks for is not material.
         baseline: of an undisturbed recording of the same sensors; what that says of the sensors themselves is known,
             and only what is new is found. See `baseline`.
+        rules: those that it does without; None: it asks all of them.
 
     Raises:
         InputError: for a rig of one's own, or a baseline of other sensors.
     """
     clock = perf_counter()
     require_known_rig(recording, "a diagnosis")
-    budget = budget or Budget()
     if baseline is not None:
         check_same_sensors(baseline, recording)
     learned = None if baseline is None else Learned.of(baseline)
+    work = Work(recording, step, budget or Budget(), tolerance, learned, RuleUse(rules or Rules()))
     with step("hold the sensors against each other"):
         wrong = nonsense(recording)
     if wrong:
         said, shown = dead_end(recording, wrong, clock)
         return replace(said, tolerance=tolerance), shown
-    start = begin(recording, step, budget, learned)
-    samples, first, fit = start.samples, start.first, start.fit
-    unseen = missing(recording) if start.finished else not_fitted(budget)
-    chosen = None
-    with step("find what was left out"), budget.part(SEARCH, FURTHER):
-        chosen = select(fit, rounding=sharp(samples.findings, recording)) if not unseen else None
-    budget.missed(*(chosen.not_tried if chosen else ()))
-    stated, now = declared_by(recording), declared(fit.model)
+    start = begin(recording, step, work.budget, learned)
+    unseen = missing(recording) if start.finished else not_fitted(work.budget)
+    chosen = None if unseen else searched(work, start)
     with step("weigh and locate what is left"):
-        before = fit_summary.weighed(first, stated, samples.white)
-        where = locate(fit_summary.traces(before), regressors(first))
-        strange = Unknowns((), fit, ())
-        if chosen:
-            chosen, strange = with_unknowns(chosen, where, budget)
-        rest, best = strange.findings, strange.fit
-        samples = samples.without(refuted(samples.findings, best, {f.at for f in rest}))
-        rest = not_told(rest, samples.findings)
-        noises = tuple(f for f in rest if f.effect != UNKNOWN)
-        rest = tuple(f for f in rest if f.effect == UNKNOWN)
-        now |= {f"{f.at}.{traits_of(f.effect).channel}": float(f.parameters["std"].value) for f in noises}
-        after = fit_summary.weighed(best, now)
-        partly = bool(budget.not_tried) and chosen is not None
-        rest = with_rest(rest, after) if partly else rest
-        kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
-        told, plain = in_numbers(chosen, kept, best, recording, budget) if chosen else ((), best)
-        fitted = tuple(f for f in (doubted(told) if partly else told) if (f.effect, f.at) in kept)
-        refused = rejected(chosen) if chosen else ()
-        rest = with_refused(with_likes(rest, fitted), fitted, refused)
-        noises = beside_hum(noises, (*fitted, *samples.findings))
-        named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
-        with budget.part(NUMBERS, "knocks that the raw samples doubt"):
-            named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()
-        named = surest_first(impacts_of_play(beside_rounding(named, recording, samples.humming), recording))
-        named = named if learned is None else learned.new(named)
-        if chosen and not partly and any(f.confidence >= SURE for f in named):
-            rest = not_told(with_rest(rest, after, allowed(after)), samples.findings)
-        traces = fit_summary.traces(before, after if named or rest else None)
-    without: dict[tuple[str, str], Fit] = {}
-    with step("see what each finding moves"):
-        named, rest = material(named, rest, best, samples, recording, budget, tolerance, without)
-    all_moves: Moves = {}
-    with budget.part(NUMBERS, "what all findings move together"):
-        all_moves = together(best, recording, tolerance)
-    with step("ask whether the halves agree"):
-        doubted_by = speaking_against(plain, before, after, named, budget, tolerance)
-    noise = fit_summary.noise_of(before.levels, recording, samples.rest)
-    noise = noise if learned is None else learned.known(noise)
+        found = explained(work, start, chosen)
+    weight = weight_of(work, found)
+    noise = noise_of(work, weight.said)
     sensors: tuple[SensorErrors, ...] = ()
     if chosen:  # one step of the solver: owed whatever the time, for what takes it over
         with step("say what the sensors' own errors are"):
-            sensors = own_errors(best)
-    nobody = [name for name, level in noise.items() if level.source == NOT_KNOWN]
-    again = believed(fit_summary.replayed(plain, best), named, first.model.masks)
-    evidence = Evidence(
-        recording,
-        traces,
+            sensors = own_errors(found.fit)
+    evidence = evidence_of(work, start, weight.said)
+    diagnosis, evidence = concluded(work, start, weight, evidence, noise, unseen)
+    return replace(diagnosis, sensors=sensors, seconds=perf_counter() - clock), evidence
+
+
+def searched(work: Work, start: Beginning) -> Selection:
+    """Return the effects that were left out."""
+    with work.step("find what was left out"), work.budget.part(SEARCH, FURTHER):
+        chosen = select(start.fit, sharp(start.samples.findings, work.recording), work.use)
+    work.budget.missed(*chosen.not_tried)
+    return chosen
+
+
+def weight_of(work: Work, found: Explanation) -> Weight:
+    """Return what the findings move, whether that is material, and what speaks against them."""
+    without: dict[tuple[str, str], Fit] = {}
+    moves: dict[int, dict[str, Move]] = {}
+    all_moves: Moves = {}
+    against: tuple[Doubt, ...] = ()
+    with work.step("see what each finding moves"), work.budget.part(NUMBERS, "what each finding moves"):
+        for finding, known in moves_of((*found.named, *found.rest), found.fit, found.samples, work.recording, without):
+            moves[id(finding)] = known
+    named, rest = (with_moves(some, moves, work.tolerance) for some in (found.named, found.rest))
+    with work.budget.part(NUMBERS, "what all findings move together"):
+        all_moves = together(found.fit, work.recording, work.tolerance)
+    with work.step("ask whether the halves agree"):
+        if any(f.confidence >= SURE for f in named) and found.numbers.model.hypotheses:
+            with work.budget.part(NUMBERS, "whether the halves of the recording agree"):
+                against = work.use.changed(
+                    "halves-disagree",
+                    against,
+                    lambda _: doubts(found.numbers, found.before, found.after, work.tolerance),
+                )
+    return Weight(replace(found, named=named, rest=rest), without, all_moves, against)
+
+
+def noise_of(work: Work, said: Explanation) -> dict[str, Noise]:
+    """Return the noise that counts by triple, and how it is known."""
+    noise = fit_summary.noise_of(said.before.levels, work.recording, said.samples.rest)
+    return noise if work.learned is None else work.learned.known(noise)
+
+
+def evidence_of(work: Work, start: Beginning, said: Explanation) -> Evidence:
+    """Return what is shown beside the diagnosis, but for its simulations."""
+    again = believed(fit_summary.replayed(said.numbers, said.fit), said.named, start.first.model.masks)
+    knots = start.fit.model.tracks.knots.count
+    return Evidence(
+        work.recording,
+        said.traces,
         fit_summary.played(again),
         fit_summary.mounts(again),
-        before.levels,
-        motion_before=fit_summary.played(first) if named else None,
+        said.before.levels,
+        motion_before=fit_summary.played(start.first) if said.named else None,
         notes=(
-            f"A spline motion with {fit.model.tracks.knots.count} knots and the mounts were fitted to every sample.",
+            f"A spline motion with {knots} knots and the mounts were fitted to every sample.",
             "Every effect was scored; the best were fitted exactly and judged on blocks of 5 s that they had not seen.",
-            *samples.notes,
+            *said.samples.notes,
         ),
+        fired=work.use.fired,
+        decisions=tuple(work.use.decisions),
     )
-    with step("play the simulations beside the recording"):
-        simulation, evidence, acting = judged_by_simulation(evidence, first, plain, (*named, *rest), without, budget)
-    verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest, nobody, bool(doubted_by))
-    if partly:
-        verdict, unseen = verdict_when_stopped(named, rest, after, nobody, bool(doubted_by))
+
+
+def concluded(
+    work: Work,
+    start: Beginning,
+    weight: Weight,
+    evidence: Evidence,
+    noise: Mapping[str, Noise],
+    unseen: tuple[Unseen, ...],
+) -> tuple[Diagnosis, Evidence]:
+    """Return the diagnosis, but for the sensors' errors and the time it took, and the evidence with its simulations."""
+    said, budget, recording = weight.said, work.budget, work.recording
+    named, rest, before, after = said.named, said.rest, said.before, said.after
+    nobody = [name for name, level in noise.items() if level.source == NOT_KNOWN]
+    with work.step("play the simulations beside the recording"):
+        simulation, evidence, acting = judged_by_simulation(
+            evidence, start.first, said.numbers, (*named, *rest), weight.without, budget
+        )
+    verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest, nobody, bool(weight.doubts))
+    if said.partly:
+        verdict, unseen = verdict_when_stopped(named, rest, after, nobody, bool(weight.doubts))
     if nobody and verdict == "partly explained":
         unseen = (*unseen, noise_not_shown(nobody))
     quality = FitQuality((before.left_out, after.left_out))
     if named or rest:
         with budget.part(NUMBERS, "channels left out"):
             quality = FitQuality(quality.heldout, left_out_change(before, after))
+    where = said.where
     if acting:  # the residuals of a motion that is free to push a swing's friction anywhere say nothing of that
         prescribed = simulation is not None and simulation.how == "prescribed"
         where = acting_in(acting, where if prescribed else ())
@@ -188,104 +201,22 @@ def diagnose(
         (before.misfit, after.misfit),
         where,
         (*named, *rest),
-        refused,
+        said.refused,
         quality,
         "",
-        perf_counter() - clock,
+        0.0,
         unseen,
         permuted((*named, *rest), recording),
         budget.stopped,
         tuple(budget.not_tried),
-        noise,
-        tolerance,
-        sensors,
-        None if learned is None else learned.record,
-        doubts=doubted_by if verdict == "partly explained" else (),
+        dict(noise),
+        work.tolerance,
+        baseline=None if work.learned is None else work.learned.record,
+        doubts=weight.doubts if verdict == "partly explained" else (),
         simulation=simulation,
-        moves=all_moves,
+        moves=weight.moves,
     )
     return diagnosis, evidence
 
 
-def speaking_against(
-    fit: Fit,
-    before: fit_summary.Weighed,
-    after: fit_summary.Weighed,
-    named: Sequence[Finding],
-    budget: Budget,
-    tolerance: Pair,
-) -> tuple[Doubt, ...]:
-    """Return what speaks against the model with the findings in it; nothing where there is none."""
-    found: tuple[Doubt, ...] = ()
-    if any(f.confidence >= SURE for f in named) and fit.model.hypotheses:
-        with budget.part(NUMBERS, "whether the halves of the recording agree"):
-            found = doubts(fit, before, after, tolerance)
-    return found
-
-
-def material(
-    named: tuple[Finding, ...],
-    rest: tuple[Finding, ...],
-    fit: Fit,
-    samples: SampleChecks,
-    recording: Recording,
-    budget: Budget,
-    tolerance: Pair,
-    without: dict[tuple[str, str], Fit],
-) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
-    """Return findings with and without a name, with what each moves and whether that is material.
-
-    Fits without one of them are put into `without`, by effect and place.
-    """
-    moves: dict[int, dict[str, Move]] = {}
-    with budget.part(NUMBERS, "what each finding moves"):
-        for finding, known in moves_of((*named, *rest), fit, samples, recording, without):
-            moves[id(finding)] = known
-    return with_moves(named, moves, tolerance), with_moves(rest, moves, tolerance)
-
-
-def with_unknowns(chosen: Selection, where: Sequence[Where], budget: Budget) -> tuple[Selection, Unknowns]:
-    """Return a selection with what it leaves unexplained, and with the effects that are names for that."""
-    strange = Unknowns((), chosen.fit, ())
-    with budget.part(NAMELESS, UNNAMED):
-        strange = unknowns(chosen.fit, where)
-        for naming in (named_by_law, named_by_size):
-            if (told := naming(chosen, strange)) is not chosen:
-                chosen, strange = told, unknowns(told.fit, where)
-        strange = with_equals(strange)
-    return chosen, strange
-
-
-def in_numbers(
-    chosen: Selection, kept: Collection[tuple[str, str]], best: Fit, recording: Recording, budget: Budget
-) -> tuple[tuple[Finding, ...], Fit]:
-    """Return the findings, and the fit that their numbers are of; both as the search left them where time is short."""
-    with budget.part(NUMBERS, "intervals, equivalents and what would tell these apart"):
-        return findings(chosen, recording), numbered(chosen, kept) or best
-    return findings(chosen, recording, briefly=True), best
-
-
-def not_told(rest: Sequence[Finding], told: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Return what is no part of what the samples told already: rounding, or what knocks leave that were not left out.
-
-    Rounding goes with the signal. A knock that stays in the fit is loud, and no term has it: it gains nothing there.
-    """
-    rounded, struck = (
-        {f.at for f in told if traits_of(f.effect).fault is fault} for fault in (Fault.ROUNDED, Fault.STRUCK)
-    )
-    loud = [f for f in rest if f.effect == UNKNOWN and not f.heldout_gain.value]
-    return tuple(f for f in rest if f.at not in rounded and not (f in loud and f.at in struck))
-
-
-def numbered(chosen: Selection | None, kept: Collection[tuple[str, str]]) -> Fit | None:
-    """Return the fit that the findings' numbers are of, in which no term without a name holds a share of a mount's.
-
-    None where a name that moves a sensor or a joint is not `kept`: then the terms say where these are.
-    """
-    if chosen is None:
-        return None
-    gone = [k.hypothesis.effect for k in chosen.kept if (k.hypothesis.effect.name, k.hypothesis.at) not in kept]
-    return chosen.numbers if all(effect.acts("error") for effect in gone) else None
-
-
-__all__ = ["diagnose", "not_told"]
+__all__ = ["diagnose"]

@@ -45,6 +45,12 @@ def _effects() -> dict[str, str]:
     return {name: f"{e.place}: {e.law}" for name, e in EFFECTS.items()}
 
 
+def _rules() -> dict[str, str]:
+    from imubench.diagnosis.rules import RULES
+
+    return dict(RULES)
+
+
 def _claims() -> dict[str, str]:
     from imubench.reproduce import PAPERS
 
@@ -58,6 +64,7 @@ KINDS: Mapping[str, Callable[[], dict[str, str]]] = {
     "profiles": _profiles,
     "formats": _formats,
     "effects": _effects,
+    "rules": _rules,
     "claims": _claims,
 }
 """By kind a function that returns each name with one line about it."""

@@ -12,6 +12,7 @@ from imubench.diagnosis.report.html import fold, table, term
 from imubench.diagnosis.report.misfit_map import misfit_map
 from imubench.diagnosis.report.numbers import fixed, shown
 from imubench.diagnosis.result import Diagnosis
+from imubench.diagnosis.rules import RULES
 from imubench.glossary import TERMS
 from imubench.reproduce.report import escape
 
@@ -49,6 +50,7 @@ def page(d: Diagnosis, evidence: Evidence, paths: Paths | None = None) -> str:
         "<h2>Evidence and method</h2>",
         fold("How well the fitted motion agrees with the sensors", _misfit(d)),
         fold("What was tried and not taken", _rejected(d)),
+        fold("What the search decided, and by which rules", _search(evidence)),
         fold("Channels left out", _quality(d)),
         fold("Noise, and how it was done", _how(d, evidence)),
         fold("What the words mean", _glossary()),
@@ -98,6 +100,18 @@ def _rejected(d: Diagnosis) -> str:
         for r in sorted(d.rejected, key=lambda r: -r.heldout_gain)
     ]
     return table(("effect", "gain on unseen samples (nat)", "why not"), body, last=2) if body else ""
+
+
+def _search(evidence: Evidence) -> str:
+    if not evidence.fired:
+        return ""
+    decided = [(x.what, x.rule, "taken" if x.accepted else "refused") for x in evidence.decisions]
+    fired = [(name, RULES[name], str(count)) for name, count in evidence.fired.items()]
+    return (
+        (table(("what was proposed", "by the rule", ""), decided, last=1) if decided else "")
+        + "<p>Rules that changed something:</p>"
+        + table(("rule", "what it does", "times"), fired, last=1)
+    )
 
 
 def _doubts(d: Diagnosis) -> str:

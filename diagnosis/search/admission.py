@@ -1,94 +1,179 @@
 """What of a round comes into the fit: asked of data that it has not seen."""
 
-from collections.abc import Callable
-
-import numpy as np
+from collections.abc import Generator, Sequence
+from dataclasses import replace
 
 from imubench.diagnosis.criteria.cross_validation import Gain, by_halves, heldout_gain
 from imubench.diagnosis.criteria.trial import MOST, Kept, Passed, Trial
+from imubench.diagnosis.noise.masking import with_mask
 from imubench.diagnosis.noise.reml import with_noise
-from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.rounds import Round, akin, asked, with_a_clock
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
+from imubench.diagnosis.search.moves.move import (
+    Answer,
+    Foretells,
+    Holds,
+    Proposal,
+    Proposals,
+    Refused,
+    RoundMemory,
+    SearchState,
+    told,
+)
+from imubench.diagnosis.search.rounds import CLEARLY, Round, akin, asked, try_round, with_a_clock
+from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of
+from imubench.progress import tell
 
-Refused = list[tuple[Hypothesis, float]]  # with what it gained on held-out data, in nat
 
-
-def admitted(
-    now: Round, kept: list[Kept], rng: np.random.Generator, say: Callable[[str], None]
-) -> tuple[Fit, list[Kept], Refused]:
-    """Return the fit and its effects with what predicts of a round, and what was refused.
+class Add:
+    """One round: what explains most comes in, where data that it has not seen bear it out.
 
     Where what is akin to the best predicts and the best only seems to, something of their kind is there, and the best
     is its name: nine numbers of a g-sensitivity were lost in blocks of 2 s (30 nat, -18 to 68), three of a bias not.
     What shows in a moment is in one block, and no other tells of it: there it must be what its law says
-    (`shows_in_its_moments`).
+    (`shows_in_its_moments`). A slip that predicts nothing is not asked for again: a loud moment of anything promises
+    one, and hides the rest.
     """
-    refused: Refused = []
-    top: Gain | None = None
-    for best, least in asked(now.tried):
-        say(f"predicting held-out data with {best.hypothesis.name}")
-        better = now.first if best is now.tried[0] else with_noise(best.fit)
-        won = heldout_gain(now.fit, better, rng)
-        foretells = won.foretells(least)
-        if not foretells and unseen(best, won):
-            won = in_halves(now.fit, better, rng)
-            foretells = won.clear()
-        if foretells or (now.brief and best is now.tried[0]):
-            if top and top.value > 0 and akin(best, now.tried[0]):
-                best, won, better, refused = now.tried[0], top, now.first, []
+
+    def propose(self, state: SearchState) -> Proposals:
+        """Yield what may come in, best first until one does; then what comes with it; last what the next round asks."""
+        rounds = state.rounds
+        everything = list(state.everything if rounds.asked is None else rounds.asked)
+        now = try_round(state.fit, everything, tell, rounds.vain, rounds.heard, state.use)
+        begun = state
+        refused: Refused = ()
+        first: Gain | None = None  # what the best gains
+        for trial, least in asked(now.tried):
+            best = now.tried[0]
+            taken = best if first is not None and stands_for_best(trial, now, first, state) else trial
+            answer = yield alone(state, now, trial, taken, least, first)
+            if answer.accepted:
+                state, refused = answer.state, () if taken is not trial else refused
+                if taken is not trial:
+                    state.use.fires("akin-for-best")
+                if taken is best:
+                    state = yield from with_others(state, now.together)
+                break
+            first = answer.gain if trial is best else first
+            refused = (*refused, (trial.hypothesis, answer.gain.value if answer.gain else 0.0))
+        else:
+            state, refused = yield from all_together(state, now, refused)
+        yield Proposal("the end of a round", closed(state, begun, now, refused))
+
+
+def stands_for_best(trial: Trial, now: Round, first: Gain, state: SearchState) -> bool:
+    """Return whether the best of a round, which gained `first`, comes in where a trial gains on left-out data."""
+    return state.use.on("akin-for-best") and first.value > 0 and akin(trial, now.tried[0])
+
+
+def alone(state: SearchState, now: Round, trial: Trial, taken: Trial, least: float, first: Gain | None) -> Proposal:
+    """Return the proposal of one effect of a round, `taken` where the one that is asked is another than comes in."""
+    h, best = trial.hypothesis, trial is now.tried[0]
+    tell(f"predicting held-out data with {h.name}")
+    better = now.first if best else with_noise(trial.fit)
+    fit = better if taken is trial else now.first
+    others = tuple(Passed(t.hypothesis, t.evidence) for t in now.tried if t is not taken and not t.also)
+
+    def after(gain: Gain | None) -> SearchState:
+        won = told(gain if taken is trial else first)
+        return state.changed(
+            fit, [*state.kept, *(Kept(h, taken.evidence, won, others) for h in (taken.hypothesis, *taken.also))]
+        )
+
+    def halves() -> Gain:
+        gain = by_halves(at_noise_of(now.fit, better), better, state.random)
+        if gain.clear():
+            state.use.fires("halves-for-blocks")
+        return gain
+
+    short = not h.effect.states and state.use.on("halves-for-blocks")  # blocks may be too short to show it
+    test = Foretells(
+        lambda: heldout_gain(now.fit, better, state.random),
+        least,
+        halves if short else None,
+        trial.evidence,
+        anyway=now.brief and best,
+    )
+    return Proposal(h.name, after, (test,))
+
+
+def with_others(state: SearchState, together: Sequence[Trial]) -> Generator[Proposal, Answer, SearchState]:
+    """Yield what came together with the best, one after the other, while each gains; return the state with them."""
+    for trial in together:
+        answer = yield one_more(state, trial)
+        if not answer.accepted:
             break
-        top = won if best is now.tried[0] else top
-        refused.append((best.hypothesis, won.value))
-    else:
-        return all_together(now, kept, refused, rng, say)
-    others = tuple(Passed(t.hypothesis, t.evidence) for t in now.tried if t is not best and not t.also)
-    kept = [*kept, *(Kept(h, best.evidence, won, others) for h in (best.hypothesis, *best.also))]
-    for trial in now.together if best is now.tried[0] else []:
-        won = heldout_gain(better, trial.fit, rng)
-        if not won.foretells() or len(kept) == MOST - 1:
-            break
-        kept, better = [*kept, Kept(trial.hypothesis, trial.evidence, won, ())], trial.fit
-    return better, kept, refused
+        state = answer.state
+    return state
+
+
+def one_more(state: SearchState, trial: Trial) -> Proposal:
+    """Return the proposal of an effect beside those that a round has brought already."""
+    return Proposal(
+        trial.hypothesis.name,
+        lambda won: state.changed(trial.fit, [*state.kept, Kept(trial.hypothesis, trial.evidence, told(won), ())]),
+        (
+            Foretells(lambda: heldout_gain(state.fit, trial.fit, state.random)),
+            Holds(lambda: len(state.kept) != MOST - 1),
+        ),
+    )
 
 
 def all_together(
-    now: Round,
-    kept: list[Kept],
-    refused: Refused,
-    rng: np.random.Generator,
-    say: Callable[[str], None],
-) -> tuple[Fit, list[Kept], Refused]:
-    """Return the fit with effects that were found one after the other, each alone refused, if they predict together.
+    state: SearchState, now: Round, refused: Refused
+) -> Generator[Proposal, Answer, tuple[SearchState, Refused]]:
+    """Yield effects that were found one after the other, each alone refused: they may predict together.
 
     A slip that is not known spoils what a scale foretells of other seconds, and the other way round. So does a clock's
     skew: a misalignment of 1,145 nat, the best beside it, gained 819 on held-out data and might as well have lost.
+    Return the state with them, and what is refused then.
     """
-    together = now.together or with_a_clock(now, say)
-    if not together or len(kept) + 1 + len(together) > MOST:
-        return now.fit, kept, refused
+    rule, together = "add-together", now.together if state.use.on("add-together") else []
+    if not together and state.use.on("clock-beside-best"):
+        rule, together = "clock-beside-best", with_a_clock(now, tell)
+    if not together or len(state.kept) + 1 + len(together) > MOST:
+        return state, refused
     best, last = now.tried[0], together[-1]
     some = [best.hypothesis, *(t.hypothesis for t in together)]
-    say(f"predicting held-out data with {' and '.join(h.name for h in some)}")
-    won = heldout_gain(now.fit, last.fit, rng)
-    if not won.foretells():
-        return now.fit, kept, refused
+    tell(f"predicting held-out data with {' and '.join(h.name for h in some)}")
     evidence = [best.evidence, *(t.evidence for t in together)]
-    new = [Kept(h, e, won, ()) for h, e in zip(some, evidence, strict=True)]
-    return last.fit, [*kept, *new], [r for r in refused if r[0] not in some]
+
+    def after(gain: Gain | None) -> SearchState:
+        new = [Kept(h, e, told(gain), ()) for h, e in zip(some, evidence, strict=True)]
+        return state.changed(last.fit, [*state.kept, *new])
+
+    test = Foretells(lambda: heldout_gain(now.fit, last.fit, state.random))
+    answer = yield Proposal(" and ".join(h.name for h in some), after, (test,))
+    if not answer.accepted:
+        return state, refused
+    state.use.fires(rule)
+    return answer.state, tuple(r for r in refused if r[0] not in some)
 
 
-def unseen(best: Trial, won: Gain) -> bool:
-    """Return whether blocks are too short to show an effect: they cannot have gained what it is worth to the whole."""
-    return not best.hypothesis.effect.states and won.high < best.evidence
+def closed(state: SearchState, begun: SearchState, now: Round, refused: Refused) -> SearchState:
+    """Return the state at the end of a round that began with another one: on which samples, and what is asked next."""
+    rounds, came = begun.rounds, len(state.kept) > len(begun.kept)
+    fit, new = state.fit if came else now.fit, state.kept[len(begun.kept) :]
+    if now.fit.model.masks is not begun.fit.model.masks and not any(k.hypothesis.effect.onset for k in new):
+        fit = with_mask(fit, begun.fit.model.masks)  # it was of a slip that was refused
+    late = any(k.hypothesis.effect.late_by for k in new)
+    heard = frozenset() if late else rounds.heard | well_heard(now)
+    asked_now = begun.everything if rounds.asked is None else rounds.asked
+    again, asked_next = True, rounds.asked
+    if came:
+        asked_next = None
+    elif slips := {h.name for h, _ in refused if h.effect.onset}:
+        asked_next = tuple(h for h in asked_now if h.name not in slips)
+    elif refused and not now.lively:
+        asked_next = tuple(h for h in begun.everything if h.effect.states)
+    else:
+        again = False
+    memory = RoundMemory(again, asked_next, len(begun.kept), came, late, heard, rounds.vain)
+    return replace(state, fit=fit, refused=(*begun.refused, *refused), rounds=memory)
 
 
-def in_halves(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
-    """Return what a fit with more in it gains in each half of the recording from the other, at its noise."""
-    return by_halves(at_noise_of(fit, better), better, rng)
+def well_heard(now: Round) -> frozenset[str]:
+    """Return the filters that were worth much in a round, whatever came in instead."""
+    worth = (t for t in now.tried if t.evidence > CLEARLY)
+    return frozenset(t.hypothesis.name for t in worth if t.hypothesis.effect.filters)
 
 
-__all__ = [
-    "Refused",
-    "admitted",
-]
+__all__ = ["Add"]

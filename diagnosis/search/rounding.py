@@ -5,16 +5,15 @@ rounded to 0.6 m/s^2 springs were worth 228 nat that were not there. Noise of st
 in their error exp(-2 (pi s / d)^2) is left. Where most of it is, three names in 25 rounded recordings were all of it.
 """
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.result import Finding
 from imubench.diagnosis.search.confidence import DOUBTFUL, STRANGE, at_most
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.search.moves.move import Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.refit import refit_without
 from imubench.effects import EFFECTS, traits_of
 from imubench.effects.traits import Fault
@@ -52,17 +51,26 @@ def sharp(findings: Iterable[Finding], recording: Recording) -> dict[str, float]
     return {at: r.nat for at, r in roundings(findings, recording).items() if r.regular > SHARP}
 
 
-def without_rounded(fit: Fit, kept: list[Kept], gains: Mapping[str, float]) -> tuple[Fit, list[Kept], list[Kept]]:
-    """Return the fit and its effects without states that gain no more than rounding has, by place, and what went.
+class RoundedStates:
+    """The fit without states that gain no more than rounding has, by place.
 
     A rocking mount of a gyroscope rounded to 0.028 rad/s had numbers that no mount has (415 nat), and the scale beside
     it, which was there, was doubted for that.
     """
-    gone = [k for k in kept if k.hypothesis.effect.states and k.heldout.value < gains.get(k.hypothesis.at, -np.inf)]
-    if not gone:
-        return fit, kept, []
-    left = [k for k in kept if k not in gone]
-    return with_noise(refit_without(fit, [k.hypothesis for k in gone])), left, gone
+
+    def propose(self, state: SearchState) -> Proposals:
+        """Yield the fit without all of them."""
+        gains = state.rounding
+        rounded = [k for k in state.kept if k.hypothesis.effect.states and k.hypothesis.at in gains]
+        gone = [k for k in rounded if k.heldout.value < gains[k.hypothesis.at]]
+        if gone:
+            names = [k.hypothesis for k in gone]
+            yield Proposal(
+                f"without {' and '.join(h.name for h in names)}, which rounding may be",
+                lambda _: state.without(
+                    tuple((k.hypothesis, k.heldout.value) for k in gone), with_noise(refit_without(state.fit, names))
+                ),
+            )
 
 
 def beside_rounding(
@@ -90,4 +98,4 @@ def beside_rounding(
     return tuple(at_most(f, sure(f)) for f in named)
 
 
-__all__ = ["beside_rounding", "roundings", "sharp", "without_rounded"]
+__all__ = ["RoundedStates", "beside_rounding", "roundings", "sharp"]

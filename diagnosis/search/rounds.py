@@ -9,9 +9,11 @@ from imubench.diagnosis.discrepancy.input_nonlinearity import reads_by_own_law
 from imubench.diagnosis.noise.masking import mask_beside, shows_in_its_moments, with_mask
 from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.search.dynamic_candidates import HINTED, before_plain, promised_by_law, stateful, suspicious
 from imubench.diagnosis.search.moves.add import next_plain, of_a_clock, plain_scores, plain_trials
-from imubench.diagnosis.search.moves.add_dynamic import Vain, explained, state_trials
+from imubench.diagnosis.search.moves.add_dynamic import explained, state_trials
+from imubench.diagnosis.search.moves.move import Promises
 from imubench.diagnosis.search.moves.swap_states_for_law import states_to_law
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
@@ -39,35 +41,43 @@ def try_round(
     fit: Fit,
     everything: list[Hypothesis],
     say: Callable[[str], None],
-    vain: Vain | None = None,
+    vain: Promises | None = None,
     heard: Collection[str] = (),
+    use: RuleUse | None = None,
 ) -> Round:
     """Return what could come into the fit next, of effects that are not in it.
 
-    `vain` is that of `state_trials`, `heard` that of `stateful`.
+    `vain` is that of `state_trials`, `heard` that of `stateful`, `use` the rules that may be applied; None: all.
     """
+    use = use or RuleUse()
     say("scoring every effect")
     taken = {h.name for h in fit.model.hypotheses}
     left = [h for h in everything if h.name not in taken]
     plain, scores = plain_scores(fit, left)
     tried = [t for t in plain_trials(fit, scores, say) if t.evidence > NEEDED]
-    if told := uncertain_levels(fit):
+    if use.on("quiet-where-uncertain") and (told := uncertain_levels(fit)):
         quiet = at_levels(fit, told)
         quieter = plain_trials(quiet, plain_scores(quiet, left)[1], say)
-        tried = [t for t in quieter if t.evidence > NEEDED and nearer_to_declared(fit, t, told)] or tried
+        nearer = [t for t in quieter if t.evidence > NEEDED and nearer_to_declared(fit, t, told)]
+        tried = nearer if use.holds("quiet-where-uncertain", lambda: bool(nearer)) else tried
     first = with_noise(tried[0].fit) if tried else fit
-    brief = bool(tried) and shows_in_its_moments(fit, first, tried[0].hypothesis)
-    if tried and not brief and (windows := mask_beside(first, tried[0].hypothesis)):
+    brief = bool(tried) and use.holds("moment-tells", lambda: shows_in_its_moments(fit, first, tried[0].hypothesis))
+    windows = mask_beside(first, tried[0].hypothesis) if tried and not brief else None
+    if windows and use.holds("mask-beside-best", lambda: True):
         first, fit = with_noise(with_mask(first, windows)), with_mask(fit, windows)
         tried = [tried[0], *(replace(t, fit=with_mask(t.fit, windows)) for t in tried[1:])]  # all on the same samples
-    chain = ahead(fit, first, plain, say) if tried else []
+    chain = ahead(fit, first, plain, say) if tried and use.on("plain-ahead") else []
+    use.holds("plain-ahead", lambda: bool(chain))
     further = chain[-1].fit if chain else first
     moving = suspicious(further)
     least = NEEDED if moving else max([HINTED, promised_by_law(further), *(t.evidence for t in tried)])
-    ruled = moving and reads_by_own_law(further)
+    ruled = moving and use.holds("own-law-of-reading", lambda: reads_by_own_law(further))
     alive = [] if ruled else stateful(fit, left, moving, least > HINTED, heard)
-    lively = [t for t in dynamic_trials(fit, left, alive, say, least, vain) if t.evidence > promised_by_law(further)]
-    if led := states_to_law(fit, further, lively, plain, say):
+    lively = [
+        t for t in dynamic_trials(fit, left, alive, say, least, vain, use) if t.evidence > promised_by_law(further)
+    ]
+    led = states_to_law(fit, further, lively, plain, say) if use.on("law-for-states") else None
+    if led and use.holds("law-for-states", lambda: True):
         others = [t for t in lively if t.hypothesis != led[0].hypothesis]
         return Round(fit, [led[0], *others, *tried], led[0].fit, led[1:], True)
     if lively and before_plain(lively[0], fit, further):
@@ -81,7 +91,8 @@ def dynamic_trials(
     alive: list[Hypothesis],
     say: Callable[[str], None],
     least: float,
-    vain: Vain | None,
+    vain: Promises | None,
+    use: RuleUse | None = None,
 ) -> list[Trial]:
     """Return the refits with states; where springs alone were asked and explain much, beside what has no law.
 
@@ -89,10 +100,14 @@ def dynamic_trials(
     is worth 1,326.
     """
     tried = state_trials(fit, alive, say, least, vain)
+    use = use or RuleUse()
     if not tried or tried[0].evidence < CLEARLY or any(h.effect.free for h in alive):
+        return tried
+    if not use.on("free-beside-springs"):
         return tried
     free = [h for h in stateful(fit, left, True, False) if h.effect.free]
     freely = state_trials(fit, free, say, least, vain)
+    use.holds("free-beside-springs", lambda: bool(freely))
     return sorted([*freely[:1], *tried[:1]], key=lambda t: -explained(t)) + tried[1:]
 
 

@@ -1,16 +1,12 @@
 """Which effects the fit needs: score all, refit the best few exactly, keep what predicts, drop what it does without."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
-from imubench.diagnosis.budget import OutOfTime, check
 from imubench.diagnosis.candidates.both_mounts import gives_way
-from imubench.diagnosis.criteria.cross_validation import SEED
 from imubench.diagnosis.criteria.dynamic_aic import law_levels, with_tight_laws
-from imubench.diagnosis.criteria.trial import Kept, kind
+from imubench.diagnosis.criteria.trial import MOST, Kept, kind
 from imubench.diagnosis.noise.debiased_fit import debiased
 from imubench.diagnosis.noise.knot_selection import finer
 from imubench.diagnosis.noise.looser_motion import with_looser_motion
@@ -18,15 +14,19 @@ from imubench.diagnosis.noise.masking import weighed_beside
 from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.admission import Refused
+from imubench.diagnosis.rules import RuleUse
+from imubench.diagnosis.search.admission import Add
 from imubench.diagnosis.search.dynamic_candidates import suspicious
-from imubench.diagnosis.search.forward import forward_selection
-from imubench.diagnosis.search.moves.drop import firmly, natural, prune
-from imubench.diagnosis.search.moves.merge import merged
-from imubench.diagnosis.search.moves.swap_clock_for_backlash import clocks_to_backlash
-from imubench.diagnosis.search.moves.swap_clock_for_filter import clock_to_filter, clock_to_quick_filter
-from imubench.diagnosis.search.moves.swap_friction import best_friction, together
-from imubench.diagnosis.search.rounding import without_rounded
+from imubench.diagnosis.search.loop import Repeat, Rule, Search, Stage, search
+from imubench.diagnosis.search.moves.drop import Drop, changed, firmly, natural
+from imubench.diagnosis.search.moves.merge import Merge
+from imubench.diagnosis.search.moves.move import RoundMemory, SearchState, Step
+from imubench.diagnosis.search.moves.swap_clock_for_backlash import ClocksToBacklash
+from imubench.diagnosis.search.moves.swap_clock_for_filter import ClockToFilter, RenewQuickFilters
+from imubench.diagnosis.search.moves.swap_for_one_triple import FilterOfOneTriple
+from imubench.diagnosis.search.moves.swap_for_rival import RivalForEffect
+from imubench.diagnosis.search.moves.swap_friction import FrictionMixture, together
+from imubench.diagnosis.search.rounding import RoundedStates
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, converged
 from imubench.effects import possible
 from imubench.progress import tell
@@ -36,7 +36,6 @@ FURTHER = "further effects"
 WITHOUT = "whether each finding is needed"
 OTHERWISE = "other readings of the findings: one effect for two, a filter for a delay"
 SETTLING = "the last digits of the findings' numbers"
-STAGES = (FURTHER, WITHOUT, OTHERWISE, SETTLING)
 
 
 @dataclass(frozen=True)
@@ -53,6 +52,20 @@ class Selection:
         """The fit that the numbers are read off; where springs predict best, and not where they cost least."""
         return self.fit if gives_way(self.fit) else debiased(with_looser_motion(self.fit))
 
+    def on_with(self, rules: Sequence[Rule | Repeat], use: RuleUse) -> "Selection":
+        """Return what is found once some more rules were asked.
+
+        Raises:
+            OutOfTime: where the time limit stops them.
+        """
+        begun = SearchState(self.fit, self.kept, refused=self.rejected, weighed=self.fit, use=use)
+        under_way = Search(begun)
+        under_way.apply(rules)
+        found = under_way.state
+        if found is begun:
+            return self
+        return replace(self, fit=found.fit, kept=found.kept, rejected=(*found.refused, *found.dropped))
+
     @property
     def springs_refused(self) -> frozenset[str]:
         """Return the places at which springs explained much and foretold nothing."""
@@ -64,69 +77,6 @@ def candidates(model: Model) -> list[Hypothesis]:
     return [Hypothesis(effect, at) for effect, at in possible(model.recording) if effect.parameters or effect.states]
 
 
-def select(nominal: Fit, say: Callable[[str], None] = tell, rounding: Mapping[str, float] | None = None) -> Selection:
-    """Return the effects that the recording needs.
-
-    An effect with states that is dropped in the end hid what it stood for: a filter of both triples took what a soft
-    mount did (1,591 nat for 1,257), and was none once a scale and a drift were in. So the search goes on without it.
-    `rounding` says what a state may gain of it, in nat by place. Where the time limit stops it, what it has by then is
-    returned, with what was not tried.
-    """
-    fit, kept = nominal, [Kept.unjudged(h) for h in nominal.model.judged]
-    rejected: Refused = []
-    dropped: Refused = []
-    left = list(STAGES)
-    try:
-        if gives_way(fit):  # at its least cost springs take in what is not theirs: where they predict best is enough
-            fit, kept, dropped = prune(fit, kept, say)
-            return Selection(fit, tuple(kept), tuple(dropped))
-        fit, kept = clocks_to_backlash(fit, kept, say)
-        fit, kept = clock_to_quick_filter(fit, kept, say)
-        rng = np.random.default_rng(SEED)
-        everything = candidates(nominal.model)
-        fit, kept, rejected = forward_selection(fit, kept, everything, rng, say)
-        check()
-        left.remove(FURTHER)
-        fine = finer(fit)
-        firm = firmly(fit, kept) if fine is not fit else ()
-        fit, kept, dropped = prune(fine, kept, say, firm)
-        if (hollow := {kind(h) for h, _ in dropped if h.effect.states}) and suspicious(fit):
-            say("searching anew without what was none")
-            rest = [h for h in everything if kind(h) not in hollow]
-            fit, kept, refused = forward_selection(fit, kept, rest, rng, say)
-            rejected = [*rejected, *refused]
-            fit, kept, more = prune(fit, kept, say, firm)
-            dropped += more
-        fit, kept, gone = without_rounded(fit, kept, rounding or {})
-        if gone:
-            dropped += ((k.hypothesis, k.heldout.value) for k in gone)
-            fit, kept, more = prune(fit, kept, say, firm)
-            dropped += more
-        left.remove(WITHOUT)
-        for change in (best_friction, merged, clock_to_filter):
-            before = fit
-            fit, kept = change(fit, kept, say)
-            if fit is not before:
-                fit, kept, more = prune(fit, kept, say, firm)
-                dropped += more
-        left.remove(OTHERWISE)
-        fit = with_settled_noise(fit)
-        if fit.model.tilts:
-            say("settling springs and dampers")
-            fit = with_tight_laws(with_noise(fit, SETTLED, laws_of_filters(fit)))
-            if not all(natural(fit, k.hypothesis) for k in kept):
-                fit, kept, more = prune(fit, kept, say, firm)
-                dropped += more
-        # A slip's course is near enough to find it by, not to read its numbers off; what one that is gone hid counts
-        seen = weighed_beside(fit, [k.hypothesis for k in kept], nominal.model.masks)
-        fit = fit if seen is fit else with_noise(seen)
-        fit = converged(fit) if kept else fit
-        kept, left = together(fit, kept), []
-    except OutOfTime:
-        pass  # what is in `fit` and `kept` goes together whenever a step is stopped
-    return Selection(fit, tuple(kept), (*rejected, *dropped), tuple(left))
-
-
 def laws_of_filters(fit: Fit) -> list[str]:
     """Return the noise levels of filters' laws, which have settled once the filter is in.
 
@@ -136,4 +86,166 @@ def laws_of_filters(fit: Fit) -> list[str]:
     return law_levels(fit, [h for h in fit.model.hypotheses if h.effect.filters])
 
 
-__all__ = ["Selection", "candidates", "select"]
+def on_finer_knots(state: SearchState) -> SearchState:
+    """Return the state on as many knots as its effects ask for, and what was certain before they became more."""
+    fine = finer(state.fit)
+    return state if fine is state.fit else replace(state, fit=fine, firm=tuple(firmly(state.fit, state.kept)))
+
+
+def searched_anew(state: SearchState) -> SearchState:
+    """Return the state from which the search goes on without the states that were dropped, where much is left.
+
+    An effect with states that is dropped in the end hid what it stood for: a filter of both triples took what a soft
+    mount did (1,591 nat for 1,257), and was none once a scale and a drift were in.
+    """
+    hollow = {kind(h) for h, _ in state.dropped if h.effect.states}
+    if not (hollow and suspicious(state.fit)):
+        return state
+    tell("searching anew without what was none")
+    rest = tuple(h for h in state.everything if kind(h) not in hollow)
+    return replace(state, everything=rest, rounds=RoundMemory(), weighed=None)
+
+
+def settled_laws(state: SearchState) -> SearchState:
+    """Return the state with the noise of springs' and filters' laws estimated to the end."""
+    if not state.fit.model.tilts:
+        return state
+    tell("settling springs and dampers")
+    return replace(state, fit=with_tight_laws(with_noise(state.fit, SETTLED, laws_of_filters(state.fit))))
+
+
+def weighed_moments(state: SearchState) -> SearchState:
+    """Return the state in whose fit the moments in which effects act count as much as they tell.
+
+    A slip's course is near enough to find it by, not to read its numbers off; what one that is gone hid counts again.
+    """
+    seen = weighed_beside(state.fit, [k.hypothesis for k in state.kept], state.sound)
+    return state if seen is state.fit else replace(state, fit=with_noise(seen))
+
+
+def solved(state: SearchState) -> SearchState:
+    """Return the state with its fit solved to the end, where it has any effect."""
+    return replace(state, fit=converged(state.fit)) if state.kept else state
+
+
+def gained_together(state: SearchState) -> SearchState:
+    """Return the state whose laws of friction are judged together, where there are several."""
+    kept = together(state.fit, state.kept)
+    return state if kept is state.kept else state.changed(state.fit, kept)
+
+
+def another_round(state: SearchState) -> bool:
+    """Return whether there is room for another effect, and something left to ask."""
+    return state.rounds.again and len(state.kept) < MOST
+
+
+def came_in(state: SearchState) -> bool:
+    """Return whether an effect came in with the last round."""
+    return state.rounds.came
+
+
+def rubs(state: SearchState) -> bool:
+    """Return whether a law of friction came in with the last round."""
+    return state.rounds.came and any(k.hypothesis.effect.friction for k in state.came)
+
+
+def came_late(state: SearchState) -> bool:
+    """Return whether a clock's offset came in with the last round."""
+    return state.rounds.late
+
+
+def unnatural(state: SearchState) -> bool:
+    """Return whether the settled laws left an effect with numbers that nature does not know."""
+    return bool(state.fit.model.tilts) and not all(natural(state.fit, k.hypothesis) for k in state.kept)
+
+
+DROP_NEEDLESS = Rule("drop", Drop(), when=changed)
+ADD_ROUNDS = Repeat(
+    (
+        Rule("add", Add()),
+        Rule("rival-for-effect", RivalForEffect(), when=came_in),
+        Rule("filter-of-one-triple", FilterOfOneTriple(), when=came_in),
+        Rule("friction-mixture", FrictionMixture(), when=rubs),
+        Rule("renew-quick-filters", RenewQuickFilters(), when=came_late),
+        Rule("quick-filter-for-clock", ClockToFilter(splines=False), when=came_late),
+    ),
+    again=another_round,
+)
+STAGES = (
+    Stage(
+        FURTHER,
+        (
+            Rule("backlash-for-clocks", ClocksToBacklash()),
+            Rule("quick-filter-for-clock", ClockToFilter(splines=False)),
+            ADD_ROUNDS,
+        ),
+    ),
+    Stage(
+        WITHOUT,
+        (
+            Rule("finer-knots", Step("more knots", on_finer_knots)),
+            DROP_NEEDLESS,
+            Rule("search-anew", Step("the search anew", searched_anew)),
+            ADD_ROUNDS,
+            DROP_NEEDLESS,
+            Rule("rounded-states", RoundedStates()),
+            DROP_NEEDLESS,
+        ),
+    ),
+    Stage(
+        OTHERWISE,
+        (
+            Rule("friction-mixture", FrictionMixture()),
+            DROP_NEEDLESS,
+            Rule("merge", Merge()),
+            DROP_NEEDLESS,
+            Rule("renew-quick-filters", RenewQuickFilters()),
+            Rule("filter-for-clock", ClockToFilter()),
+            DROP_NEEDLESS,
+        ),
+    ),
+    Stage(
+        SETTLING,
+        (
+            Rule("settle-noise", Step("noise levels", lambda s: replace(s, fit=with_settled_noise(s.fit)))),
+            Rule("settle-laws", Step("noise of laws", settled_laws)),
+            Rule("drop", Drop(), when=unnatural),
+            Rule("mask-moments", Step("moments of effects", weighed_moments)),
+            Rule("converge", Step("the last digits", solved)),
+            Rule("friction-together", Step("friction judged together", gained_together)),
+        ),
+    ),
+)
+"""The search from its first rule to its last. The second `ADD_ROUNDS` do nothing unless the search began anew."""
+GIVING_WAY = (Stage(WITHOUT, (DROP_NEEDLESS,)),)
+"""Where both mounts give way: at least cost springs take in what is not theirs; where they predict best is enough."""
+
+
+def select(
+    nominal: Fit,
+    rounding: Mapping[str, float] | None = None,
+    use: RuleUse | None = None,
+) -> Selection:
+    """Return the effects that the recording needs.
+
+    Args:
+        nominal: the motion, with what was in the model from the start.
+        rounding: nat that a state may gain of it, by place.
+        use: the rules that may be applied, and where it is noted which changed something; None: all rules.
+
+    Returns:
+        What was found; where the time limit stops the search, what it has by then and what was not tried.
+    """
+    begun = SearchState(
+        nominal,
+        tuple(Kept.unjudged(h) for h in nominal.model.judged),
+        tuple(candidates(nominal.model)),
+        rounding=rounding or {},
+        use=use or RuleUse(),
+        sound=nominal.model.masks,
+    )
+    found = search(begun, GIVING_WAY if gives_way(nominal) else STAGES)
+    return Selection(found.fit, found.kept, (*found.refused, *found.dropped), found.not_tried)
+
+
+__all__ = ["STAGES", "Selection", "candidates", "select"]

@@ -24,9 +24,10 @@ from imubench.diagnosis.residual_checks.implausible import implausible_places, l
 from imubench.diagnosis.residual_checks.localize import locate, shares
 from imubench.diagnosis.residual_checks.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Parameter, Rejected, Where
+from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.search.confidence import confidence, nameless
 from imubench.diagnosis.search.moves.drop import price_of_dropping
-from imubench.diagnosis.search.moves.swap_for_term import swapped_for_terms
+from imubench.diagnosis.search.moves.swap_for_term import TermSwaps, swapped_for_terms
 from imubench.diagnosis.search.moves.term_rivals import MUCH
 from imubench.diagnosis.search.nonlinear_spring import (
     left_by,
@@ -52,37 +53,55 @@ class Unknowns:
     doubted: tuple[Hypothesis, ...]  # names that something without one explains as well
 
 
-def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] = lambda _: None) -> Unknowns:
+def unknowns(
+    fit: Fit,
+    where: Sequence[Where] = (),
+    say: Callable[[str], None] = lambda _: None,
+    use: RuleUse | None = None,
+) -> Unknowns:
     """Return what a fit with all its named effects leaves unexplained, with terms for it in the model.
 
     `where` says where the nominal fit's residuals were; it serves where no term is found for what is left. Beside
     mounts that give way otherwise than straight springs do, terms would take in what these leave, and are not asked.
+    `use` has the rules that may be applied; None: all.
     """
+    use = use or RuleUse()
     if gives_way(fit):
         loose = unheld(fit)
         return Unknowns(tuple(left_by(h, fit) for h in loose), fit, tuple(loose))
-    springs, unsure = nonlinear_springs(fit, say)
-    held = swapped_for_terms(with_pooled_noise(springs[-1].fit if springs else fit), say)
+    springs, unsure = nonlinear_springs(fit, say) if use.on("nonlinear-springs") else ([], {})
+    use.holds("nonlinear-springs", lambda: bool(springs or unsure))
+    fit = with_pooled_noise(springs[-1].fit if springs else fit)
+    held = swapped_for_terms(fit, say) if use.on("term-for-effects") else TermSwaps([], fit, ())
+    use.holds("term-for-effects", lambda: bool(held.terms or held.doubted or held.likely))
     found, fit = held.terms, held.fit
-    while len(found) < MOST:
+    while use.on("add-term") and len(found) < MOST:
         say("looking for something without a name")
         best = best_term(with_pooled_noise(fit))
         if best is None:
             break
         found.append(best)
-        fit = superseded(fit, best, [f.term for f in found], say)
+        use.fires("add-term")
+        before, fit = fit, best.fit
+        if use.on("drop-superseded"):
+            fit = superseded(before, best, [f.term for f in found], say)
+        if fit is not best.fit:
+            use.fires("drop-superseded")
     out = [nonlinear_finding(b) for b in springs]
     for f in found:
         if f.term.at not in {o.at for o in out}:
             out.append(finding(f))
     out += [instead_of(*one) for one in held.likely if one[0].term.at not in {o.at for o in out}]
-    out += [f for f in suspected_findings(unsure, fit) if f.at not in {o.at for o in out}]
-    loose = [h for h in unheld(fit) if h.at not in {o.at for o in out}]
+    bent = [f for f in suspected_findings(unsure, fit) if f.at not in {o.at for o in out}]
+    out += use.those("suspected-springs", lambda: bent)
+    loose = use.those("springs-leave-much", lambda: [h for h in unheld(fit) if h.at not in {o.at for o in out}])
     out += [left_by(h, fit) for h in loose]
-    out += [lawless(at, where) for at in sorted(implausible_places(fit) - {o.at for o in out})]
-    out += [] if out else off_its_equation(fit)
-    noisy = excess_noise(fit, where, {f.at for f in out})
-    sunk = negligible_names(fit, say) if any(f.effect == UNKNOWN for f in noisy) else []
+    odd = use.those("implausible-place", lambda: sorted(implausible_places(fit) - {o.at for o in out}))
+    out += [lawless(at, where) for at in odd]
+    out += [] if out else use.those("off-its-equation", lambda: off_its_equation(fit))
+    noisy = use.those("excess-noise", lambda: list(excess_noise(fit, where, {f.at for f in out})))
+    strange = any(f.effect == UNKNOWN for f in noisy)
+    sunk = use.those("negligible-names", lambda: negligible_names(fit, say)) if strange else []
     return Unknowns((*out, *noisy), fit, (*held.doubted, *unsure, *loose, *sunk))
 
 

@@ -6,8 +6,9 @@ followed by the motion, and a law leaves the motion less freedom to follow noise
 left-out data and those freedoms (a mount of 12 Hz that was worth 404 nat, a series 96, lost 49 and spared 644).
 """
 
-from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -19,43 +20,73 @@ from imubench.diagnosis.criteria.trial import MOST, TRIED, Kept, Trial
 from imubench.diagnosis.discrepancy.terms import SERIES, Unknown
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.admission import Refused
+from imubench.diagnosis.search.loop import Rule
 from imubench.diagnosis.search.moves.add_dynamic import MORE
-from imubench.diagnosis.search.moves.drop import SPLINES, prune
+from imubench.diagnosis.search.moves.drop import SPLINES
 from imubench.diagnosis.search.moves.dynamic_refits import ROUNDS, refit_from_screening
+from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.search.moves.term_rivals import NEARLY
-from imubench.diagnosis.search.selection import Selection, candidates
+from imubench.diagnosis.search.selection import DROP_NEEDLESS, Selection, candidates
 from imubench.diagnosis.search.unknown import Unknowns
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit, refit_without
+from imubench.progress import tell
 
 
-def named_by_law(selection: Selection, strange: Unknowns, say: Callable[[str], None] = lambda _: None) -> Selection:
-    """Return the selection, with the filter or the spring that is worth more than a series of `strange`, if one is.
+@dataclass(frozen=True)
+class LawForSeries:
+    """The filter or the spring that is worth more than a series without a name at its IMU.
 
     Beside a pose whose errors wander a series is theirs, and so would be a law's (a filter of 825 nat, and no offset).
-    What the series took the place of is not in the way, and comes back where it is worth something beside the law: of a
-    gyroscope's filter of 0.34 ms half was a clock's offset.
+    What the series took the place of is not in the way, and comes back to be weighed beside the law: of a gyroscope's
+    filter of 0.34 ms half was a clock's offset.
     """
-    gone = [h for h in selection.fit.model.hypotheses if h not in strange.fit.model.hypotheses]
-    back = [h for h in gone if not h.effect.states]
-    for term in strange.fit.model.hypotheses if not selection.fit.model.wander else ():
-        if isinstance(term.effect, Unknown) and term.effect.term.goes_with in SERIES and len(selection.kept) < MOST:
-            say(f"looking whether a law says what {term.name} is")
-            fit = with_noise(refit_without(selection.fit, gone)) if gone else selection.fit
-            best = by_law(fit, term.at)
-            if best is None or best.evidence < SPLINES:
-                continue
-            won = heldout_gain(fit, best.fit, np.random.default_rng(SEED))
-            if won.low > aic_gain_and_freedoms(fit, best.fit)[1] and as_good(best, won, fit, with_series(fit, term)):
-                new, now = Kept(best.hypothesis, best.evidence, won, ()), best.fit
-                dropped: Refused = []
-                kept = [k for k in (*selection.kept, new) if k.hypothesis not in gone or k.hypothesis in back]
-                if back:
-                    now, kept, dropped = prune(with_noise(refit(now, (*now.model.hypotheses, *back))), kept, say)
-                selection = Selection(now, tuple(kept), (*selection.rejected, *dropped))
-    return selection
+
+    term: Hypothesis  # the series
+    gone: tuple[Hypothesis, ...]  # effects that something without a name took the place of
+
+    def propose(self, state: SearchState) -> Proposals:
+        """Yield the best law in the place of the series."""
+        if len(state.kept) >= MOST:
+            return
+        tell(f"looking whether a law says what {self.term.name} is")
+        gone = tuple(h for h in self.gone if h in state.fit.model.hypotheses)
+        fit = with_noise(refit_without(state.fit, gone)) if gone else state.fit
+        best = by_law(fit, self.term.at)
+        if best is None:
+            return
+
+        won = cache(lambda: heldout_gain(fit, best.fit, np.random.default_rng(SEED)))
+
+        def after(_: Gain | None) -> SearchState:
+            new, now = Kept(best.hypothesis, best.evidence, won(), ()), best.fit
+            back = tuple(h for h in gone if not h.effect.states)
+            kept = [k for k in (*state.kept, new) if k.hypothesis not in gone or k.hypothesis in back]
+            if back:
+                return state.changed(with_noise(refit(now, (*now.model.hypotheses, *back))), kept)
+            return replace(state.changed(now, kept), weighed=now)
+
+        yield Proposal(
+            f"{best.hypothesis.name} in the place of {self.term.name}",
+            after,
+            (
+                Above(lambda: best.evidence, SPLINES, reached=True),
+                Above(lambda: won().low - aic_gain_and_freedoms(fit, best.fit)[1], 0.0),
+                Holds(lambda: as_good(best, won(), fit, with_series(fit, self.term))),
+            ),
+        )
+
+
+def laws_for_series(chosen: Selection, strange: Unknowns) -> list[Rule]:
+    """Return the rules that hold each series without a name against laws, and then ask what is needed beside one."""
+    gone = tuple(h for h in chosen.fit.model.hypotheses if h not in strange.fit.model.hypotheses)
+    if chosen.fit.model.wander:
+        return []
+    terms = [
+        h for h in strange.fit.model.hypotheses if isinstance(h.effect, Unknown) and h.effect.term.goes_with in SERIES
+    ]
+    return [rule for h in terms for rule in (Rule("law-for-series", LawForSeries(h, gone)), DROP_NEEDLESS)]
 
 
 def as_good(best: Trial, won: Gain, fit: Fit, series: Fit) -> bool:
@@ -99,4 +130,4 @@ def with_series(fit: Fit, term: Hypothesis) -> Fit:
     return with_noise(refit(fit, (*fit.model.hypotheses, term), steps=4), 2)
 
 
-__all__ = ["named_by_law"]
+__all__ = ["LawForSeries", "laws_for_series"]

@@ -7,8 +7,7 @@ logarithm of their number. One that comes near the term without taking its place
 as the recording tells: its equal.
 """
 
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,39 +19,50 @@ from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Rejected
-from imubench.diagnosis.search.moves.drop import prune
-from imubench.diagnosis.search.selection import Selection, candidates
+from imubench.diagnosis.search.loop import Rule
+from imubench.diagnosis.search.moves.move import Foretells, Proposal, Proposals, SearchState, told
+from imubench.diagnosis.search.selection import DROP_NEEDLESS, Selection, candidates
 from imubench.diagnosis.search.unknown import Unknowns
 from imubench.diagnosis.solve.refit import refit, refit_without
 from imubench.diagnosis.solve.schur import Base
+from imubench.progress import tell
 
 
-def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], None] = lambda _: None) -> Selection:
-    """Return the selection, with the effect that explains as much as a term of `strange` at its IMU, if one does.
+@dataclass(frozen=True)
+class EffectForTerm:
+    """The effect that explains as much as something without a name at its IMU, as small as it is.
 
     It may be what another one stood for, which then goes: an accelerometer's scale came in at the other IMU while a
     filter was at the wrong one, and there it was nothing beside the scale that a term was.
     """
-    terms = [h for h in strange.fit.model.hypotheses if isinstance(h.effect, Unknown)]
-    for term in terms:
-        if len(selection.kept) == MOST:
-            break
-        say(f"looking whether an effect is as small as {term.name}")
-        fit = selection.fit
-        every, taken = candidates(fit.model), {h.name for h in fit.model.hypotheses}
-        likely = [h for h in every if h.at == term.at and nearly_straight(h) and h.name not in taken]
-        nat = scores_at_size(Base.of(fit), [term, *likely])
-        best = max(likely, key=lambda h: nat[h], default=term)
-        if best is term or nat[best][0] < max(nat[term][0], NEEDED + np.log(len(every))):
-            continue
+
+    term: Hypothesis
+
+    def propose(self, state: SearchState) -> Proposals:
+        """Yield the best effect that is nearly straight in its numbers."""
+        if len(state.kept) == MOST:
+            return
+        tell(f"looking whether an effect is as small as {self.term.name}")
+        fit, every = state.fit, candidates(state.fit.model)
+        likely = [h for h in every if h.at == self.term.at and nearly_straight(h) and h.name not in state.names]
+        nat = scores_at_size(Base.of(fit), [self.term, *likely])
+        best = max(likely, key=lambda h: nat[h], default=self.term)
         worth, size = nat[best]
+        if best is self.term or worth < max(nat[self.term][0], NEEDED + np.log(len(every))):
+            return
         small = replace(best, effect=best.effect.as_large(size))
         better = with_noise(refit(fit, (*fit.model.hypotheses, small)))
-        won = heldout_gain(fit, better, np.random.default_rng(SEED))
-        if won.foretells():
-            fit, kept, dropped = prune(better, [*selection.kept, Kept(small, worth, won, ())], say)
-            selection = Selection(fit, tuple(kept), (*selection.rejected, *dropped))
-    return selection
+        yield Proposal(
+            f"{best.name} in the place of {self.term.name}",
+            lambda won: state.changed(better, [*state.kept, Kept(small, worth, told(won), ())]),
+            (Foretells(lambda: heldout_gain(fit, better, np.random.default_rng(SEED))),),
+        )
+
+
+def effects_for_terms(_: Selection, strange: Unknowns) -> list[Rule]:
+    """Return the rules that hold each thing without a name against effects, and then ask what is needed beside one."""
+    terms = [h for h in strange.fit.model.hypotheses if isinstance(h.effect, Unknown)]
+    return [rule for h in terms for rule in (Rule("effect-for-term", EffectForTerm(h)), DROP_NEEDLESS)]
 
 
 def with_equals(strange: Unknowns) -> Unknowns:
@@ -76,4 +86,4 @@ def nearly_straight(h: Hypothesis) -> bool:
     return not h.effect.states and not h.effect.grid(1.0) and all(p.unit != "Hz" for p in h.effect.parameters)
 
 
-__all__ = ["named_by_size", "with_equals"]
+__all__ = ["EffectForTerm", "effects_for_terms", "with_equals"]

@@ -18,6 +18,7 @@ from imubench.diagnosis.search.moves.dynamic_refits import (
     refit_beside,
     refit_from_screening,
 )
+from imubench.diagnosis.search.moves.move import Promises
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.subset import excerpt, loudest
@@ -31,16 +32,13 @@ SHORT = 0.5  # of what a screening promised: springs that are worth less are beg
 HOPELESS = -150.0  # nat: from a refit worth less no softer start leads anywhere (of 14, one from -185 to -42)
 TWICE = 2  # refits that were worth nothing
 
-Vain = dict[str, list[float]]
-"""What effects with states promised, in nat by name, each time that they were refitted for nothing."""
-
 
 def state_trials(
     fit: Fit,
     stateful: list[Hypothesis],
     say: Callable[[str], None],
     least: float = NEEDED,
-    vain: Vain | None = None,
+    vain: Promises | None = None,
 ) -> list[Trial]:
     """Return refits with effects that have a life of their own, best evidence first; none where none is needed.
 
@@ -82,7 +80,7 @@ def state_trials(
     return [on_all, *rest]
 
 
-def worth_asking(one: Screened, vain: Vain) -> bool:
+def worth_asking(one: Screened, vain: Promises) -> bool:
     """Return whether a screened effect was not refitted for nothing often enough, or promises more than it did."""
     promised = vain.get(one.hypothesis.name, [])
     return len(promised) < TWICE or one.evidence > max(promised)
@@ -178,4 +176,4 @@ def _left_for_two(single: list[tuple[Trial, list[Screened]]], some: list[Screene
     return any(s.evidence > least for s in screen(best.fit, [h for h in names if h != best.hypothesis]))
 
 
-__all__ = ["MORE", "SHORT", "Vain", "explained", "state_trials"]
+__all__ = ["MORE", "SHORT", "explained", "state_trials"]

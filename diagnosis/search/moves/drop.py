@@ -1,79 +1,98 @@
 """Backward deletion: what the fit can do without."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import SEED, predicted
+from imubench.diagnosis.criteria.cross_validation import SEED, Gain, predicted
 from imubench.diagnosis.criteria.dynamic_aic import tightened
 from imubench.diagnosis.criteria.trial import NEEDED, SCREENED, Kept
 from imubench.diagnosis.noise.coloured import off_none, parameter_std
 from imubench.diagnosis.noise.nominal import rougher
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis, linear_in
+from imubench.diagnosis.search.moves.move import Above, Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, information, refit_without
 from imubench.diagnosis.solve.subset import excerpt, loudest
+from imubench.progress import tell
 
 CERTAIN = 30.0  # nat that an effect is worth without looking closer
 DELAYS = 3.0  # of its standard deviations, that a filter's delay must be
 SPLINES = 15.0  # nat that an effect with a life of its own must be worth
 
 
-def prune(
-    fit: Fit, kept: list[Kept], say: Callable[[str], None], firm: Collection[Hypothesis] = ()
-) -> tuple[Fit, list[Kept], list[tuple[Hypothesis, float]]]:
-    """Return the fit without the effects that it no longer needs, weakest first; no colour of noise was what is `firm`.
+class Drop:
+    """The fit without the effects that it no longer needs, weakest first; no colour of noise was what is `firm`.
 
-    What is dropped, and what it was worth, is the last.
+    What an effect is worth is asked anew, and known from then on, whether anything is dropped or not.
     """
-    dropped: list[tuple[Hypothesis, float]] = []
-    while True:
-        covariance, std = information(fit)
-        kept, losable = weakest(fit, kept, covariance, say)
-        if not losable:
-            kept = in_colour(fit, kept, covariance, std, firm)
-            losable = weakest_in_colour(fit, kept, say)
-        if not losable:
-            return fit, kept, dropped
-        k, without = losable
-        dropped.append((k.hypothesis, k.evidence if np.isfinite(k.evidence) else 0.0))  # not natural: worth nothing
-        kept = [other for other in kept if other.hypothesis != k.hypothesis]
-        fit = with_noise(without, 2)
+
+    def propose(self, state: SearchState) -> Proposals:
+        """Yield the fit without its weakest effect; where that stays, without what the noise's colour may be."""
+        while state.kept:
+            covariance, std = information(state.fit)
+            kept, losable = weakest(state.fit, state.kept, covariance)
+            if losable is not None:
+                k, without = losable
+                answer = yield without_one(state, kept, k, without, -spare(k, without))
+                state = answer.state
+                if answer.accepted:
+                    continue
+            kept = in_colour(state.fit, kept, covariance, std, state.firm)
+            k = min(kept, key=lambda k: k.evidence)
+            if k.evidence <= NEEDED:
+                tell(f"doing without {k.hypothesis.name}, which the noise's colour may be")
+            answer = yield without_one(state, kept, k, None, NEEDED - k.evidence)
+            state = answer.state
+            if not answer.accepted:
+                return
 
 
-def weakest(
-    fit: Fit, kept: list[Kept], covariance: Array, say: Callable[[str], None]
-) -> tuple[list[Kept], tuple[Kept, Fit] | None]:
-    """Return the effects with what they are worth now, and the weakest one to spare with the fit without it."""
+def without_one(state: SearchState, kept: Sequence[Kept], k: Kept, without: Fit | None, too_little: float) -> Proposal:
+    """Return the proposal to do without an effect that is worth `too_little`, in nat; 0 where just so much.
+
+    Where it stays, the state knows what each of `kept` is worth. `without` is the fit without it, None where that is
+    still to be made.
+    """
+    worth = k.evidence if np.isfinite(k.evidence) else 0.0  # not natural: worth nothing
+    weighed = replace(state, kept=tuple(kept), weighed=state.fit)
+
+    def after(_: Gain | None) -> SearchState:
+        fit = _without(state.fit, k.hypothesis) if without is None else without
+        return weighed.without(((k.hypothesis, worth),), with_noise(fit, 2))
+
+    return Proposal(f"without {k.hypothesis.name}", after, (Above(lambda: too_little, 0.0, reached=True),), weighed)
+
+
+def changed(state: SearchState) -> bool:
+    """Return whether the fit is another than when it was last asked what it can do without."""
+    return state.fit is not state.weighed
+
+
+def weakest(fit: Fit, kept: Sequence[Kept], covariance: Array) -> tuple[list[Kept], tuple[Kept, Fit] | None]:
+    """Return the effects with what they are worth now, and the weakest one with the fit without it.
+
+    None where that is worth so much that it was not fitted, or is the only one and was judged already.
+    """
     if len(kept) <= 1 and all(NEEDED < k.evidence < np.inf and natural(fit, k.hypothesis) for k in kept):
-        return kept, None
+        return list(kept), None
     judged = []
     for k in kept:
-        say(f"trying to do without {k.hypothesis.name}")
+        tell(f"trying to do without {k.hypothesis.name}")
         if natural(fit, k.hypothesis):
             loss, without = lost_without(fit, k, covariance)
         else:
             loss, without = -np.inf, _without(fit, k.hypothesis)
         judged.append((_judged(replace(k, evidence=loss), without, fit), without))
     k, without = min(judged, key=lambda x: spare(*x))
-    losable = (k, without) if without is not None and spare(k, without) <= 0 else None
-    return [k for k, _ in judged], losable
+    return [k for k, _ in judged], None if without is None else (k, without)
 
 
-def weakest_in_colour(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Kept, Fit] | None:
-    """Return the weakest effect that the noise's colour may be, and the fit without it."""
-    k = min(kept, key=lambda k: k.evidence, default=None)
-    if k is None or k.evidence > NEEDED:
-        return None
-    say(f"doing without {k.hypothesis.name}, which the noise's colour may be")
-    return k, _without(fit, k.hypothesis)
-
-
-def firmly(fit: Fit, kept: list[Kept]) -> list[Hypothesis]:
+def firmly(fit: Fit, kept: Sequence[Kept]) -> list[Hypothesis]:
     """Return the effects that are next to linear and certain in noise as coloured as the residuals show.
 
     Asked of a fit before its knots become finer for what rings on its motion: between the samples of a sensor a motion
@@ -87,7 +106,7 @@ def firmly(fit: Fit, kept: list[Kept]) -> list[Hypothesis]:
 
 
 def in_colour(
-    fit: Fit, kept: list[Kept], covariance: Array, std: dict[str, Array], firm: Collection[Hypothesis] = ()
+    fit: Fit, kept: Sequence[Kept], covariance: Array, std: dict[str, Array], firm: Collection[Hypothesis] = ()
 ) -> list[Kept]:
     """Return the effects with the evidence that they have where the noise is as coloured as the residuals show.
 
@@ -99,7 +118,7 @@ def in_colour(
     """
     linear = [k for k in kept if linear_in(k.hypothesis) and k.hypothesis not in firm]
     if not linear:
-        return kept
+        return list(kept)
     wider = np.ones(len(covariance))
     for name, coloured in parameter_std(fit).items():
         wider[fit.model.parameters.columns(name)] = np.maximum(coloured / std[name], 1.0)

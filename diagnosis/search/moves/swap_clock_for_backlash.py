@@ -5,7 +5,6 @@ shape than backlash: begun there its fit ended at 0.018 rad for 0.042, its law b
 against the offsets of all clocks, and begun without them: 5,400 nat more than both offsets.
 """
 
-from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
@@ -18,29 +17,41 @@ from imubench.diagnosis.criteria.trial import NEEDED, Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
+from imubench.diagnosis.search.moves.move import Above, Foretells, Holds, Proposal, Proposals, SearchState, told
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import possible
+from imubench.progress import tell
 
 
-def clocks_to_backlash(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
-    """Return the fit and its effects, with backlash in the place of every clock's offset if that is worth more."""
-    clocks = [k for k in kept if k.hypothesis.effect.late_by]
-    asked = [Hypothesis(effect, at) for effect, at in possible(fit.model.recording) if effect.acts("encoder")]
-    if len(clocks) < len(fit.model.recording.imus) or not asked:
-        return fit, kept
-    others = [k for k in kept if k not in clocks]
-    say(f"trying {asked[0].name} in the place of {' and '.join(k.hypothesis.name for k in clocks)}")
-    with suppress(NotPositiveDefiniteError):
-        bare = with_noise(refit(fit, tuple(k.hypothesis for k in others)))
-        trial = refit_from_screening(bare, screen(bare, asked))
-        if holds_its_law(trial) and aic_gain(fit, trial.fit) > NEEDED:
-            won = heldout_gain(bare, trial.fit, np.random.default_rng(SEED))
-            if won.foretells():
-                passed = tuple(Passed(k.hypothesis, k.evidence) for k in clocks)
-                return trial.fit, [*others, Kept(trial.hypothesis, trial.evidence, won, passed)]
-    return fit, kept
+class ClocksToBacklash:
+    """Backlash in the place of every clock's offset, if that is worth more."""
+
+    def propose(self, state: SearchState) -> Proposals:
+        """Yield the fit with backlash instead, where every clock but one has an offset."""
+        fit, kept = state.fit, state.kept
+        clocks = [k for k in kept if k.hypothesis.effect.late_by]
+        asked = [Hypothesis(effect, at) for effect, at in possible(fit.model.recording) if effect.acts("encoder")]
+        if len(clocks) < len(fit.model.recording.imus) or not asked:
+            return
+        others = [k for k in kept if k not in clocks]
+        what = f"{asked[0].name} in the place of {' and '.join(k.hypothesis.name for k in clocks)}"
+        tell(f"trying {what}")
+        with suppress(NotPositiveDefiniteError):
+            bare = with_noise(refit(fit, tuple(k.hypothesis for k in others)))
+            trial = refit_from_screening(bare, screen(bare, asked))
+            passed = tuple(Passed(k.hypothesis, k.evidence) for k in clocks)
+            yield Proposal(
+                what,
+                lambda won: state.changed(
+                    trial.fit, [*others, Kept(trial.hypothesis, trial.evidence, told(won), passed)]
+                ),
+                (
+                    Holds(lambda: holds_its_law(trial)),
+                    Above(lambda: aic_gain(fit, trial.fit), NEEDED),
+                    Foretells(lambda: heldout_gain(bare, trial.fit, np.random.default_rng(SEED))),
+                ),
+            )
 
 
-__all__ = ["clocks_to_backlash"]
+__all__ = ["ClocksToBacklash"]

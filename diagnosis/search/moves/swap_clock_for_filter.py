@@ -9,9 +9,9 @@ again from the motion that the filter leaves. Of 9.4 Hz and 2,470 bounds a filte
 of 9.07 beside a clock 0.58 ms late.
 """
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,10 +24,13 @@ from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Kept, Passed,
 from imubench.diagnosis.noise.nominal import rougher
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended, refit
 from imubench.effects import VARIANTS, delay_law
+from imubench.effects.effect import Effect
+from imubench.progress import tell
 from imubench.recording import Imu
 
 ROUNDS = 2  # of noise levels
@@ -35,67 +38,108 @@ FASTEST = 5.0  # times the rate: a filter beyond is a delay
 AGAIN = 3  # times at most that what a quick filter does beside delaying is taken again
 
 
-def clock_to_quick_filter(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
-    """Return the fit and its effects, a clock's offset changed for a filter far quicker than the motion if better."""
-    return clock_to_filter(fit, kept, say, splines=False)
+@dataclass(frozen=True)
+class ClockToFilter:
+    """A filter in the place of a clock's offset among the effects, if that is better.
 
-
-def clock_to_filter(
-    fit: Fit, kept: list[Kept], say: Callable[[str], None], splines: bool = True
-) -> tuple[Fit, list[Kept]]:
-    """Return the fit and its effects, a clock's offset among them changed for a filter if that is better.
-
-    Quick filters that are there already are taken again from the motion that all effects leave.
     Where much is left unexplained a filter's splines would take of that: there it must explain what is left as well.
-    Without `splines` only filters are tried that have none. One that is neither better nor worse, or better only
-    beside a motion as smooth, ties with the offset.
+    Without `splines` only filters are tried that have none, far quicker than the motion. One that is neither better nor
+    worse, or better only beside a motion as smooth, ties with the offset.
     """
-    fit, kept = renewed(fit, kept)
-    k = next((k for k in kept if k.hypothesis.effect.late_by), None)
-    slow = k and late(fit, k.hypothesis)
-    if k is None or not slow or fit.model.wander:  # a pose whose errors last was smoothed: it is no ruler for a filter
-        return fit, kept
-    puzzling = misfit(fit) > UNEXPLAINED
-    rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
-    settled = at_the_late(fit, k.hypothesis, *slow)
-    if settled is None:
-        return fit, kept
-    moved = replace(k, hypothesis=replace(k.hypothesis, at=slow[0].name))
-    cutoff = 1 / (2 * np.pi * max(slow[1], 1e-9))
-    known = quick(settled, *slow) if cutoff < FASTEST * slow[0].rate else None
-    stateful = [e for e in VARIANTS if e.filters and cutoff < slow[0].rate and (e.variant or not known)]
-    effects = ([known] if known else []) + (stateful if splines else [])
-    if not effects:
-        return fit, kept
-    fit, k, kept = settled, moved, [moved if other is k else other for other in kept]
-    plain = rougher(fit)
-    tries: list[Trial] = []
-    ties: list[Passed] = []
-    for effect in effects:
-        h = Hypothesis(effect, slow[0].name)
-        say(f"trying {h.name} in the place of {k.hypothesis.name}")
-        with suppress(NotPositiveDefiniteError):
-            tried = _with(fit, rest, h, {h.key("cutoff"): np.array([np.log(cutoff)])})
-            tried, h = taken_again(tried, h) if effect is known else (tried, h)
-            smooth, rough = gains((fit, plain), tried)
-            tries.append(Trial(h, tried, min(smooth, rough)))
-            ties += [Passed(h, tries[-1].evidence)] if max(smooth, rough) > -LIKE else []
-    best = max(tries, key=lambda t: t.evidence, default=None)
-    if best is None or best.evidence <= NEEDED or (puzzling and misfit(best.fit) > UNEXPLAINED):
-        tied = k if puzzling else replace(k, ties=tuple(ties))
-        return fit, [tied if other is k else other for other in kept]
-    rivals = (Passed(k.hypothesis, k.evidence), *k.rivals)
-    new = replace(k, hypothesis=best.hypothesis, evidence=k.evidence + best.evidence, rivals=rivals)
-    return best.fit, [new if other is k else other for other in kept]
+
+    splines: bool = True
+
+    def propose(self, state: SearchState) -> Proposals:
+        """Yield the best filter; then, in its place, the offset at the IMU that is late, and what ties with it."""
+        fit, kept = state.fit, state.kept
+        k = next((k for k in kept if k.hypothesis.effect.late_by), None)
+        slow = k and late(fit, k.hypothesis)
+        if k is None or not slow or fit.model.wander:  # a pose whose errors last was smoothed: no ruler for a filter
+            return
+        puzzling = misfit(fit) > UNEXPLAINED
+        rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
+        settled = at_the_late(fit, k.hypothesis, *slow)
+        if settled is None:
+            return
+        moved = replace(k, hypothesis=replace(k.hypothesis, at=slow[0].name))
+        known, effects = filters(settled, *slow, self.splines)
+        if not effects:
+            return
+        tries, ties = self.tried(settled, rest, moved.hypothesis, slow, known, effects)
+        best = max(tries, key=lambda t: t.evidence, default=None)
+        if best is not None:
+            new = replace(
+                moved,
+                hypothesis=best.hypothesis,
+                evidence=k.evidence + best.evidence,
+                rivals=(Passed(moved.hypothesis, k.evidence), *k.rivals),
+            )
+            answer = yield Proposal(
+                f"{best.hypothesis.name} in the place of {moved.hypothesis.name}",
+                state.changed(best.fit, put(new, k, kept)),
+                (Above(lambda: best.evidence, NEEDED), Holds(lambda: not puzzling or misfit(best.fit) <= UNEXPLAINED)),
+            )
+            if answer.accepted:
+                return
+        if settled is not fit or (not puzzling and (ties or k.ties)):
+            tied = moved if puzzling else replace(moved, ties=tuple(ties))
+            yield Proposal(f"{tied.hypothesis.name}, and what ties with it", state.changed(settled, put(tied, k, kept)))
+
+    def tried(
+        self,
+        fit: Fit,
+        rest: tuple[Hypothesis, ...],
+        clock: Hypothesis,
+        slow: tuple[Imu, float],
+        known: Effect | None,
+        effects: Sequence[Effect],
+    ) -> tuple[list[Trial], list[Passed]]:
+        """Return a fit with each filter in the place of a clock's offset, and which of them tie with that."""
+        imu, delay = slow
+        plain = rougher(fit)
+        tries: list[Trial] = []
+        ties: list[Passed] = []
+        for effect in effects:
+            h = Hypothesis(effect, imu.name)
+            tell(f"trying {h.name} in the place of {clock.name}")
+            with suppress(NotPositiveDefiniteError):
+                tried = _with(fit, rest, h, {h.key("cutoff"): np.array([np.log(cutoff_of(delay))])})
+                tried, h = taken_again(tried, h) if effect is known else (tried, h)
+                smooth, rough = gains((fit, plain), tried)
+                tries.append(Trial(h, tried, min(smooth, rough)))
+                ties += [Passed(h, tries[-1].evidence)] if max(smooth, rough) > -LIKE else []
+        return tries, ties
 
 
-def renewed(fit: Fit, kept: list[Kept]) -> tuple[Fit, list[Kept]]:
-    """Return the fit and its effects, quick filters taken again from the motion that all effects leave."""
-    for k in [k for k in kept if k.hypothesis.effect.renewed]:
-        with suppress(NotPositiveDefiniteError):
-            fit, h = taken_again(fit, k.hypothesis)
-            kept = [replace(k, hypothesis=h) if other is k else other for other in kept]
-    return fit, kept
+def filters(fit: Fit, imu: Imu, delay: float, splines: bool) -> tuple[Effect | None, list[Effect]]:
+    """Return the quick filter that delays as an IMU is late, if it is one, and all filters that are tried for it."""
+    cutoff = cutoff_of(delay)
+    known = quick(fit, imu, delay) if cutoff < FASTEST * imu.rate else None
+    stateful = [e for e in VARIANTS if e.filters and cutoff < imu.rate and (e.variant or not known)]
+    return known, [*([known] if known else []), *(stateful if splines else [])]
+
+
+def cutoff_of(delay: float) -> float:
+    """Return the cutoff in Hz of a filter that delays by so many s."""
+    return float(1 / (2 * np.pi * max(delay, 1e-9)))
+
+
+def put(new: Kept, old: Kept, kept: Sequence[Kept]) -> list[Kept]:
+    """Return effects with one in the place of another."""
+    return [new if other is old else other for other in kept]
+
+
+class RenewQuickFilters:
+    """Quick filters that are there, taken again from the motion that all effects leave."""
+
+    def propose(self, state: SearchState) -> Proposals:
+        """Yield the fit with each of them renewed, one after the other, where that gains."""
+        for k in [k for k in state.kept if k.hypothesis.effect.renewed]:
+            with suppress(NotPositiveDefiniteError):
+                fit, h = taken_again(state.fit, k.hypothesis)
+                if fit is not state.fit:
+                    after = state.changed(fit, put(replace(k, hypothesis=h), k, state.kept))
+                    state = (yield Proposal(f"{h.name} from the motion that it leaves", after)).state
 
 
 def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:

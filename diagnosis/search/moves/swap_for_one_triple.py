@@ -6,57 +6,62 @@ its standard deviation at the accelerometer and held it at the gyroscope. The gy
 less, and with the scale 111 more.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-
-import numpy as np
 
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.dynamic_aic import TRIPLES
-from imubench.diagnosis.criteria.trial import MOST, NEEDED, Kept, Passed
+from imubench.diagnosis.criteria.trial import MOST, NEEDED, Kept, Passed, Trial
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add import plain_scores, plain_trials
+from imubench.diagnosis.search.moves.move import Above, Foretells, Proposal, Proposals, SearchState, told
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit
+from imubench.progress import tell
 
 BROKEN = 1.0  # of a law's std, above which the law does not hold
 
 
-def filter_to_one_triple(
-    fit: Fit,
-    kept: list[Kept],
-    everything: Sequence[Hypothesis],
-    rng: np.random.Generator,
-    say: Callable[[str], None],
-) -> tuple[Fit, list[Kept]]:
-    """Return the fit and its effects, a filter changed for one of a triple alone and the best without states beside it.
+class FilterOfOneTriple:
+    """A filter of one triple and the best without states beside it, in the place of a filter of both."""
 
-    Where these two together predict the samples better. `everything` is what could come in.
-    """
-    for k in [k for k in kept if k.hypothesis.effect.filters and len(kept) < MOST]:
-        half = of_one(fit, k.hypothesis, everything)
-        if half is None:
-            continue
-        say(f"trying {half.name} and more in the place of {k.hypothesis.name}")
-        rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
-        with suppress(NotPositiveDefiniteError):
-            begun = {half.key("cutoff"): fit.state.values[k.hypothesis.key("cutoff")]}
-            alone = with_noise(refit(fit, (*rest, half), begun))
-            left = [h for h in everything if h.name not in {o.name for o in alone.model.hypotheses}]
-            tried = plain_trials(alone, plain_scores(alone, left)[1], say, 1)
-            if not tried or tried[0].evidence < NEEDED:
+    def propose(self, state: SearchState) -> Proposals:
+        """Yield both together, for each filter whose law holds at one triple alone."""
+        for k in [k for k in state.kept if k.hypothesis.effect.filters and len(state.kept) < MOST]:
+            fit, half = state.fit, of_one(state.fit, k.hypothesis, state.everything)
+            if half is None:
                 continue
-            both = with_noise(tried[0].fit)
-            won = heldout_gain(alone, both, rng)
-            if won.foretells() and aic_gain(fit, both) > NEEDED:
-                new = replace(k, hypothesis=half, rivals=(Passed(k.hypothesis, k.evidence), *k.rivals))
-                kept = [new if other is k else other for other in kept]
-                kept, fit = [*kept, Kept(tried[0].hypothesis, tried[0].evidence, won, ())], both
-    return fit, kept
+            tell(f"trying {half.name} and more in the place of {k.hypothesis.name}")
+            rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
+            with suppress(NotPositiveDefiniteError):
+                begun = {half.key("cutoff"): fit.state.values[k.hypothesis.key("cutoff")]}
+                alone = with_noise(refit(fit, (*rest, half), begun))
+                left = [h for h in state.everything if h.name not in {o.name for o in alone.model.hypotheses}]
+                tried = plain_trials(alone, plain_scores(alone, left)[1], tell, 1)
+                if tried:
+                    new = replace(k, hypothesis=half, rivals=(Passed(k.hypothesis, k.evidence), *k.rivals))
+                    state = (yield both_instead(state, k, new, alone, tried[0])).state
+
+
+def both_instead(state: SearchState, old: Kept, new: Kept, alone: Fit, beside: Trial) -> Proposal:
+    """Return the proposal of an effect and one beside it in the place of another; `alone` is the fit with the first."""
+    both = beside.fit
+    if beside.evidence >= NEEDED:
+        both = with_noise(beside.fit)
+    kept = [new if other is old else other for other in state.kept]
+    return Proposal(
+        f"{new.hypothesis.name} and {beside.hypothesis.name} in the place of {old.hypothesis.name}",
+        lambda won: state.changed(both, [*kept, Kept(beside.hypothesis, beside.evidence, told(won), ())]),
+        (
+            Above(lambda: beside.evidence, NEEDED, reached=True),
+            Foretells(lambda: heldout_gain(alone, both, state.random)),
+            Above(lambda: aic_gain(state.fit, both), NEEDED),
+        ),
+    )
 
 
 def of_one(fit: Fit, h: Hypothesis, everything: Sequence[Hypothesis]) -> Hypothesis | None:
@@ -70,4 +75,4 @@ def of_one(fit: Fit, h: Hypothesis, everything: Sequence[Hypothesis]) -> Hypothe
     )
 
 
-__all__ = ["filter_to_one_triple", "of_one"]
+__all__ = ["FilterOfOneTriple", "of_one"]

@@ -10,36 +10,42 @@ from imubench.diagnosis.criteria.trial import NEEDED, Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add import plain_scores, plain_trials
+from imubench.diagnosis.search.moves.move import Above, Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import log_evidence, refit
+from imubench.progress import tell
 
 TIE, SHARE = 20.0, 0.05  # nat, or of the evidence, within which two effects were as good
 
 
-def swapped_for_rivals(
-    fit: Fit, kept: list[Kept], everything: Sequence[Hypothesis], say: Callable[[str], None]
-) -> tuple[Fit, list[Kept]]:
-    """Return the fit and its effects, each changed for the rival of its round that is now worth more.
+class RivalForEffect:
+    """The rival of an effect's round in its place, where it is now worth more."""
 
-    Not where one of `everything` beside it is worth more still, with no more numbers together.
-    """
-    if len(kept) < 2:
-        return fit, kept
-    out = []
-    for k in kept:
-        taken = {h.name for h in fit.model.hypotheses}
-        near = [t for t in k.rivals if t.evidence > k.evidence - max(TIE, SHARE * k.evidence)]
-        for t in [t for t in near if t.hypothesis.name not in taken and not t.hypothesis.effect.states][:1]:
-            say(f"trying {t.hypothesis.name} in the place of {k.hypothesis.name}")
-            names = tuple(t.hypothesis if h == k.hypothesis else h for h in fit.model.hypotheses)
-            tried = refit(fit, names)
-            more = log_evidence(tried) - log_evidence(fit)
-            further = t.hypothesis.effect.numbers - k.hypothesis.effect.numbers
-            if more > NEEDED and more > beside(fit, further, everything, say):
-                fit = with_noise(tried)
-                k = Kept(t.hypothesis, k.evidence, k.heldout, (Passed(k.hypothesis, k.evidence - NEEDED),))
-        out.append(k)
-    return fit, out
+    def propose(self, state: SearchState) -> Proposals:
+        """Yield the best near rival of every effect; it must be worth more than the best beside the effect, too.
+
+        Beside it: one of everything that may come in, with no more numbers together.
+        """
+        for k in state.kept if len(state.kept) > 1 else ():
+            near = [t for t in k.rivals if t.evidence > k.evidence - max(TIE, SHARE * k.evidence)]
+            for t in [t for t in near if t.hypothesis.name not in state.names and not t.hypothesis.effect.states][:1]:
+                tell(f"trying {t.hypothesis.name} in the place of {k.hypothesis.name}")
+                state = (yield instead(state, k, t.hypothesis)).state
+
+
+def instead(state: SearchState, old: Kept, h: Hypothesis) -> Proposal:
+    """Return the proposal of another effect in the place of one."""
+    fit = state.fit
+    tried = refit(fit, tuple(h if o == old.hypothesis else o for o in fit.model.hypotheses))
+    more = log_evidence(tried) - log_evidence(fit)
+    further = h.effect.numbers - old.hypothesis.effect.numbers
+    new = Kept(h, old.evidence, old.heldout, (Passed(old.hypothesis, old.evidence - NEEDED),))
+    kept = [new if other is old else other for other in state.kept]
+    return Proposal(
+        f"{h.name} in the place of {old.hypothesis.name}",
+        lambda _: state.changed(with_noise(tried), kept),
+        (Above(lambda: more, NEEDED), Above(lambda: more - beside(fit, further, state.everything, tell), 0.0)),
+    )
 
 
 def beside(fit: Fit, most: int, everything: Sequence[Hypothesis], say: Callable[[str], None]) -> float:

@@ -4,7 +4,7 @@ While a swing dies down slowly, friction of one size and drag together take as m
 grows with the rate. Named one after the other the middle one comes first, and neither of the two replaces it alone.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import combinations
@@ -18,43 +18,56 @@ from imubench.diagnosis.noise.nominal import as_smooth
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.drop import about_zero, natural
+from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, information, refit, refit_without
 from imubench.effects import EFFECTS
+from imubench.progress import tell
 
 SETTLED = 2  # rounds of noise levels beside the smoother motion
 
 
-def best_friction(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Fit, list[Kept]]:
-    """Return the fit and its effects with those laws of friction that together have the most evidence.
+class FrictionMixture:
+    """Those laws of friction that together have the most evidence, in the place of those in the fit.
 
     They are told apart where the motion is no rougher than it was estimated to be: the equation of motion says how it
     goes on, and in a loose motion it counts for little. The loose one, which is what is known of hands, may not object.
     New ones come without evidence or held-out gain of their own, as what is in a model from the start.
     """
-    now = [h for h in fit.model.hypotheses if h.effect.friction]
-    if not now:
-        return fit, kept
-    say("weighing every mixture of the laws of friction")
-    rest = tuple(h for h in fit.model.hypotheses if h not in now)
-    named = {h.effect.name for h in now}
-    laws = [*now, *(Hypothesis(e, "joint") for e in EFFECTS.values() if e.friction and e.name not in named)]
-    with suppress(NotPositiveDefiniteError):
-        whole = with_noise(refit(as_smooth(fit), (*rest, *laws)), SETTLED)
-        best = mixture(whole, laws)
-        if not best or set(best) == set(now):
-            return fit, kept
-        tried = refit(fit, (*rest, *best))
-        smooth = [refit(whole, (*rest, *some), steps=4) for some in (now, best)]
-        better = evidence_over(fit, tried) > -NEEDED and evidence_over(*smooth) > NEEDED
-        if better and all(natural(tried, h) for h in best):
+
+    def propose(self, state: SearchState) -> Proposals:
+        """Yield the best mixture, if it is another."""
+        fit = state.fit
+        now = [h for h in fit.model.hypotheses if h.effect.friction]
+        if not now:
+            return
+        tell("weighing every mixture of the laws of friction")
+        rest = tuple(h for h in fit.model.hypotheses if h not in now)
+        named = {h.effect.name for h in now}
+        others = (Hypothesis(e, "joint") for e in EFFECTS.values() if e.friction and e.name not in named)
+        laws = [*now, *others]
+        with suppress(NotPositiveDefiniteError):
+            whole = with_noise(refit(as_smooth(fit), (*rest, *laws)), SETTLED)
+            best = mixture(whole, laws)
+            if not best or set(best) == set(now):
+                return
+            tried = refit(fit, (*rest, *best))
+            smooth = [refit(whole, (*rest, *some), steps=4) for some in (now, best)]
+            stay = [k for k in state.kept if k.hypothesis not in now or k.hypothesis in best]
             new = [Kept.unjudged(h) for h in best if h not in now]
-            return with_noise(tried), [*(k for k in kept if k.hypothesis not in now or k.hypothesis in best), *new]
-    return fit, kept
+            yield Proposal(
+                f"{' and '.join(h.name for h in best)} in the place of {' and '.join(h.name for h in now)}",
+                lambda _: state.changed(with_noise(tried), [*stay, *new]),
+                (
+                    Above(lambda: evidence_over(fit, tried), -NEEDED),
+                    Above(lambda: evidence_over(*smooth), NEEDED),
+                    Holds(lambda: all(natural(tried, h) for h in best)),
+                ),
+            )
 
 
-def together(fit: Fit, kept: list[Kept]) -> list[Kept]:
+def together(fit: Fit, kept: Sequence[Kept]) -> Sequence[Kept]:
     """Return the effects with what all laws of friction gain on held-out data, where there are several, for each.
 
     Each is worth little beside another, and a term of a tenth of that is no reason to doubt that there is friction.
@@ -94,4 +107,4 @@ def without(whole: Fit, some: Sequence[Hypothesis], gone: Sequence[Hypothesis], 
     return np.asarray(value - covariance[np.ix_(own, zero)] @ np.linalg.solve(covariance[np.ix_(zero, zero)], off))
 
 
-__all__ = ["best_friction", "mixture", "together"]
+__all__ = ["FrictionMixture", "mixture", "together"]

@@ -15,7 +15,7 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
-from imubench.diagnosis.search.moves.swap_clock_for_filter import clock_to_filter, clock_to_quick_filter, taken_again
+from imubench.diagnosis.search.moves.swap_clock_for_filter import ClockToFilter, taken_again
 from imubench.diagnosis.search.selection import Selection, candidates
 from imubench.diagnosis.solve.refit import information, refit
 from imubench.diagnosis.verdict.findings import findings
@@ -23,9 +23,16 @@ from imubench.effects import EFFECTS
 from imubench.effects.bandwidth import QuickLowPass
 from imubench.format1 import read
 from imubench.proof.case import make_case
+from tests.searching import moved
 
 OFFSET = Hypothesis(EFFECTS["time_offset"], "imu2")
 BOTH = ["gyro", "accel"]
+
+
+def filtered(fit, kept, splines=True):
+    """Return a fit and its effects once a clock's offset was held against filters."""
+    state = moved(ClockToFilter(splines), fit, kept)
+    return state.fit, list(state.kept)
 
 
 def with_an_offset(folder, asked, seed, **options):
@@ -49,7 +56,7 @@ def with_an_offset(folder, asked, seed, **options):
 def test_a_filter_takes_the_place_of_the_delay_that_it_was_taken_for(tmp_path, asked, found):
     fit = with_an_offset(tmp_path, [asked], 61)
     kept = [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())]
-    after, (k,) = clock_to_filter(fit, kept, lambda _: None)
+    after, (k,) = filtered(fit, kept)
     (h,) = after.model.hypotheses
     assert (h.effect.name, h.at) == found
     assert h == k.hypothesis
@@ -66,7 +73,7 @@ def test_a_filter_takes_the_place_of_a_delay_that_leaves_much_if_it_leaves_littl
     (clock,) = fit.model.hypotheses
     assert misfit(fit) > UNEXPLAINED
     kept = [Kept.unjudged(clock)]
-    after, (k,) = clock_to_filter(fit, kept, lambda _: None)
+    after, (k,) = filtered(fit, kept)
     assert (k.hypothesis.effect.name, k.hypothesis.at) == ("low_pass", "imu1")
     assert np.exp(after.state.values[k.hypothesis.key("cutoff")][0]) == pytest.approx(6.0, rel=0.02)
     assert misfit(after) < 1.1
@@ -78,7 +85,7 @@ def test_a_filter_too_quick_to_be_told_from_a_delay_ties_with_it(tmp_path, cutof
     """What a filter does beside a delay is its curvature: of 30 Hz 12 nat, of 38 Hz 5.4."""
     fit = with_an_offset(tmp_path, [("low_pass", "imu2", {"cutoff": cutoff, "channels": BOTH})], 61)
     kept = [Kept(OFFSET, 100.0, Gain(100.0, 90.0, 110.0, np.zeros(1)), ())]
-    after, kept = clock_to_filter(fit, kept, lambda _: None)
+    after, kept = filtered(fit, kept)
     assert [h.name for h in after.model.hypotheses] == [found]
     (said,) = findings(Selection(after, tuple(kept), ()))
     equal = {(r.effect, r.at) for r in said.equivalent}
@@ -91,7 +98,7 @@ def test_a_filter_above_a_slow_motion_is_not_worse_than_its_delay(tmp_path, gaps
     asked = ("low_pass", "imu1", {"cutoff": 43.0, "channels": BOTH})
     fit = with_an_offset(tmp_path, [asked], 63, gaps=gaps, vigour=0.5, band=7.0, gyro_noise=0.005, accel_noise=0.043)
     kept = [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())]
-    after, (k,) = clock_to_filter(fit, kept, lambda _: None)
+    after, (k,) = filtered(fit, kept)
     assert k.hypothesis.at == "imu1"
     said = {(k.hypothesis.effect.name, "imu1"), *((r.effect, r.at) for r in equivalents(after, k.hypothesis))}
     assert ("low_pass", "imu1") in said
@@ -115,7 +122,7 @@ def test_a_quick_filter_is_found_before_anything_is_laid_over_what_its_delay_lea
     make_case(tmp_path / "case", "hinge", effects=[asked], seed=2042633011, **told, **motion)
     fit = nominal_fit(read(tmp_path / "case")[0])
     (clock,) = fit.model.hypotheses
-    after, (k,) = clock_to_quick_filter(fit, [Kept.unjudged(clock)], lambda _: None)
+    after, (k,) = filtered(fit, [Kept.unjudged(clock)], splines=False)
     assert k.hypothesis.name == "low_pass[quick]@imu1"
     assert np.exp(after.state.values[k.hypothesis.key("cutoff")][0]) == pytest.approx(16.25, rel=0.02)
     assert aic_gain(fit, after) > 100
@@ -125,9 +132,8 @@ def test_a_quick_filter_is_found_before_anything_is_laid_over_what_its_delay_lea
 @pytest.mark.long
 def test_what_a_quick_filter_does_beside_delaying_is_taken_again_from_the_motion_it_leaves(tmp_path):
     fit = with_an_offset(tmp_path, [("low_pass", "imu2", {"cutoff": 9.4, "channels": BOTH})], 61, band=4.6)
-    right, (k,) = clock_to_quick_filter(
-        fit, [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())], lambda _: None
-    )
+    kept = [Kept(OFFSET, 100.0, Gain(0.0, 0.0, 0.0, np.zeros(1)), ())]
+    right, (k,) = filtered(fit, kept, splines=False)
     effect = k.hypothesis.effect
     half = {part: 0.5 * c for part, c in effect.beside.items()}
     h = Hypothesis(QuickLowPass(effect.time, half, effect.slope, effect.delay), "imu2")

@@ -8,11 +8,12 @@ from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import Finding, Interval, Parameter
-from imubench.diagnosis.search.rounding import ROUNDED, roundings, sharp, without_rounded
+from imubench.diagnosis.search.rounding import ROUNDED, RoundedStates, roundings, sharp
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
+from tests.searching import moved
 
 PIVOT = Hypothesis(EFFECTS["moving_pivot"], "joint")
 BIAS = Hypothesis(EFFECTS["gyro_bias"], "imu1")
@@ -59,9 +60,9 @@ def test_a_state_that_gains_no_more_than_rounding_goes_and_what_has_none_stays(l
         Kept(h, 50.0, Gain(gain, gain - 10.0, gain + 10.0, np.ones(3)), ())
         for h, gain in ((PIVOT, 400.0), (BIAS, 40.0))
     ]
-    less, left, gone = without_rounded(fit, kept, {"joint": 900.0, "imu1": 900.0})
-    assert ([k.hypothesis for k in left], [k.hypothesis for k in gone]) == ([BIAS], [PIVOT])
-    assert less.model.hypotheses == (BIAS,)
+    less = moved(RoundedStates(), fit, kept, rounding={"joint": 900.0, "imu1": 900.0})
+    assert ([k.hypothesis for k in less.kept], less.dropped) == ([BIAS], ((PIVOT, 400.0),))
+    assert less.fit.model.hypotheses == (BIAS,)
     for enough in ({"joint": 300.0}, {"imu1": 900.0}, {}):
-        same, left, gone = without_rounded(fit, kept, enough)
-        assert same is fit and left == kept and gone == []
+        same = moved(RoundedStates(), fit, kept, rounding=enough)
+        assert same.fit is fit and list(same.kept) == kept and not same.dropped

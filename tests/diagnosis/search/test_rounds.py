@@ -113,7 +113,7 @@ def test_samples_that_a_refused_slip_left_out_count_again(tmp_path, monkeypatch)
         masks.append(before.model.masks)
         return Gain(-1.0, -2.0, 0.0, np.zeros(8))
 
-    for name in ("heldout_gain", "in_halves"):
+    for name in ("heldout_gain", "by_halves"):
         monkeypatch.setattr(f"imubench.diagnosis.search.admission.{name}", nothing)
     found = select(fit)
     assert any(m is not None for m in masks)  # beside the slip

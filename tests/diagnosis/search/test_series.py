@@ -11,10 +11,12 @@ from imubench.diagnosis.discrepancy.terms import SERIES, Term, Unknown
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.search import unknown_against_laws
+from imubench.diagnosis.search.moves.drop import Drop
 from imubench.diagnosis.search.selection import Selection
 from imubench.diagnosis.search.unknown import Unknowns
-from imubench.diagnosis.search.unknown_against_laws import as_good, named_by_law, rings
+from imubench.diagnosis.search.unknown_against_laws import as_good, laws_for_series, rings
 from imubench.diagnosis.solve.refit import extended, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -70,9 +72,10 @@ def test_what_series_took_the_place_of_is_not_in_the_way_of_laws_and_a_law_not_o
     monkeypatch.setattr(unknown_against_laws, "aic_gain_and_freedoms", lambda *_: (300.0, 0.0))
     monkeypatch.setattr(unknown_against_laws, "as_good", lambda *_: True)
     monkeypatch.setattr(unknown_against_laws, "with_series", lambda *_: fit)
-    monkeypatch.setattr(unknown_against_laws, "prune", lambda now, kept, say: (now, kept, []))
+    monkeypatch.setattr(Drop, "propose", lambda _, state: iter(()))  # what comes back stays
     kept = tuple(Kept(h, 50.0, gain, ()) for h in (off, late))
-    found = named_by_law(Selection(fit, kept, ()), strange)
+    chosen = Selection(fit, kept, ())
+    found = chosen.on_with(laws_for_series(chosen, strange), RuleUse())
     assert asked == [(off,), (off, laws["imu1"])]
     assert found.fit.model.hypotheses == (off, laws["imu1"], laws["imu2"], late)  # and comes back to be weighed
     assert {k.hypothesis for k in found.kept} == {off, late, *laws.values()}

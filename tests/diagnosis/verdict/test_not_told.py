@@ -2,8 +2,8 @@
 
 import pytest
 
-from imubench.diagnosis.pipeline import not_told
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Where
+from imubench.diagnosis.verdict.explanation import not_told
 
 KNOCKS, ROUNDING = (Finding(name, "imu2", 0.95, {}, Interval(0.0, (0.0, 0.0))) for name in ("impacts", "quantisation"))
 

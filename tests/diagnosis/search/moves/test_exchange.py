@@ -7,12 +7,13 @@ from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.swap_for_rival import beside, swapped_for_rivals
+from imubench.diagnosis.search.moves.swap_for_rival import RivalForEffect, beside
 from imubench.diagnosis.search.selection import candidates
 from imubench.diagnosis.solve.refit import evidence_over, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
+from tests.searching import moved
 
 BIAS, DRIFT, MATRIX, GRAVITY = (
     Hypothesis(EFFECTS[name], at)
@@ -31,8 +32,9 @@ def chosen(fit):
     """The names after an exchange in which the nine numbers tie with the bias that came first."""
     gain = Gain(500.0, 400.0, 600.0, np.full(4, 125.0))
     first = Kept(BIAS, 500.0, gain, (Passed(MATRIX, 495.0),))
-    _, kept = swapped_for_rivals(fit, [first, Kept(GRAVITY, 500.0, gain, ())], candidates(fit.model), lambda _: None)
-    return [k.hypothesis.effect.name for k in kept]
+    kept = [first, Kept(GRAVITY, 500.0, gain, ())]
+    state = moved(RivalForEffect(), fit, kept, everything=tuple(candidates(fit.model)))
+    return [k.hypothesis.effect.name for k in state.kept]
 
 
 GIVEN = [("gyro_bias", "imu1", {"bias": [0.01, -0.02, 0.015]}), ("gravity", "world", {"g": 9.75})]

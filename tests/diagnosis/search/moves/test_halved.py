@@ -9,8 +9,9 @@ from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.criteria.trial import Kept, Trial
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves import swap_for_one_triple as halved_module
-from imubench.diagnosis.search.moves.swap_for_one_triple import filter_to_one_triple, of_one
+from imubench.diagnosis.search.moves.swap_for_one_triple import FilterOfOneTriple, of_one
 from imubench.effects import EFFECTS, VARIANTS
+from tests.searching import moved
 
 FILTERS = [Hypothesis(e, "imu2") for e in VARIANTS if e.name == "low_pass"]
 BOTH = next(h for h in FILTERS if not h.effect.variant)
@@ -46,9 +47,7 @@ def test_it_is_taken_with_what_it_stood_for_where_both_are_better(nat, foretells
     monkeypatch.setattr(halved_module, "aic_gain", lambda *_: nat)
     state = replace(fit.state, values=fit.state.values | {BOTH.key("cutoff"): np.array([2.6])})
     kept = [Kept(BOTH, 8835.0, gain, ())]
-    _, now = filter_to_one_triple(
-        replace(fit, state=state), kept, [*FILTERS, SCALE], np.random.default_rng(0), lambda _: None
-    )
+    now = moved(FilterOfOneTriple(), replace(fit, state=state), kept, everything=(*FILTERS, SCALE)).kept
     assert [k.hypothesis for k in now] == ([filter_of("gyro"), SCALE] if taken else [BOTH])
     if taken:
         assert now[0].rivals[0].hypothesis == BOTH

@@ -6,11 +6,12 @@ from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.merge import merged
+from imubench.diagnosis.search.moves.merge import Merge
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
+from tests.searching import moved
 
 SLIDING = ("skin_sliding", "imu2", {"slide": [0.0, 0.004, 0.002], "twist": [-0.001, 0.018, -0.007]})
 
@@ -35,9 +36,10 @@ def names_of(fit, kept):
 def test_an_axis_that_turns_and_a_centre_that_moves_are_one_imu_that_slides(tmp_path):
     parts = [("axis_coupling", "joint"), ("moving_centre", "joint")]
     fit, kept = fitted_with(tmp_path, [SLIDING], parts)
-    said = []
-    assert names_of(*merged(fit, kept, said.append)) == {("skin_sliding", "imu2")}
-    assert said == ["trying skin_sliding@imu2 in the place of axis_coupling@joint and moving_centre@joint"]
+    state = moved(Merge(), fit, kept)
+    assert names_of(state.fit, state.kept) == {("skin_sliding", "imu2")}
+    (decision,) = state.use.decisions
+    assert decision.what == "skin_sliding@imu2 in the place of axis_coupling@joint and moving_centre@joint"
 
 
 @pytest.mark.long
@@ -51,4 +53,5 @@ def test_an_axis_that_turns_and_a_centre_that_moves_are_one_imu_that_slides(tmp_
 )
 def test_two_that_are_there_stay_two(tmp_path, asked):
     fit, kept = fitted_with(tmp_path, asked, asked)
-    assert names_of(*merged(fit, kept, lambda _: None)) == set(asked)
+    state = moved(Merge(), fit, kept)
+    assert names_of(state.fit, state.kept) == set(asked)

@@ -8,10 +8,11 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.merge import merged
-from imubench.diagnosis.search.moves.swap_friction import best_friction, together
+from imubench.diagnosis.search.moves.merge import Merge
+from imubench.diagnosis.search.moves.swap_friction import FrictionMixture, together
 from imubench.diagnosis.solve.refit import evidence_over, refit
 from imubench.effects import EFFECTS
+from tests.searching import moved
 
 VISCOUS, DRY, DRAG = "viscous_friction", "dry_friction", "air_drag"
 SIZES = {VISCOUS: 5e-4, DRY: 2.8e-3, DRAG: 7e-5}  # N m s, N m, N m s^2: each takes about as much from a swing
@@ -34,10 +35,10 @@ def names_of(fit):
 )
 def test_the_mixture_that_is_there_is_found_from_any_other(swung, there, begun):
     recording = swung({name: SIZES[name] for name in there})
-    fit, kept = best_friction(*fitted_with(recording, begun), lambda _: None)
-    assert names_of(fit) == set(there) == {k.hypothesis.effect.name for k in kept}
+    state = moved(FrictionMixture(), *fitted_with(recording, begun))
+    assert names_of(state.fit) == set(there) == {k.hypothesis.effect.name for k in state.kept}
     for name in there:
-        (found,) = fit.state.values[f"{name}@joint.{EFFECTS[name].parameters[0].name}"]
+        (found,) = state.fit.state.values[f"{name}@joint.{EFFECTS[name].parameters[0].name}"]
         assert abs(found / SIZES[name] - 1) < 0.05  # 2 % at most in these; one law for another is 30 % off and more
 
 
@@ -53,7 +54,7 @@ def test_one_law_stands_in_for_two_others_and_neither_alone_replaces_it(swung):
 def test_two_laws_are_not_merged_into_the_third(swung):
     recording = swung({DRY: SIZES[DRY], DRAG: SIZES[DRAG]}, noise=2e-3)
     fit, kept = fitted_with(recording, (DRY, DRAG))
-    assert names_of(merged(fit, kept, lambda _: None)[0]) == {DRY, DRAG}
+    assert names_of(moved(Merge(), fit, kept).fit) == {DRY, DRAG}
 
 
 def test_laws_have_what_all_of_them_gain(swung):
@@ -66,9 +67,9 @@ def test_laws_have_what_all_of_them_gain(swung):
 
 
 def test_without_friction_nothing_is_weighed(swung):
-    said = []
     fit, kept = fitted_with(swung({}, seconds=3.0), ())
-    assert best_friction(fit, kept, said.append) == (fit, kept) and not said
+    state = moved(FrictionMixture(), fit, kept)
+    assert state.fit is fit and not state.use.decisions
 
 
 @pytest.mark.slow

@@ -13,18 +13,19 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves import drop as prune_module
 from imubench.diagnosis.search.moves.drop import (
     CERTAIN,
+    Drop,
     about_zero,
     firmly,
     in_colour,
     natural,
     price_of_dropping,
-    prune,
     spare,
 )
 from imubench.diagnosis.solve.refit import information, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
+from tests.searching import moved
 
 NOTHING = Gain(0.0, 0.0, 0.0, np.zeros(1))
 
@@ -48,9 +49,9 @@ def fitted_with(folder, names, **options):
 def test_no_clock_stays_in_a_fit_that_began_with_two(tmp_path):
     fit = fitted_with(tmp_path, [("time_offset", "imu1"), ("time_offset", "imu2")], encoder=True)
     begun = [Kept(h, np.inf, NOTHING, ()) for h in fit.model.hypotheses]
-    left, kept, dropped = prune(fit, begun, lambda _: None)
-    assert len(begun) == len(dropped) == 2
-    assert not kept and not left.model.hypotheses
+    left = moved(Drop(), fit, begun)
+    assert len(begun) == len(left.dropped) == 2
+    assert not left.kept and not left.fit.model.hypotheses
 
 
 @pytest.mark.long
@@ -59,9 +60,9 @@ def test_a_filter_that_delays_by_nothing_is_dropped_as_worth_nothing(tmp_path):
     fit = fitted_with(tmp_path, [("low_pass", "imu2")])
     (h,) = fit.model.hypotheses
     assert not natural(fit, h)
-    left, kept, dropped = prune(fit, [Kept(h, 40.0, NOTHING, ())], lambda _: None)
-    assert dropped == [(h, 0.0)]
-    assert not kept and not left.model.hypotheses
+    left = moved(Drop(), fit, [Kept(h, 40.0, NOTHING, ())])
+    assert left.dropped == ((h, 0.0),)
+    assert not left.kept and not left.fit.model.hypotheses
 
 
 @pytest.mark.long
@@ -76,7 +77,7 @@ def test_a_drift_that_the_noise_s_colour_may_be_is_none(tmp_path, colour, stays)
     assert white > 2 * NEEDED
     assert (k.evidence > NEEDED) is stays
     assert firmly(fit, [Kept(h, white, NOTHING, ())]) == ([h] if k.evidence > CERTAIN else [])
-    _, kept, _ = prune(fit, [Kept(h, white, NOTHING, ())], lambda _: None, firm=[h])
+    kept = moved(Drop(), fit, [Kept(h, white, NOTHING, ())], firm=(h,)).kept
     assert [k.hypothesis for k in kept] == [h]
     assert kept[0].evidence == white
 

@@ -5,9 +5,10 @@ import pytest
 
 from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.search.moves.swap_clock_for_backlash import clocks_to_backlash
+from imubench.diagnosis.search.moves.swap_clock_for_backlash import ClocksToBacklash
 from imubench.format1 import read
 from imubench.proof.case import make_case
+from tests.searching import moved
 
 QUICK = {"encoder": True, "seconds": 10.0, "band": 6.83, "vigour": 0.9, "declare_noise": False}
 
@@ -16,8 +17,8 @@ def held(folder, effect, at, parameters):
     """Return the names of a recording's nominal fit, and of what is in their place."""
     make_case(folder / "r", "hinge", [(effect, at, parameters)], 20261126, **QUICK)
     fit = nominal_fit(read(folder / "r")[0])
-    after, kept = clocks_to_backlash(fit, [Kept.unjudged(h) for h in fit.model.hypotheses], lambda _: None)
-    return [h.name for h in fit.model.hypotheses], {k.hypothesis.name: k for k in kept}, after
+    after = moved(ClocksToBacklash(), fit, [Kept.unjudged(h) for h in fit.model.hypotheses])
+    return [h.name for h in fit.model.hypotheses], {k.hypothesis.name: k for k in after.kept}, after.fit
 
 
 @pytest.mark.slow
