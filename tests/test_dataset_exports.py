@@ -15,6 +15,9 @@ from imubench.dataset.shard import Job
 from imubench.errors import InputError
 from imubench.main import main
 from imubench.recording import Imu
+from tests.hub import offline
+
+__all__ = ["offline"]
 
 SPEC = """
 name = "small"
@@ -141,3 +144,17 @@ def test_the_command_exports_a_split(folder, tmp_path, monkeypatch, capsys):
         main()
     assert caught.value.code == 2
     assert "unknown split 'rest'; known: train, validation, test" in capsys.readouterr().err
+
+
+def test_load_dataset_reads_one_sensor_of_all_folders_in_format_1(folder, exported, offline):
+    """As docs/datasets.md has it: rows of all recordings, in the order of their folders, as their IMUs read them."""
+    files = sorted(str(path) for path in exported["format1"].glob("*/imu1.csv"))
+    assert len(files) == COUNT
+    loaded = offline.load_dataset("csv", data_files=str(exported["format1"] / "*" / "imu1.csv"))["train"]
+    imus = [read(folder, i).recording.imu("imu1") for i in range(COUNT)]
+    assert loaded.num_rows == sum(imu.time.size for imu in imus)
+    columns = [loaded[f"{kind}_{axis}"] for kind in ("gyr", "acc") for axis in "xyz"]
+    expected = np.concatenate([np.hstack([imu.gyro, imu.accel]) for imu in imus])
+    np.testing.assert_array_equal(np.column_stack([np.array(c) for c in columns]), expected)  # written in full
+    one = offline.load_dataset("csv", data_files=files[0])["train"]
+    np.testing.assert_array_equal(np.array(one["time"]), imus[0].time)

@@ -184,8 +184,8 @@ WORKING = {  # the words before --out, and the function that begins the work
     "reproduce": (("reproduce", "arve", "--quick"), "imubench.reproduce.reproduce.run_parts"),
     "generate": (("generate", "spec/spec.toml", "--count", "1"), "imubench.dataset.generate._made"),
     "sweep": (("sweep", "grid/sweep.toml", "--estimator", "seel2012"), "imubench.sweeps.run._outcomes"),
-    "check": (("check", "claims/claims.toml", "--workers", "1"), "imubench.cli_check.check"),
-    "export": (("export", "qmt", "dataset"), "imubench.cli_generate.indices"),
+    "check": (("check", "claims/claims.toml", "--workers", "1"), "imubench.commands.work.check.check"),
+    "export": (("export", "qmt", "dataset"), "imubench.commands.work.generate.indices"),
     "prove": (("prove", "--cases", "1"), "imubench.trials.prove.make_cases"),
     "prove --real": (("prove", "--real", "real"), "imubench.trials.prove.publish_sealed"),
 }

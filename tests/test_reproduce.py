@@ -85,7 +85,7 @@ def test_the_headline_counts():
 
 
 def test_exit_codes(tmp_path, monkeypatch, capsys):
-    from imubench.cli_reproduce import run
+    from imubench.commands.work.reproduce import run
     from imubench.terminal import Terminal
 
     for limit, code in ((2.0, 0), (0.5, 1)):

@@ -170,7 +170,7 @@ def test_quick_reproduces_every_figure_and_claim(tmp_path):
 def test_a_wrong_sign_makes_the_command_fail(tmp_path, monkeypatch):
     from rich.console import Console
 
-    from imubench.cli_reproduce import run
+    from imubench.commands.work.reproduce import run
 
     monkeypatch.setattr(_Runs, "_linearise", flipped(A_))
     monkeypatch.setattr("imubench.reproduce.reproduce.cores", lambda: 0)  # in this process, where the sign is wrong

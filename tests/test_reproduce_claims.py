@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from imubench import cli_reproduce
+from imubench.commands.work import reproduce as command
 from imubench.errors import InputError
 from imubench.reproduce import PAPERS
 from imubench.reproduce.claims import Claim, Measured, judge, load_claims
+from imubench.reproduce.reproduce import Reproduced
 from imubench.terminal import Terminal
 from tests.papers import BOUNDED, SEEN
 
@@ -51,8 +52,8 @@ def test_a_guard_that_is_broken_is_called_so_and_ends_the_command_with_1(tmp_pat
     held, broken = (judge(replace(BOUNDED, guard=0.5), Measured(x, "because")) for x in (0.4, 0.6))
     failing = judge(BOUNDED, Measured(3.0, "because"))
     for judged, code, said in (([held], 0, ""), ([broken], 1, "guard broken: "), ([failing], 1, "new: ")):
-        monkeypatch.setattr(cli_reproduce, "reproduce", lambda *a, judged=judged: judged)
-        assert cli_reproduce.run("olsson2020", tmp_path, True, 0, Terminal(), Terminal(stderr=True)) == code
+        monkeypatch.setattr(command, "reproduce", lambda *a, judged=judged, **_: Reproduced(judged))
+        assert command.run("olsson2020", tmp_path, True, 0, Terminal(), Terminal(stderr=True)) == code
         assert capsys.readouterr().err.startswith(said)
 
 

@@ -167,10 +167,11 @@ def test_the_four_real_recordings_are_sealed_and_do_not_tell(tmp_path, recording
 def test_every_option_of_the_command_reaches_the_trials(tmp_path, monkeypatch):
     from typer.testing import CliRunner
 
-    from imubench import cli, cli_prove
+    from imubench import cli
+    from imubench.commands.work import prove
 
     seen = []
-    monkeypatch.setattr(cli_prove, "run", lambda settings, *rest: seen.append(settings) or 0)
+    monkeypatch.setattr(prove, "run", lambda settings, *rest: seen.append(settings) or 0)
     options = ["--crime", "--leave-one-out", "--baselines", "--real", str(tmp_path), "--seconds", "9", "--cases", "3"]
     assert CliRunner().invoke(cli.app, ["prove", *options]).exit_code == 0
     (s,) = seen

@@ -39,7 +39,7 @@ def check_command(
     when a claim fails or stays undecided. In a workflow of GitHub the summary
     is shown with the step.
     """
-    from imubench.cli_check import run as run_check
+    from imubench.commands.work.check import run as run_check
 
     target = out or Path("runs") / f"check-{real(claims).stem}"
     code = run_check(

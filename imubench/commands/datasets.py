@@ -24,14 +24,14 @@ def generate_command(
     Ctrl-C, a kill or a full disk the same command goes on where it was, to the
     same bytes. Without --out: runs/NAME, by the name in the spec.
     """
-    from imubench.cli_generate import run as run_generation
+    from imubench.commands.work.generate import run as run_generation
 
     run_generation(spec, count, seed, out, workers, engine, address, console, errors)
 
 
 def verify_command(folder: Annotated[str, typer.Argument(help="A dataset of `imubench generate`.")]) -> None:
     """Check every file of a dataset against the hashes in its manifest.json."""
-    from imubench.cli_generate import check
+    from imubench.commands.work.generate import check
 
     check(folder, console, errors)
 
@@ -48,7 +48,7 @@ def export_command(
     DIR#17 exports that recording alone. `imubench export qmt DIR --out mats` and
     `imubench export --form qmt DIR --out mats` are the same.
     """
-    from imubench.cli_generate import export
+    from imubench.commands.work.generate import export
     from imubench.dataset.exports import EXPORTS
 
     given = words if form is None else [form, *words]

@@ -48,7 +48,7 @@ def diagnose_command(
 
     Exit code 2 for bad input, with one line about it.
     """
-    from imubench.cli_diagnose import run as run_diagnosis
+    from imubench.commands.work.diagnose import run as run_diagnosis
     from imubench.sources import label
 
     out = out or Path("runs") / f"diagnosis-{label(recording)}"

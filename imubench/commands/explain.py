@@ -12,7 +12,7 @@ def explain_command(
     out: Out = None,
 ) -> None:
     """Explain an effect, a figure, a word or what is listed; with --out also as explain.json."""
-    from imubench.cli_explain import run as run_explain
+    from imubench.commands.work.explain import run as run_explain
 
     run_explain(name, out, console)
 

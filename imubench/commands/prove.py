@@ -37,15 +37,15 @@ def prove_command(
     After Ctrl-C or a kill the same command goes on where it was. Exit code 1
     when a guard of limits.toml is broken or a diagnosis tried to see more.
     """
-    from imubench import cli_prove
+    from imubench.commands.work import prove as work
     from imubench.trials.settings import Settings
 
     if check is not None:
-        raise typer.Exit(cli_prove.check(check, console))
+        raise typer.Exit(work.check(check, console))
     if seal is not None:
-        raise typer.Exit(cli_prove.seal(seal, console))
+        raise typer.Exit(work.seal(seal, console))
     if seed is None:
-        seed = 0 if real else cli_prove.new_seed()  # nothing is drawn for recordings that are there
+        seed = 0 if real else work.new_seed()  # nothing is drawn for recordings that are there
     settings = Settings(cases, seed, timeout=timeout, seconds=seconds)
     settings = replace(
         settings,
@@ -57,7 +57,7 @@ def prove_command(
     )
     if diagnosis is not None:
         settings = replace(settings, command=diagnosis)
-    raise typer.Exit(cli_prove.run(settings, out or Path("runs/proof"), workers, console, errors))
+    raise typer.Exit(work.run(settings, out or Path("runs/proof"), workers, console, errors))
 
 
 COMMAND = Command(

@@ -33,7 +33,7 @@ def reproduce_command(
     Runs on all cores. After Ctrl-C the same command goes on where it was. Exit
     code 1 when a claim fails or a guard is broken.
     """
-    from imubench.cli_reproduce import run as run_reproduction
+    from imubench.commands.work.reproduce import run as run_reproduction
 
     raise typer.Exit(
         run_reproduction(paper, out or Path("runs") / paper, quick, seed, console, errors, estimator or ())

@@ -67,7 +67,7 @@ def run(
     from imubench.scenarios import known_scenarios
 
     if on is not None:
-        from imubench.cli_on import run as run_on
+        from imubench.commands.work.run_on import run as run_on
         from imubench.sources import label
 
         given = {"--estimator": estimator, "--band": band, "--profile": imu, "--duration": duration, "--effect": effect}

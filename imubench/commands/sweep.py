@@ -38,7 +38,7 @@ def sweep_command(
     After Ctrl-C or a kill the same command goes on where it was, to the same
     bytes. What cannot be played, and an estimator that fails, are shown so.
     """
-    from imubench.cli_sweep import run as run_sweep
+    from imubench.commands.work.sweep import run as run_sweep
 
     run_sweep(spec, estimator, seed, recordings, time_limit, workers, engine, address, out, console, errors)
 

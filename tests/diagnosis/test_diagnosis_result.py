@@ -10,7 +10,7 @@ import pytest
 from rerun.chunk import RrdReader
 from scipy.signal import lfilter
 
-from imubench.cli_diagnose import read_tolerance
+from imubench.commands.work.diagnose import read_tolerance
 from imubench.diagnosis.evidence import Comparison, Evidence, Level, Played, Pose, Trace
 from imubench.diagnosis.report.rerun_log import log_diagnosis
 from imubench.diagnosis.result import (

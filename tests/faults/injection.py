@@ -34,7 +34,7 @@ HIDDEN = re.compile(r"(^|/)\.[^/]*(\.partial|\.old|\.lock)(\.|/|$)|\.generate/lo
 
 FREE = re.compile(r"\.[0-9a-f]{8}\.")  # what names of partial files are made of
 IMPORTED = (
-    "matplotlib.backends.backend_agg", "pyarrow.csv", "scipy.io", "imubench.cli_generate", "imubench.convert",
+    "matplotlib.backends.backend_agg", "pyarrow.csv", "scipy.io", "imubench.commands.work.generate", "imubench.convert",
     "imubench.dataset.exports", "imubench.correction.corrected", "imubench.diagnosis.pipeline",
     "imubench.diagnosis.report", "imubench.estimators", "imubench.listing", "imubench.reproduce.reproduce",
     "imubench.scenarios", "imubench.trials.prove", "imubench.trials.sealed",

@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from imubench.cli_diagnose import print_diagnosis
+from imubench.commands.work.diagnose import print_diagnosis
 from imubench.diagnosis.evidence import Comparison, Estimated
 from imubench.diagnosis.report import Paths, page
 from imubench.diagnosis.report.chart import WIDTH, Line, Panel, panel, path, thinned, ticks

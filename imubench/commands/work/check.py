@@ -11,7 +11,7 @@ from imubench.checks.check import Checked, check
 from imubench.checks.claim import Claim, load_claims
 from imubench.checks.outputs import claims_content, summary, write_outputs
 from imubench.checks.runs import running
-from imubench.cli_prove import bars
+from imubench.commands.work.prove import bars
 from imubench.errors import InputError, unknown
 from imubench.signals import promising
 from imubench.terminal import Terminal

@@ -6,7 +6,7 @@ from itertools import islice
 from pathlib import Path
 
 from imubench.atomic import atomic_directory, check_apart
-from imubench.cli_prove import bars
+from imubench.commands.work.prove import bars
 from imubench.dataset.exports import EXPORTS
 from imubench.dataset.generate import generate
 from imubench.dataset.manifest import verify
