@@ -26,6 +26,7 @@ from imubench.diagnosis.result_read import read_diagnosis
 from imubench.format1 import read, write_recording
 from imubench.proof.case import make_case
 from imubench.recording import Imu, Recording
+from imubench.reproduce.report import escape
 from imubench.rotations import conjugate, from_matrix, log, multiply
 
 I = np.eye(3)  # noqa: E741  # the identity, as in the equations
@@ -441,6 +442,6 @@ def test_every_file_of_a_diagnosis_of_nonsense_is_written(made, case, tmp_path):
     again = read_diagnosis(tmp_path / "out")
     assert as_dict(again) == as_dict(done.diagnosis)
     (wrong,) = again.nonsense
-    assert wrong.what in (tmp_path / "out" / "report.html").read_text()
+    assert escape(wrong.what) in (tmp_path / "out" / "report.html").read_text()
     assert again.verdict == ("unexplained" if case == "stuck" else "unobservable")
     assert wrong.missing == (case != "stuck")
