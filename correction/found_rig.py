@@ -14,7 +14,7 @@ from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.recording import Recording
 from imubench.sim.joints import Play, Stop
-from imubench.sim.rigs import HEAVIEST, STANDARD_RIGS, Mount, Rig, Segment, Slip, springs
+from imubench.sim.rigs import HEAVIEST, Mount, Rig, Segment, Slip, springs, standard_rig
 
 LIGHT = 1e-4  # of the declared body, which is with its sensor: as much does the model's sensor add to it
 NARROW = 0.1  # of its gyration radius: how far off its axis a loose limb's com is put; see `_loose`
@@ -38,9 +38,9 @@ def rig_of(
         findings: with the numbers that a report names.
         fitted: the same effects with all their numbers; what neither tells is as the law's prior has it.
     """
-    standard, known = STANDARD_RIGS[recording.rig](), numbers_of(findings, fitted)
+    standard, known = standard_rig(recording.rig), numbers_of(findings, fitted)
     variants = {(f.effect, f.at): f.variant for f in fitted}
-    named = {f"imu{i + 1}": mount for i, mount in enumerate(standard.mounts)}
+    named = dict(zip(recording.tree.imus, standard.mounts, strict=True))
     changes: dict[str, Any] = {
         "mounts": tuple(
             mount_of(mounts[imu], {name: values for (name, at), values in known.items() if at == imu})
@@ -54,11 +54,11 @@ def rig_of(
     if recording.body is not None:
         changes["mounts"] = tuple(replace(m, mass=LIGHT * recording.body.mass) for m in changes["mounts"])
     at_joint = {name: values for (name, at), values in known.items() if at in ("joint", "body")}
-    if recording.rig != "free":
+    if recording.tree.joint is not None:
         changes |= _torques(at_joint) | {"spring_conserves": variants.get(("joint_spring", "joint")) == "conservative"}
-    if recording.rig == "pendulum":
+    if recording.tree.ball is not None:
         changes["pivot_moves"] = "moving_pivot" in at_joint
-    if recording.rig == "hinge":
+    if recording.tree.hinge is not None:
         changes |= {"base": recording.base, "base_quaternion": recording.base_quaternion}
         changes |= _hinge(at_joint, variants.get(("joint_play", "joint"), ""), recording, changes["segments"])
     return replace(standard, **changes)

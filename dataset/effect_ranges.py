@@ -14,6 +14,7 @@ from imubench.dataset.rig_ranges import FARTHEST, FASTEST, GYRATION, SPRING_NUMB
 from imubench.effects import EFFECTS
 from imubench.effects.effect import Parameter
 from imubench.errors import InputError, unknown
+from imubench.models.tree import rig_tree
 from imubench.sim.injected import INJECTED, JOINTED, SLIDING, SWUNG
 
 IMUS = ("imu1", "imu2")
@@ -78,7 +79,7 @@ class EffectRange:
         if self.name == "backlash" and not shown.encoder:
             return False
         fits = not shown.free if self.name in BY_HAND else shown.free or self.name not in SWUNG
-        return fits and shown.family in EFFECTS[self.name].rigs
+        return fits and EFFECTS[self.name].fits(rig_tree(shown.family))
 
     def draw(self, rng: np.random.Generator, places: Sequence[str], seconds: float) -> list[dict[str, Any]]:
         """Return the effects on a recording of `seconds` s, of a rig with these places: name, place, parameters."""

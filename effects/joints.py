@@ -13,6 +13,7 @@ from imubench.effects.effect import Effect, Equation, Found, Parameter, Scene, S
 from imubench.effects.smooth import beyond, magnitude
 from imubench.jets import Jet
 from imubench.links import Link, shift, spin
+from imubench.models.tree import BALL, HINGE
 
 STOP, EDGE = 0.1, 0.02  # of backlash's range: over which its stops take hold, and begin to
 RANGES = np.array([0.003, 0.006, 0.012, 0.025, 0.05])  # rad, of backlash, where a fit may begin
@@ -24,7 +25,7 @@ class AxisCoupling(Effect):
     """Segment 2 turns across the hinge axis as the hinge turns."""
 
     name, place, law = "axis_coupling", "joint", "R2 = R1 Ry(q) Rx(c1 q) Rz(c2 q)"
-    rigs, needs = ("hinge",), ("imus",)
+    joints, needs = (HINGE,), ("imus",)
     parameters = (Parameter("coupling", (2,), "rad/rad", 0.1),)
 
     def joint(self, link: Link, scene: Scene, p: Values) -> Link:
@@ -36,7 +37,7 @@ class MovingCentre(Effect):
     """Segment 2's origin moves in segment 1 as the hinge turns."""
 
     name, place, law = "moving_centre", "joint", "segment 2's origin at slide q in segment 1"
-    rigs, needs = ("hinge",), ("imus",)
+    joints, needs = (HINGE,), ("imus",)
     parameters = (Parameter("slide", (3,), "m/rad", 0.02),)
 
     def joint(self, link: Link, scene: Scene, p: Values) -> Link:
@@ -47,7 +48,7 @@ class MovingPivot(Effect):
     """The pendulum's pivot accelerates, in world axes."""
 
     name, place, law = "moving_pivot", "joint", "the pivot accelerates, `std` on each axis within `band`"
-    rigs = ("pendulum",)
+    joints = (BALL,)
     states = (State("acceleration", 3, 0.5),)
     found = (Found("std", (), "m/s^2"), Found("band", (2,), "Hz"))
 
@@ -72,7 +73,7 @@ class Backlash(Effect):
     """
 
     name, place, law = "backlash", "joint", "the encoder reads q - d, |d| <= range, d' = q' until a stop is met"
-    rigs, needs = ("hinge",), ("encoders", "imus")
+    joints, needs = (HINGE,), ("encoders", "imus")
     states = (State("gap", 1, 0.02),)
     parameters = (Parameter("range", (), "rad", 1.0, start=0.01, log=True),)
 

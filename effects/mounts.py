@@ -15,6 +15,7 @@ from imubench.arrays import Array
 from imubench.effects.effect import Effect, Parameter, Scene, Values
 from imubench.jets import Jet, rotation
 from imubench.links import Link, shift, small_turn
+from imubench.models.tree import BALL, HINGE
 
 SLIP = 0.2  # s that a mount takes to slip
 LONGEST = 0.3  # s that it may take: how it moves in between is not known
@@ -76,7 +77,7 @@ class SkinSliding(Effect):
     """The sensor moves with the skin as the joint turns."""
 
     name, place, law = "skin_sliding", "imu", "displaced by slide q, turned by twist q"
-    rigs = ("hinge", "pendulum")
+    joints = (HINGE, BALL)
     scales_angle = True
     parameters = (Parameter("slide", (3,), "m/rad", 0.02), Parameter("twist", (3,), "rad/rad", 0.1))
 

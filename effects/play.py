@@ -22,6 +22,7 @@ from imubench.arrays import Array
 from imubench.effects.effect import Effect, Equation, Found, Parameter, Scene, State, Values
 from imubench.jets import Jet, cross, dot
 from imubench.links import Link, small_turn, spin
+from imubench.models.tree import HINGE
 
 QUICK, WHOLE = 0.5, 0.8  # s, windows in which play's direction and its range are seen
 REACHED = 0.9  # of the windows, that span less than what is reported as a range
@@ -37,7 +38,7 @@ class JointPlay(Effect):
     """Segment 2 rotates about one axis across the hinge's, within a range, and may fall from one side to the other."""
 
     name, place, law = "joint_play", "joint", "R2 = R1 Ry(q) exp(phi e), |phi| < range"
-    rigs, needs = ("hinge",), ("imus",)
+    joints, needs = (HINGE,), ("imus",)
     states: tuple[State, ...] = (State("rotation", 1, 0.04, jumps=True),)
     parameters: tuple[Parameter, ...] = (Parameter("direction", (), "rad", 2.0),)
     found: tuple[Found, ...] = (Found("range", (), "rad"),)

@@ -11,6 +11,7 @@ from imubench.arrays import Array
 from imubench.effects.effect import Effect, Parameter, Scene, Values
 from imubench.effects.smooth import beyond, magnitude, touching
 from imubench.jets import Jet, stack
+from imubench.models.tree import BALL, HINGE
 from imubench.recording import STANDARD_GRAVITY, Recording
 
 STUCK = 0.02  # rad/s, below which dry friction gives way
@@ -18,7 +19,7 @@ EDGE = 0.005  # rad, over which a stop begins
 
 
 class _Torque(Effect):
-    rigs = ("hinge", "pendulum")
+    joints = (HINGE, BALL)
     needs = ("free_swings",)
 
 
@@ -74,7 +75,7 @@ class JointSpring(_Torque):
         return self.variant == "conservative"
 
     def places(self, recording: Recording) -> tuple[str, ...]:
-        return super().places(recording) if recording.rig == "pendulum" or not self.conservative else ()
+        return super().places(recording) if recording.tree.ball is not None or not self.conservative else ()
 
     def torque(self, scene: Scene, p: Values) -> Jet:
         (angle, _, _), (_, axis) = scene.turned(), scene.jointed()
@@ -113,7 +114,7 @@ class Inertia(Effect):
     """The body swings faster or slower than declared; its weight is as declared."""
 
     name, place, law = "inertia", "body", "m l / I about the joint is `scale` times the declared one"
-    rigs, needs = ("hinge", "pendulum"), ("free_swings",)
+    joints, needs = (HINGE, BALL), ("free_swings",)
     parameters = (Parameter("scale", (), "1", 0.2, start=1.0),)
 
     def lighter(self, p: Values) -> Jet:

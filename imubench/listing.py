@@ -2,17 +2,11 @@
 
 from imubench.convert import known_converters
 from imubench.effects import EFFECTS
-from imubench.models import RIG_FILES
+from imubench.models import RIG_FILES, RIG_SUMMARIES
 from imubench.plugins import known_estimators
 from imubench.reproduce import PAPERS
 from imubench.scenarios import known_scenarios
 from imubench.sim.profiles import PROFILES
-
-RIG_SUMMARIES = {
-    "hinge": "two segments on a hinge that a screw can lock, free or fixed base, an IMU on each",
-    "pendulum": "a limb on a ball joint, an IMU on it",
-    "free": "one body that moves at will, an IMU on it",
-}
 
 
 def known() -> dict[str, dict[str, str]]:

@@ -11,6 +11,9 @@ from typing import Any
 
 from imubench.models import RIG_FILES, mjcf
 
+HINGE, BALL, SLIDE, FREE = "hinge", "ball", "slide", "free"
+"""The kinds of joint, as MuJoCo calls them."""
+
 Vector = tuple[float, float, float]
 
 
@@ -19,7 +22,7 @@ class Joint:
     """What holds a segment to its parent, or to the world."""
 
     name: str
-    kind: str  # hinge, ball, slide or free, as MuJoCo calls it
+    kind: str  # HINGE, BALL, SLIDE or FREE
     axis: Vector  # of a hinge or a slide, in axes of the segment that it moves
 
 
@@ -45,7 +48,7 @@ class TreeSegment:
     @property
     def floats(self) -> bool:
         """Whether it can go wherever it is carried."""
-        return any(joint.kind == "free" for joint in self.joints)
+        return any(joint.kind == FREE for joint in self.joints)
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,7 @@ class Tree:
     @cached_property
     def joints(self) -> tuple[Joint, ...]:
         """The joints that turn about a point which they hold: all but free ones and slides."""
-        return tuple(j for segment in self.segments for j in segment.joints if j.kind in ("hinge", "ball"))
+        return tuple(j for segment in self.segments for j in segment.joints if j.kind in (HINGE, BALL))
 
     @property
     def joint(self) -> Joint | None:
@@ -85,14 +88,21 @@ class Tree:
         return self.joints[-1] if self.joints else None
 
     @property
+    def kind(self) -> str:
+        """The kind of that joint: HINGE or BALL; FREE where nothing holds the segment, "" of a rig nobody has read."""
+        if self.joint is not None:
+            return self.joint.kind
+        return FREE if self.segments else ""
+
+    @property
     def hinge(self) -> Joint | None:
         """That joint, if it is a hinge."""
-        return self.joint if self.joint is not None and self.joint.kind == "hinge" else None
+        return self.joint if self.kind == HINGE else None
 
     @property
     def ball(self) -> Joint | None:
         """That joint, if it is a ball joint."""
-        return self.joint if self.joint is not None and self.joint.kind == "ball" else None
+        return self.joint if self.kind == BALL else None
 
     @property
     def base(self) -> Joint | None:
@@ -107,7 +117,7 @@ class Tree:
     @property
     def loose(self) -> bool:
         """Whether no segment is held by a joint: a free body."""
-        return bool(self.segments) and not self.joints
+        return self.kind == FREE
 
     @property
     def clamps(self) -> bool:
@@ -207,4 +217,17 @@ def rig_tree(rig: str) -> Tree:
     return tree_of(rig_spec(rig)) if rig in RIG_FILES else UNREAD
 
 
-__all__ = ["UNREAD", "ImuSite", "Joint", "Tree", "TreeSegment", "rig_spec", "rig_tree", "tree_of"]
+__all__ = [
+    "BALL",
+    "FREE",
+    "HINGE",
+    "SLIDE",
+    "UNREAD",
+    "ImuSite",
+    "Joint",
+    "Tree",
+    "TreeSegment",
+    "rig_spec",
+    "rig_tree",
+    "tree_of",
+]

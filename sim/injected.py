@@ -98,7 +98,7 @@ def injected_rig(rig: Rig, declared: Mapping[str, DeclaredMount], effects: Seque
         declared: by sensor, where its owner believes the mounts; `mount_pose` is beside that.
         effects: those of other places than a rig are passed over, and so is `moving_pivot`, see `carried`.
     """
-    sensors = [f"imu{i + 1}" for i in range(len(rig.mounts))]
+    sensors = rig.tree.imus[: len(rig.mounts)]
     mounts = tuple(
         sliding_mount(sprung_mount(moved_mount(mount, at, declared[at], effects), at, effects), at, effects)
         for at, mount in zip(sensors, rig.mounts, strict=True)
@@ -112,7 +112,7 @@ def resisting(rig: Rig, effects: Sequence[Injected]) -> Rig:
     for e in effects:
         for parameter, key in TORQUES.get(e["effect"], {}).items():
             rig = replace(rig, **{key: e["parameters"][parameter]})
-        if e["effect"] == "joint_spring" and rig.family == "pendulum":
+        if e["effect"] == "joint_spring" and rig.tree.ball is not None:
             rig = replace(rig, spring_conserves=True)  # as a cable does; see `sim.ball`
         if e["effect"] == "end_stop":
             rig = replace(rig, stop=stop_of(rig, e["parameters"]))

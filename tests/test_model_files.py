@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from imubench.models import RIG_FILES, mjcf
-from imubench.recording import RIGS
+from imubench.models.tree import rig_tree
 
 
 @pytest.mark.parametrize("rig", RIG_FILES)
@@ -13,9 +13,9 @@ def test_every_imu_has_its_sensors_in_the_file(rig):
     model = mujoco.MjModel.from_xml_string(mjcf(rig))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    for n in range(1, len(RIGS[rig]) + 1):
-        assert data.sensor(f"imu{n}_gyro").data.shape == (3,)
-        assert data.sensor(f"imu{n}_accelerometer").data.shape == (3,)
+    for imu in rig_tree(rig).imus:
+        assert data.sensor(f"{imu}_gyro").data.shape == (3,)
+        assert data.sensor(f"{imu}_accelerometer").data.shape == (3,)
 
 
 @pytest.mark.parametrize("on", [False, True])

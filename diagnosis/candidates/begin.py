@@ -56,7 +56,8 @@ def begin(
             fit = first = fitted(known.free_swings, samples.masks)
             heard = partial(stop_of, first, samples)
             met = partial(contact_stop, first, known.free_swings, lambda swings: fitted(swings, samples.masks))
-            ways = (met, heard) if recording.rig == "pendulum" else (heard, met)  # a push tells its axis, knocks do not
+            ball = fit.model.rig.ball
+            ways = (met, heard) if ball else (heard, met)  # a push tells its axis, knocks do not
             if STOP in EFFECTS and (stop := ways[0]() or ways[1]()):
                 without = fitted(stop.swings(known.free_swings), stop.masks(first, samples.masks))
                 stop = settled_between(stop, without)

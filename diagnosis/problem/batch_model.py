@@ -141,7 +141,7 @@ class Model:
             angle, rate, accel = (moment.track(HINGE, order) for order in range(3))
             axis = np.eye(3)[[HINGE_AXIS]]
             return Scene(time, segment, angle, rate, accel, rate.at(axis.T), Jet(axis))
-        if self.recording.rig == "pendulum" and segment.turn is not None:
+        if self.rig.ball and segment.turn is not None:
             return Scene(time, segment, *swing(segment), segment.rate, segment.turn.back(np.eye(3)[[SWING_AXIS]]))
         return Scene(time, segment)
 

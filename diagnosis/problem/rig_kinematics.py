@@ -32,19 +32,20 @@ class Rig:
     placed: bool  # and its position is measured
     turns: bool  # segment 1 has an attitude
     hinge: bool  # segment 2 turns about +y on segment 1
+    ball: bool  # segment 1 turns about its origin, on a ball joint
     base: Array  # (3, 3) segment 1 -> world where it does not turn
     gravity: Array  # (3,) m/s^2, world
 
     @classmethod
     def of(cls, recording: Recording) -> "Rig":
         """Return the rig of a recording."""
-        hinge, fixed = recording.rig == "hinge", recording.base == "fixed"
-        turns = not (hinge and fixed)
+        tree, turns = recording.tree, not recording.clamped
         return cls(
-            moves=turns and recording.rig != "pendulum",
+            moves=turns and tree.floats,
             placed=any(p.position is not None for p in recording.poses),
             turns=turns,
-            hinge=hinge,
+            hinge=tree.hinge is not None,
+            ball=tree.ball is not None,
             base=rotations.to_matrix(recording.base_quaternion),
             gravity=np.array([0.0, 0.0, -recording.gravity]),
         )
