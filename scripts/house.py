@@ -60,8 +60,8 @@ LIMITS: Mapping[str, Limit] = {
     "constants of one name with different values": Limit(132, 0),
     "effects named outside of effects/": Limit(176, 0),
     "docstrings with a past run's figure": Limit(85, 0),
-    "branches on a rig's name": Limit(157, 0),
-    "segments and IMUs by their name": Limit(62, 0),
+    "branches on a rig's name": Limit(0, 0),
+    "segments and IMUs by their name": Limit(56, 0),
 }
 """Lower a limit in the change that lowers its measure. Where `now` is the aim, it is no longer a matter of time."""
 
@@ -72,7 +72,7 @@ PAST = re.compile(
 FIGURE = re.compile(r"(?<![\w.^'])\d[\d,.]*(?![\w'])")
 RIGS_LIVE = ("models", "scenarios", "tests", "proof/rigs.py")  # the last: of the generator that shares no code with us
 NO_RIG = ("base", "motion", "kind")  # what may be "free", too
-LISTS = ("RIGS", "RIG_FILES")  # in which a name is looked up, to see whether it is one
+LISTS = ("RIGS", "RIG_FILES", "SHAPES")  # in which a name is looked up, to see whether it is one
 PARTS = re.compile(r"(segment|imu)[12]")
 
 

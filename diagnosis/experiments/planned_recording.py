@@ -42,12 +42,9 @@ def staged(recording: Recording, stage: Stage, seconds: float) -> Recording:
     )
 
 
-DOWN = (0.0, 0.0, -1.0)  # along a body that is no limb
-
-
 def assumed(recording: Recording) -> Body:
     """Return a forearm's mass, centre and inertia, where none is declared."""
-    far = 0.15 * np.array(recording.tree.last.along or DOWN)
+    far = 0.15 * np.array(recording.tree.last.along or (0.0, 0.0, -1.0))
     return Body(1.0, far, np.full(3, 0.01))
 
 
