@@ -145,6 +145,9 @@ def tree_of(spec: Any) -> Tree:
     """
     import mujoco
 
+    model = spec.copy().compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)  # where everything is while the joints are at zero
     reads = (mujoco.mjtSensor.mjSENS_GYRO, mujoco.mjtSensor.mjSENS_ACCELEROMETER)
     sites = {sensor.objname for sensor in spec.sensors if sensor.type in reads}
     mounts = {body.name for body in spec.bodies if body.name in sites}
@@ -160,7 +163,7 @@ def tree_of(spec: Any) -> Tree:
             body.name,
             None if parent.name == "world" else parent.name,
             tuple(_joint(joint) for joint in body.joints),
-            tuple(_imu(site, part) for part in parts for site in part.sites if site.name in sites),
+            tuple(_imu(site, part, body, data) for part in parts for site in part.sites if site.name in sites),
             _along(body),
         )
     return Tree(tuple(found.values()))
@@ -177,14 +180,15 @@ def _joint(joint: Any) -> Joint:
     return Joint(joint.name, kind, _vector(joint.axis))
 
 
-def _imu(site: Any, body: Any) -> ImuSite:
-    """Return the IMU at a site of its mount, or of a segment; a mount's frame is the sensor's."""
+def _imu(site: Any, part: Any, segment: Any, data: Any) -> ImuSite:
+    """Return the IMU at a site of a segment or of a part of it; a mount's box is its case."""
     import mujoco
 
-    boxes = [geom for geom in body.geoms if geom.type == mujoco.mjtGeom.mjGEOM_BOX]
-    own = body.name == site.name
-    case = _vector(2 * boxes[0].size) if own and boxes else None
-    return ImuSite(site.name, _vector(body.pos if own else site.pos), case)
+    boxes = [geom for geom in part.geoms if geom.type == mujoco.mjtGeom.mjGEOM_BOX]
+    case = _vector(2 * boxes[0].size) if part.name == site.name and boxes else None
+    frame = data.body(segment.name)
+    at = frame.xmat.reshape(3, 3).T @ (data.site(site.name).xpos - frame.xpos)
+    return ImuSite(site.name, _vector(at), case)
 
 
 def _along(body: Any) -> Vector | None:
