@@ -74,6 +74,12 @@ def _rig(model: Any, family: str, bodies: Collection[str], joints: Mapping[str, 
     )
 
 
+def _held(model: Any) -> set[str]:
+    """Return the bodies that a weld holds to their parent, springs or not: it is on."""
+    welds = (i for i in range(model.neq) if model.eq_type[i] == mujoco.mjtEq.mjEQ_WELD and model.eq_active0[i])
+    return {model.body(model.eq_obj2id[i]).name for i in welds}
+
+
 def _laws(model: Any) -> dict[str, Array]:
     """Return the numbers of what MuJoCo has no term for, by name; see `sim.compile.laws_of`."""
     found = {}
@@ -172,7 +178,7 @@ def _mount(
     found = {}
     for kind, inertia in (("slide", mass), ("hinge", mass * gyration**2)):
         names = [f"{name}_{kind}_{axis}" for axis in "xyz"]
-        if all(n in joints for n in names):
+        if all(n in joints for n in names) and name not in _held(model):
             stiffness = np.array([float(np.ravel(model.jnt_stiffness[joints[n]])[0]) for n in names])
             damping = np.array([model.dof_damping[model.jnt_dofadr[joints[n]]] for n in names]).reshape(3)
             w = np.sqrt(stiffness / inertia)

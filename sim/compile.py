@@ -63,7 +63,8 @@ def _template(family: str, watch_segments: bool) -> Any:
     """Return the MjSpec of a family's MJCF file, to be copied."""
     write_no_log()
     spec, imus = rig_spec(family), rig_tree(family).imus
-    for part in (*spec.sensors, *spec.equalities):
+    springs = [joint for name in imus for joint in spec.body(name).joints]
+    for part in (*spec.sensors, *spec.equalities, *springs):
         spec.delete(part)  # for who opens the file; a simulation adds its own
     if not watch_segments:
         for part in (*spec.geoms, *(s for s in spec.sites if s.name not in imus)):
@@ -127,6 +128,7 @@ def _set_mount(spec: Any, name: str, mount: Mount) -> None:
     about_pivot = mount.mass * mount.gyration**2 * np.eye(3)
     com = mount.com
     inertia = about_pivot - mount.mass * (com @ com * np.eye(3) - np.outer(com, com))
+    body.inertia = np.zeros(3)  # MuJoCo takes one of the two, and the file has this one
     body.fullinertia = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
     for site in body.sites:
         site.pos = mount.lever
