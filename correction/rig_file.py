@@ -53,14 +53,11 @@ def _rig(model: Any, family: str, bodies: Collection[str], joints: Mapping[str, 
     changes: dict[str, Any] = {"inertia_scale": scale}
     if tree.clamps and tree.base is not None and tree.base.name not in joints:
         changes |= {"base": "fixed", "base_quaternion": model.body(tree.names[0]).quat.copy()}
+    drag = damping = friction = 0.0
     if tree.joint is not None:
-        there = tree.joint.name in joints
-        dof = int(model.joint(tree.joint.name).dofadr[0]) if there else model.nv - 1
-        changes |= {
-            "drag": float(np.ravel(model.dof_dampingpoly[dof])[0]),
-            "damping": float(model.dof_damping[dof]),
-            "dry_friction": float(model.dof_frictionloss[dof]),
-        }
+        dof = int(model.joint(tree.joint.name).dofadr[0]) if tree.joint.name in joints else model.nv - 1
+        drag, damping = float(np.ravel(model.dof_dampingpoly[dof])[0]), float(model.dof_damping[dof])
+        friction = float(model.dof_frictionloss[dof])
     if tree.hinge is not None:
         changes |= _hinge(model, tree, joints, gears)
     if tree.ball is not None:
@@ -70,6 +67,9 @@ def _rig(model: Any, family: str, bodies: Collection[str], joints: Mapping[str, 
         mounts,
         segments,
         gravity=float(-model.opt.gravity[2]),
+        damping=damping,
+        dry_friction=friction,
+        drag=drag,
         **changes,
     )
 
