@@ -105,6 +105,14 @@ class Tree:
         return self.joint if self.kind == BALL else None
 
     @property
+    def pair(self) -> tuple[str, str] | None:
+        """The IMUs on both sides of that joint: on what holds the last segment, and on the last one."""
+        if not self.segments or self.last.parent is None:
+            return None
+        holding = next(segment for segment in self.segments if segment.name == self.last.parent)
+        return (holding.imus[0].name, self.last.imus[0].name) if holding.imus and self.last.imus else None
+
+    @property
     def base(self) -> Joint | None:
         """The joint that holds the first segment to the world."""
         return self.segments[0].joints[0] if self.segments and self.segments[0].joints else None

@@ -27,8 +27,7 @@ def not_together(recording: Recording) -> Iterator[Nonsense]:
     """
     some = liveliest(recording, LONGEST)
     imus = {imu.name: imu for imu in some.moving if quick_enough(imu.time)}
-    hinge = some.tree.hinge is not None
-    one, two = (imus.get(name) for name in some.tree.imus[-2:]) if hinge else (None, None)
+    one, two = (imus.get(name) for name in some.tree.pair or ("", ""))
     if one and two and (found := hinged(one, two)):
         yield _told("joint", "the two IMUs do not move together", found)
     for i, pose in enumerate(some.poses):

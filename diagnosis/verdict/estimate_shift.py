@@ -29,7 +29,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.problem.hypothesis import segment_of
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS
 from imubench.diagnosis.result import Move
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
@@ -67,16 +66,16 @@ def asked(fit: Fit, time: Array) -> Asked:
     model, state, n = fit.model, fit.state, len(time)
     moment = model.moment(state, time, "")
     motions = model.segments(state, moment)
-    link = model.joint_link(state, moment, motions["segment1"])
+    link = model.joint_link(state, moment, motions[model.rig.tree.names[0]])
     across = np.broadcast_to(np.eye(3)[HINGE_AXIS], (n, 3))
     mounts, axes, centres = [], [], []
     for imu in model.recording.imus:
-        segment = segment_of(imu.name)
+        segment = model.recording.carrier(imu.name)
         mount = model.mount(imu, state, moment, motions[segment])
         turn = np.broadcast_to(mount.turn.matrix, (n, 3, 3))
         place = np.broadcast_to(mount.offset.value, (n, 3))
         mounts.append((turn, place))
-        first = model.rig.hinge and segment == "segment1"
+        first = segment != model.rig.tree.last.name
         centre = link.offset.value if first else np.zeros((1, 3))
         axis = across if first else back(np.broadcast_to(link.turn.matrix, (n, 3, 3)), across)
         axes.append(back(turn, axis))
