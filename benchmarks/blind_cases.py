@@ -29,6 +29,7 @@ from imubench.errors import InputError
 from imubench.inputs.json import load_table
 from imubench.lock import locked
 from imubench.proof.mixture import Question, make, mixture
+from imubench.proof.rigs import SHAPES
 from imubench.terminal import Terminal
 from imubench.trials.blind import OURS, Children, diagnosed, finished
 from imubench.trials.detection import wilson
@@ -83,7 +84,7 @@ def questions(count: int, seed: int, seconds: float) -> dict[str, Question]:
 def samples(question: Question) -> float:
     """Return how many samples of an IMU a recording has, about."""
     options = question.options
-    return float(options["seconds"] * (options["rate"] + (options["rate2"] if question.rig == "hinge" else 0.0)))
+    return float(options["seconds"] * (options["rate"] + (options["rate2"] if SHAPES[question.rig].imus > 1 else 0.0)))
 
 
 def asked(name: str, question: Question, out: Path) -> Scored:

@@ -36,7 +36,7 @@ def swings() -> Row:
         batch = mujoco_batch.Batch(models[0], nsim=len(models))
         batch.set_models(models)
         for i, start in enumerate(starts[part]):
-            batch.bind("qpos")[i], batch.bind("qvel")[i] = _initial_state(models[i], start)
+            batch.bind("qpos")[i], batch.bind("qvel")[i] = _initial_state(models[i], rigs[0].tree, start)
         bare += seconds(lambda b=batch: b.rollout(steps, record=()))
         ours += seconds(lambda p=part: [t.joint_angle[-1] for t in swing_many(rigs[p], starts[p], SECONDS, RATE)])
     rates = RIGS * steps / ours, RIGS * steps / bare

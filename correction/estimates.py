@@ -20,14 +20,15 @@ from imubench.diagnosis.result import SURE, Diagnosis
 from imubench.errors import InputError
 from imubench.estimate import Estimate
 from imubench.estimators import ESTIMATORS
+from imubench.models.tree import BALL, HINGE
 from imubench.progress import Step, silent
 from imubench.recording import Recording
 from imubench.reference import Reference
 from imubench.reference_axes import reference_axes
 from imubench.score import line_deviation
 
-ASKED: Mapping[str, tuple[str, ...]] = {"hinge": ("olsson2020", "hinge-position"), "pendulum": ("mrvs",)}
-"""Estimators of what a rig can be asked for: a hinge's axis and centre, a pendulum's centre by what costs least."""
+ASKED: Mapping[str, tuple[str, ...]] = {HINGE: ("olsson2020", "hinge-position"), BALL: ("mrvs",)}
+"""Estimators of what a joint can be asked for: a hinge's axis and centre, a ball joint's centre by what costs least."""
 
 
 def estimates(
@@ -48,7 +49,7 @@ def estimates(
         InputError: where the findings cannot be taken out, see `correction`.
     """
     some = any(f.named and f.confidence >= SURE for f in diagnosis.findings)
-    asked = [name for name in ASKED.get(recording.rig, ()) if ESTIMATORS[name].imus <= len(recording.imus)]
+    asked = [name for name in ASKED.get(recording.tree.kind, ()) if ESTIMATORS[name].imus <= len(recording.imus)]
     if not some or not asked or diagnosis.doubts:
         return ()
     taking_out = removal(recording, diagnosis, step)

@@ -24,6 +24,7 @@ from imubench.diagnosis.sensor_errors.baseline import whole
 from imubench.effects import EFFECTS
 from imubench.format1.tables import write_table
 from imubench.format1.write import IMU
+from imubench.models.tree import rig_tree
 from imubench.recording import span_of
 from imubench.sim.compile import specify
 from imubench.sim.joints import Play
@@ -37,7 +38,7 @@ NAMES = {**IMU, "torque": ("torque",)}
 def plays(effect: str, rig: str) -> bool:
     """Return whether the replay of a `model/` has an effect of the library in it, on a rig."""
     known = EFFECTS.get(effect)
-    if known is None or rig not in known.rigs:
+    if known is None or not known.fits(rig_tree(rig)):
         return False
     return known.in_the_rig or at_encoder(effect) or chained(effect)
 
@@ -97,7 +98,9 @@ def effect_table(at: str, link: Link, rig: str, swings: bool, folder: Path) -> d
     one out; `swings` says whether it does.
     """
     if link.effect == UNKNOWN:
-        in_place = at.startswith("imu") or (swings and rig == "hinge")  # a torque about a hinge is a number
+        in_place = at.startswith("imu") or (
+            swings and rig_tree(rig).hinge is not None
+        )  # a torque about a hinge is a number
         table: dict[str, Any] = {"name": UNKNOWN, "at": at, "replayed": bool(link.signals) and in_place}
         if link.signals:
             table["signal"] = f"{UNKNOWN}_{at}.csv"

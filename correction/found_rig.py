@@ -10,7 +10,7 @@ from imubench.effects import EFFECTS, VARIANTS
 from imubench.effects.effect import Effect
 from imubench.errors import InputError
 from imubench.recording import Recording
-from imubench.sim.rigs import STANDARD_RIGS, Mount, Rig, Segment
+from imubench.sim.rigs import Mount, Rig, Segment, standard_rig
 
 LIGHT = 1e-4  # of the declared body, which is with its sensor: as much does the model's sensor add to it
 
@@ -31,15 +31,15 @@ def rig_of(
         findings: with the numbers that a report names.
         fitted: the same effects with all their numbers; what neither tells is as the law's prior has it.
     """
-    standard, known = STANDARD_RIGS[recording.rig](), numbers_of(findings, fitted)
+    standard, known, tree = standard_rig(recording.rig), numbers_of(findings, fitted), recording.tree
     laws = {(effect, at): law_of(effect, at, fitted) for effect, at in known}
-    found = [(at, law, known[name, at]) for (name, at), law in laws.items() if law and recording.rig in law.rigs]
+    found = [(at, law, known[name, at]) for (name, at), law in laws.items() if law and law.fits(tree)]
     mounts_now = []
-    for i, usual in enumerate(standard.mounts):
+    for imu, usual in zip(tree.imus, standard.mounts, strict=True):
         mount = usual
-        if (pose := mounts.get(f"imu{i + 1}")) is not None:
+        if (pose := mounts.get(imu)) is not None:
             mount = Mount(pose.position, pose.quaternion)
-            for law, numbers in ((law, numbers) for at, law, numbers in found if at == f"imu{i + 1}"):
+            for law, numbers in ((law, numbers) for at, law, numbers in found if at == imu):
                 mount = law.on_mount(mount, numbers)
         if recording.body is not None:
             mount = replace(mount, mass=LIGHT * recording.body.mass)
@@ -47,7 +47,7 @@ def rig_of(
     rig = replace(
         standard, mounts=tuple(mounts_now), segments=_segments(recording, standard), gravity=recording.gravity
     )
-    if recording.rig == "hinge":
+    if tree.clamps:
         rig = replace(rig, base=recording.base, base_quaternion=recording.base_quaternion)
     for _, law, numbers in found:
         rig = law.on_rig(rig, numbers, recording.body is not None)

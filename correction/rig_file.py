@@ -11,6 +11,7 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.errors import InputError, unknown
 from imubench.inputs.mjcf import compiled
+from imubench.models.tree import Tree, rig_tree
 from imubench.recording import RIGS
 from imubench.sim.compile import CARRIER, SPRING_LAW, STOP_LAW
 from imubench.sim.joint_model import PLAY
@@ -31,12 +32,13 @@ def read_rig(path: Path, family: str) -> Rig:
     write_no_log()
     model = compiled(path)
     bodies = {model.body(i).name for i in range(model.nbody)}
-    missing = [name for name in RIGS[family] if name not in bodies]
+    tree = rig_tree(family)
+    missing = [name for name in tree.names if name not in bodies]
     if missing:
         raise InputError(f"{path}: expected a body '{missing[0]}', got {', '.join(sorted(bodies - {'world'}))}")
     joints = {model.joint(i).name: i for i in range(model.njnt)}
-    if family == "hinge" and "hinge" not in joints:
-        raise InputError(f"{path}: expected a joint 'hinge', got {', '.join(sorted(joints)) or 'none'}")
+    if tree.hinge is not None and tree.hinge.name not in joints:
+        raise InputError(f"{path}: expected a joint '{tree.hinge.name}', got {', '.join(sorted(joints)) or 'none'}")
     try:
         return _rig(model, family, bodies, joints)
     except InputError as error:
@@ -44,31 +46,38 @@ def read_rig(path: Path, family: str) -> Rig:
 
 
 def _rig(model: Any, family: str, bodies: Collection[str], joints: Mapping[str, int]) -> Rig:
-    laws, gears = _laws(model), _gears(model)
-    mounts = tuple(_mount(model, name, joints, laws, gears) for name in ("imu1", "imu2") if name in bodies)
-    scale = 1.0 - float(model.body_gravcomp[model.body(RIGS[family][-1]).id])
-    segments = tuple(_segment(model, name, scale if name == RIGS[family][-1] else 1.0) for name in RIGS[family])
-    hinge = model.joint("hinge").dofadr[0] if "hinge" in joints else model.nv - 1
-    if family == "pendulum" and "base" in joints:
-        hinge = model.joint("base").dofadr[0]
+    laws, gears, tree = _laws(model), _gears(model), rig_tree(family)
+    mounts = tuple(_mount(model, name, joints, laws, gears) for name in tree.imus if name in bodies)
+    scale = 1.0 - float(model.body_gravcomp[model.body(tree.last.name).id])
+    segments = tuple(_segment(model, name, scale if name == tree.last.name else 1.0) for name in tree.names)
     changes: dict[str, Any] = {"inertia_scale": scale}
-    if family == "hinge" and "base" not in joints:
-        changes |= {"base": "fixed", "base_quaternion": model.body("segment1").quat.copy()}
-    if family != "free":
-        changes["drag"] = float(np.ravel(model.dof_dampingpoly[hinge])[0])
-    if family == "hinge":
-        changes |= _hinge(model, joints, gears)
-    if family == "pendulum":
+    if tree.clamps and tree.base is not None and tree.base.name not in joints:
+        changes |= {"base": "fixed", "base_quaternion": model.body(tree.names[0]).quat.copy()}
+    drag = damping = friction = 0.0
+    if tree.joint is not None:
+        dof = int(model.joint(tree.joint.name).dofadr[0]) if tree.joint.name in joints else model.nv - 1
+        drag, damping = float(np.ravel(model.dof_dampingpoly[dof])[0]), float(model.dof_damping[dof])
+        friction = float(model.dof_frictionloss[dof])
+    if tree.hinge is not None:
+        changes |= _hinge(model, tree, joints, gears)
+    if tree.ball is not None:
         changes |= {"pivot_moves": "pivot_x" in joints} | _ball(laws)
     return Rig(
         family,
         mounts,
         segments,
         gravity=float(-model.opt.gravity[2]),
-        damping=float(model.dof_damping[hinge]) if family != "free" else 0.0,
-        dry_friction=float(model.dof_frictionloss[hinge]) if family != "free" else 0.0,
+        damping=damping,
+        dry_friction=friction,
+        drag=drag,
         **changes,
     )
+
+
+def _held(model: Any) -> set[str]:
+    """Return the bodies that a weld holds to their parent, springs or not: it is on."""
+    welds = (i for i in range(model.neq) if model.eq_type[i] == mujoco.mjtEq.mjEQ_WELD and model.eq_active0[i])
+    return {model.body(model.eq_obj2id[i]).name for i in welds}
 
 
 def _laws(model: Any) -> dict[str, Array]:
@@ -92,9 +101,9 @@ def _gears(model: Any) -> dict[str, Array]:
     return found
 
 
-def _hinge(model: Any, joints: Mapping[str, int], gears: Mapping[str, Array]) -> dict[str, Any]:
+def _hinge(model: Any, tree: Tree, joints: Mapping[str, int], gears: Mapping[str, Array]) -> dict[str, Any]:
     """Return what a hinge does beside turning, and what it meets."""
-    own = joints["hinge"]
+    own = joints[tree.last.joints[-1].name]
     dof = int(model.jnt_dofadr[own])
     changes: dict[str, Any] = {
         "stiffness": float(np.ravel(model.jnt_stiffness[own])[0]),
@@ -108,18 +117,18 @@ def _hinge(model: Any, joints: Mapping[str, int], gears: Mapping[str, Array]) ->
         low, high = model.jnt_range[own]
         if (model.jnt_solref[own] > 0).any():
             got = model.jnt_solref[own].tolist()
-            raise InputError(f"joint 'hinge': expected solreflimit as -stiffness -damping, got {got}")
+            raise InputError(f"joint '{model.joint(own).name}': expected solreflimit as -stiffness -damping, got {got}")
         stiffness, damping = -model.jnt_solref[own] / model.dof_invweight0[dof]
         changes["stop"] = Stop(float(low if abs(low) < abs(high) else high), float(stiffness), float(damping))
     if PLAY in joints:
-        changes["play"] = _play(model, joints[PLAY])
+        changes["play"] = _play(model, tree, joints[PLAY])
     return changes
 
 
-def _play(model: Any, joint: int) -> Play:
+def _play(model: Any, tree: Tree, joint: int) -> Play:
     """Return a play: J + armature from its own axis, the springs by that."""
     dof, axis = int(model.jnt_dofadr[joint]), model.jnt_axis[joint]
-    body = model.body("segment2")
+    body = model.body(tree.last.name)
     com = body.ipos
     own = float(axis @ _inertia(body) @ axis + body.mass[0] * (com @ com - (com @ axis) ** 2))
     whole = own + float(model.dof_armature[dof])
@@ -169,7 +178,7 @@ def _mount(
     found = {}
     for kind, inertia in (("slide", mass), ("hinge", mass * gyration**2)):
         names = [f"{name}_{kind}_{axis}" for axis in "xyz"]
-        if all(n in joints for n in names):
+        if all(n in joints for n in names) and name not in _held(model):
             stiffness = np.array([float(np.ravel(model.jnt_stiffness[joints[n]])[0]) for n in names])
             damping = np.array([model.dof_damping[model.jnt_dofadr[joints[n]]] for n in names]).reshape(3)
             w = np.sqrt(stiffness / inertia)

@@ -13,6 +13,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.evidence import Swing
 from imubench.errors import InputError, shown
+from imubench.models.tree import rig_tree
 from imubench.sim.swing import Start
 
 KEY = "free_swing"
@@ -24,7 +25,7 @@ def swing_tables(swings: Iterable[Swing], rig: str) -> list[dict[str, Any]]:
     out = []
     for swing in swings:
         state = swing.state
-        if rig == "hinge":
+        if rig_tree(rig).hinge is not None:
             told: dict[str, Any] = {"angle": float(state.angle), "angle_rate": float(state.angle_rate)}
         else:
             told = {"quaternion": state.quaternion.tolist(), "rate": state.rate.tolist()}
@@ -39,7 +40,7 @@ def read_swings(
 
     Args:
         tables: as they were read.
-        rig: hinge or pendulum.
+        rig: its name; of one with a hinge or a ball joint.
         span: s, of the samples, that swings lie in.
         where: the file, for what is wrong with it.
 
@@ -51,7 +52,7 @@ def read_swings(
     for i, table in enumerate(tables):
         at = f"{where}, {KEY}[{i}]"
         start, end = (float(_numbers(table, key, (), at)) for key in ("start", "end"))
-        if rig == "hinge":
+        if rig_tree(rig).hinge is not None:
             angle, rate = (float(_numbers(table, key, (), at)) for key in ("angle", "angle_rate"))
             state = Start(angle=angle, angle_rate=rate)
         else:

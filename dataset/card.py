@@ -17,7 +17,7 @@ from imubench.effects import EFFECTS
 from imubench.errors import InputError, unknown
 from imubench.inputs.json import parse_json
 from imubench.inputs.parquet import opened_parquet
-from imubench.recording import RIGS
+from imubench.models.tree import rig_tree
 
 CARD = "card.html"
 NAMES = ("family", "motion", "split", "imu1_profile")
@@ -130,7 +130,7 @@ def _count(found: Census, row: Mapping[str, Any]) -> None:
         found.names[key][row[key]] += 1
     found.splits[row["split"]][row["family"]] += 1
     for key in NUMBERS:
-        for n in range(1, len(RIGS[row["family"]]) + 1):
+        for n in range(1, len(rig_tree(row["family"]).imus) + 1):
             if "N" in key or n == 1:
                 found.numbers[key].append(_size(row[key.replace("N", str(n))]))
     found.effects.update({e["effect"] for e in row["effects"]})

@@ -20,7 +20,8 @@ from imubench.dataset.ranges import located
 from imubench.dataset.rig_ranges import DrawnRig, draw_rig, pick
 from imubench.dataset.spec import Spec
 from imubench.dataset.swing_range import FreeSwing, hanging
-from imubench.recording import RIGS, Body
+from imubench.models.tree import rig_tree
+from imubench.recording import Body
 from imubench.sim.imu_model import DeclaredMount
 from imubench.sim.imu_profile import ImuProfile
 from imubench.sim.injected import believed, carried, injected_profile, injected_rig
@@ -140,7 +141,7 @@ def draw(spec: Spec, seed: int, index: int) -> Drawn:
 
 
 def _effects(spec: Spec, rng: np.random.Generator, shown: Shown, seconds: float) -> list[dict[str, Any]]:
-    places = (*(f"imu{i + 1}" for i in range(len(RIGS[shown.family]))), "joint", "body", "world")
+    places = (*rig_tree(shown.family).imus, "joint", "body", "world")
     own = zip(spec.effects, rng.spawn(len(spec.effects)), strict=True)
     return [found for e, stream in own if e.suits(shown) for found in e.draw(stream, places, seconds)]
 
@@ -151,7 +152,7 @@ def _from_rest(effect: dict[str, Any], rig: Rig) -> dict[str, Any]:
     A stop's side is the sign of its angle: where a limb hangs so far off that this would be the wrong one, the stop is
     on the limb's other side.
     """
-    if effect["effect"] != "end_stop" or rig.family != "hinge":
+    if effect["effect"] != "end_stop" or rig.tree.hinge is None:
         return effect
     p, rest = effect["parameters"], hanging(rig)
     away = p["angle"] if (rest + p["angle"]) * p["angle"] > 0 else -p["angle"]
@@ -163,7 +164,7 @@ def _instruments(
 ) -> tuple[DrawnEncoder | None, tuple[DrawnPose, ...]]:
     first, *others = rng.spawn(1 + len(spec.poses))
     encoder = spec.encoder.draw(first, family) if spec.encoder is not None else None
-    poses = (pose.draw(own, RIGS[family]) for pose, own in zip(spec.poses, others, strict=True))
+    poses = (pose.draw(own, rig_tree(family).names) for pose, own in zip(spec.poses, others, strict=True))
     return encoder, tuple(pose for pose in poses if pose is not None)
 
 

@@ -14,6 +14,7 @@ from imubench.dataset.rig_ranges import FARTHEST, FASTEST, GYRATION, SPRING_NUMB
 from imubench.effects import EFFECTS
 from imubench.effects.effect import Parameter
 from imubench.errors import InputError, unknown
+from imubench.models.tree import rig_tree
 from imubench.sim.injected import all_injectable, injectable
 
 IMUS = ("imu1", "imu2")
@@ -77,7 +78,7 @@ class EffectRange:
         if law.acts("encoder") and not shown.encoder:
             return False
         fits = not shown.free if law.by_hand else shown.free or not law.rolled_out
-        return fits and shown.family in law.rigs
+        return fits and law.fits(rig_tree(shown.family))
 
     def draw(self, rng: np.random.Generator, places: Sequence[str], seconds: float) -> list[dict[str, Any]]:
         """Return the effects on a recording of `seconds` s, of a rig with these places: name, place, parameters."""

@@ -9,6 +9,7 @@ import numpy as np
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.dataset.ranges import Range, check_keys, chosen, number, parse_range
+from imubench.models.tree import rig_tree
 from imubench.recording import Encoder, Pose
 from imubench.truth import Truth
 
@@ -26,7 +27,7 @@ class EncoderRange:
     def draw(self, rng: np.random.Generator, family: str) -> "DrawnEncoder | None":
         """Return a recording's encoder, if it has one."""
         there, drawn = rng.random() < self.probability, DrawnEncoder(self.noise_std.one(rng), self.zero.one(rng))
-        return drawn if there and family == "hinge" else None
+        return drawn if there and rig_tree(family).hinge is not None else None
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,9 @@ class DrawnEncoder:
             if e["effect"] == "backlash":
                 angle = followed(angle, e["parameters"]["range"])
         angle = angle - self.zero + self.noise_std * rng.standard_normal(angle.size)
-        return Encoder("hinge", truth.time, angle, self.noise_std, self.zero)
+        hinge = rig_tree(truth.rig).hinge
+        assert hinge is not None  # `EncoderRange.draw` has looked
+        return Encoder(hinge.name, truth.time, angle, self.noise_std, self.zero)
 
 
 @dataclass(frozen=True)

@@ -115,7 +115,7 @@ class OlssonMotions:
 
     def suits(self, rig: RigRange) -> bool:
         """Return whether a rig is a hinge in a hand."""
-        return rig.family == "hinge" and rig.base == "free"
+        return rig.tree.hinge is not None and rig.base == "free"
 
     def draw(self, rng: np.random.Generator, seconds: float) -> tuple[str, Motion]:
         """Return one of the motions, its lead-in left out."""
@@ -142,7 +142,7 @@ class PendulumMotion:
 
     def suits(self, rig: RigRange) -> bool:
         """Return whether a rig is a pendulum."""
-        return rig.family == "pendulum"
+        return rig.tree.ball is not None
 
     def draw(self, rng: np.random.Generator, seconds: float) -> tuple[str, Motion]:
         """Return an ellipse with random phases, a quarter of a period between x and y."""

@@ -21,7 +21,8 @@ from imubench.inputs.files import plain_name
 from imubench.inputs.json import parse_json
 from imubench.inputs.parquet import opened_parquet
 from imubench.inputs.tables import check_size
-from imubench.recording import RIGS, Body, Encoder, Imu, Pose, Recording
+from imubench.models.tree import rig_tree
+from imubench.recording import Body, Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
 from imubench.truth import SegmentTruth, SensorTruth, Truth
 
@@ -139,7 +140,7 @@ def _contents(folder: str) -> Contents:
 
 
 def _recording(row: Mapping[str, Any], table: pa.Table) -> Recording:
-    sensors = [f"imu{n}" for n in range(1, len(RIGS[row["family"]]) + 1)]
+    sensors = rig_tree(row["family"]).imus
     free = row["free_swing"] is not None
     return Recording(
         name=row["name"],
@@ -160,7 +161,9 @@ def _encoders(row: Mapping[str, Any], table: pa.Table) -> tuple[Encoder, ...]:
     if row["encoder_noise_std"] is None:
         return ()
     time, angle = _column(table, "time"), _column(table, "encoder_angle")
-    return (Encoder("hinge", time, angle, row["encoder_noise_std"], row["encoder_zero"]),)
+    hinge = rig_tree(row["family"]).hinge
+    assert hinge is not None  # a dataset draws an encoder where there is one to measure
+    return (Encoder(hinge.name, time, angle, row["encoder_noise_std"], row["encoder_zero"]),)
 
 
 def _poses(row: Mapping[str, Any], table: pa.Table) -> tuple[Pose, ...]:
@@ -194,20 +197,20 @@ def _imu(name: str, row: Mapping[str, Any], table: pa.Table) -> Imu:
 def _truth(row: Mapping[str, Any], table: pa.Table) -> Truth | None:
     if "segment1_position_x" not in table.column_names:
         return None
-    hinge = row["family"] == "hinge"
-    names = RIGS[row["family"]]
+    tree = rig_tree(row["family"])
+    hinge, names = tree.hinge is not None, tree.names
     segments: list[SegmentTruth] = []
     for name in names:
         shared = {key: getattr(segments[0], key) for key in SHARED_ORIGIN} if segments else {}
         own = {k: _stacked(table, f"{name}_{k}", c) for k, c in SEGMENT_FIELDS.items() if k not in shared}
         segments.append(SegmentTruth(name, **(shared | own)))
     sensors = []
-    for n in range(1, len(names) + 1):
+    for imu in tree.imus:
         fields = {
-            key: None if key == "joint_axis" and not hinge else _stacked(table, f"imu{n}_true_{key}", parts)
+            key: None if key == "joint_axis" and not hinge else _stacked(table, f"{imu}_true_{key}", parts)
             for key, parts in SENSOR_FIELDS.items()
         }
-        sensors.append(SensorTruth(f"imu{n}", **fields))  # type: ignore[arg-type]
+        sensors.append(SensorTruth(imu, **fields))  # type: ignore[arg-type]
     angle, rate = (_column(table, f"hinge_{key}") if hinge else None for key in ("angle", "rate"))
     time = _column(table, "time")
     return Truth(time, row["family"], row["true_gravity"], tuple(segments), tuple(sensors), angle, rate)
@@ -215,12 +218,13 @@ def _truth(row: Mapping[str, Any], table: pa.Table) -> Truth | None:
 
 def _reference(row: Mapping[str, Any], table: pa.Table) -> Reference | None:
     groups: dict[str, Array] = {}
-    if row["family"] == "hinge" and "hinge_angle" in table.column_names:
+    tree = rig_tree(row["family"])
+    if tree.hinge is not None and "hinge_angle" in table.column_names:
         groups["hinge_angle"] = _column(table, "hinge_angle")
-    for n in range(1, len(RIGS[row["family"]]) + 1):
-        if f"segment{n}_quaternion_w" in table.column_names:
-            groups[f"quaternion{n}"] = _stacked(table, f"segment{n}_quaternion", SEGMENT_FIELDS["quaternion"])
-    if row["family"] != "free" and "segment1_position_x" in table.column_names:
+    for n, name in enumerate(tree.names, 1):
+        if f"{name}_quaternion_w" in table.column_names:
+            groups[f"quaternion{n}"] = _stacked(table, f"{name}_quaternion", SEGMENT_FIELDS["quaternion"])
+    if not tree.loose and "segment1_position_x" in table.column_names:
         groups["joint_position"] = _stacked(table, "segment1_position", XYZ)
     return Reference(_column(table, "time"), **groups) if groups else None
 

@@ -14,9 +14,10 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.dataset.ranges import Range, check_keys, chosen, located, number, parse_range, weight
 from imubench.errors import InputError
+from imubench.models.tree import Tree, rig_tree
 from imubench.recording import RIGS
 from imubench.sim.injected import sprung_mount
-from imubench.sim.rigs import STANDARD_RIGS, Mount, Rig, Segment, rod
+from imubench.sim.rigs import Mount, Rig, Segment, rod, standard_rig
 
 NUMBERS: Mapping[str, tuple[object, float, bool]] = {  # key -> default, lower limit, whether that is excluded
     "mount_distance": ([0.04, 0.25], 0.0, False),  # m from the joint; any direction on the free body
@@ -52,11 +53,16 @@ class RigRange:
 
     family: str
     weight: float
-    base: str  # hinge only
+    base: str  # fixed: only of a rig whose first segment can be clamped
     ranges: Mapping[str, Range]
     mount_rotation: Range | None  # rad, about each axis, from the segment's axes; None: anyhow
     soft: Springs
     rocking: Springs
+
+    @property
+    def tree(self) -> Tree:
+        """The family's segments, joints and IMUs."""
+        return rig_tree(self.family)
 
 
 @dataclass(frozen=True)
@@ -76,9 +82,9 @@ class DrawnRig:
 def parse_rig(table: Mapping[str, Any], where: str) -> RigRange:
     """Return one `[[rig]]`; `InputError` for an unknown key, a number out of bounds, ranges that make no rig."""
     check_keys(table, (*KEYS, *NUMBERS), where)
-    family = chosen(table.get("family"), f"{where}.family", tuple(STANDARD_RIGS))
+    family = chosen(table.get("family"), f"{where}.family", RIGS)
     base = chosen(table.get("base", "free"), f"{where}.base", ("free", "fixed"))
-    if base == "fixed" and family != "hinge":
+    if base == "fixed" and not rig_tree(family).clamps:
         raise InputError(f"{where}.base: expected a hinge for base = 'fixed', got {family}")
     turned = table.get("mount_rotation", "any")
     found = RigRange(
@@ -117,7 +123,7 @@ def _springs(table: Mapping[str, Any], kind: str, keys: tuple[str, ...], where: 
 
 def _check_makes_rigs(ranges: RigRange, where: str) -> None:
     """Raise `InputError` where a corner of the ranges is no rig: extremes are where numbers stop to fit."""
-    if ranges.family != "free" and ranges.ranges["mount_distance"].low > ranges.ranges["segment_length"].high:
+    if not ranges.tree.loose and ranges.ranges["mount_distance"].low > ranges.ranges["segment_length"].high:
         near, far = ranges.ranges["mount_distance"].low, ranges.ranges["segment_length"].high
         raise InputError(
             f"{where}.mount_distance: expected mounts that a segment of at most {far:g} m can hold, "
@@ -131,42 +137,39 @@ def _check_makes_rigs(ranges: RigRange, where: str) -> None:
 def draw_rig(ranges: RigRange, rng: np.random.Generator) -> DrawnRig:
     """Return a rig; `InputError` where the numbers drawn make none."""
     shapes, mounts_rng, springs_rng, base_rng = rng.spawn(4)
-    names = RIGS[ranges.family]
-    bodies = [_segment(ranges, side, shapes) for side in (-1.0, 1.0)[: len(names)]]
+    directions = [None if s.along is None else np.array(s.along) for s in ranges.tree.segments]
+    bodies = [_segment(ranges, along, shapes) for along in directions]
     changes: dict[str, Any] = {"segments": tuple(body for body, _ in bodies)}
     changes["mounts"] = tuple(
-        _mount(ranges, side, reach, mounts_rng) for side, (_, reach) in zip((-1.0, 1.0), bodies, strict=False)
+        _mount(ranges, along, reach, mounts_rng) for along, (_, reach) in zip(directions, bodies, strict=True)
     )
     if ranges.base == "fixed":
         changes |= {"base": "fixed", "base_quaternion": rotations.random(base_rng)}
-    rig = STANDARD_RIGS[ranges.family](gravity=ranges.ranges["gravity"].one(base_rng), **changes)
-    springs = [s for i in range(len(names)) for s in _drawn_springs(ranges, f"imu{i + 1}", springs_rng)]
+    rig = standard_rig(ranges.family, gravity=ranges.ranges["gravity"].one(base_rng), **changes)
+    springs = [s for imu in ranges.tree.imus for s in _drawn_springs(ranges, imu, springs_rng)]
     drawn = DrawnRig(rig, tuple(springs))
     _ = drawn.loaded  # raises where a mount cannot be
     return drawn
 
 
-def _segment(ranges: RigRange, side: float, rng: np.random.Generator) -> tuple[Segment, float]:
-    """Return a cylinder from 1 cm beside the joint to its end, and where that end is in m."""
+def _segment(ranges: RigRange, along: Array | None, rng: np.random.Generator) -> tuple[Segment, float]:
+    """Return a cylinder from 1 cm beside the joint to its end, and where that end is in m; about the origin without."""
     length, mass, radius = (ranges.ranges[f"segment_{k}"].one(rng) for k in ("length", "mass", "radius"))
-    if ranges.family == "pendulum":
-        return rod(mass, (0, 0, -0.01), (0, 0, -length), radius), length
-    if ranges.family == "free":
+    if along is None:
         return rod(mass, (-length / 2, 0, 0), (length / 2, 0, 0), radius), np.inf
-    return rod(mass, (side * 0.01, 0, 0), (side * length, 0, 0), radius), length
+    return rod(mass, 0.01 * along, length * along, radius), length
 
 
-def _mount(ranges: RigRange, side: float, reach: float, rng: np.random.Generator) -> Mount:
+def _mount(ranges: RigRange, side: Array | None, reach: float, rng: np.random.Generator) -> Mount:
     """Return where an IMU sits; one that would sit beyond its segment's end sits on the end."""
     along = min(ranges.ranges["mount_distance"].one(rng), reach)
     across: Array = ranges.ranges["mount_offset"].draw(rng, (2,))
-    if ranges.family == "pendulum":
-        position = np.array([*across, -along])
-    elif ranges.family == "free":
+    if side is None:
         direction = rng.standard_normal(3)
         position = along * direction / np.linalg.norm(direction)
     else:
-        position = np.array([side * along, *across])
+        axis = int(np.argmax(np.abs(side)))
+        position = np.insert(across, axis, side[axis] * along)
     if ranges.mount_rotation is None:
         return Mount(position, rotations.random(rng))
     return Mount(position, rotations.exp(ranges.mount_rotation.draw(rng, (3,))))

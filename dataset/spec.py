@@ -19,7 +19,6 @@ from imubench.errors import InputError, shown
 from imubench.inputs.files import below, plain_name, read_bytes
 from imubench.inputs.limits import BINARY_BYTES
 from imubench.inputs.toml import parse_toml
-from imubench.recording import RIGS
 from imubench.sim.injected import rolled_out
 
 KEYS = (
@@ -69,7 +68,7 @@ class Spec:
     @property
     def sensors(self) -> int:
         """How many IMUs the largest rig has."""
-        return max(len(RIGS[rig.family]) for rig in self.rigs)
+        return max(len(rig.tree.imus) for rig in self.rigs)
 
 
 def load_spec(path: Path) -> Spec:

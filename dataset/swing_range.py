@@ -31,7 +31,7 @@ class FreeSwing:
 
     def start(self, rig: Rig) -> Start:
         """Return the state in which the rig is let go: nobody presses it into an end stop, but to its other side."""
-        if rig.family == "pendulum":
+        if rig.tree.ball is not None:
             axis = np.array([np.cos(self.direction), np.sin(self.direction), 0.0])
             turned = rotations.exp(self.deflection * axis)
             z = rotations.rotate(turned, [0.0, 0.0, 1.0])
@@ -80,7 +80,7 @@ class SwingMotion:
 
     def suits(self, rig: RigRange) -> bool:
         """Return whether a rig hangs from something."""
-        return rig.family == "pendulum" or rig.base == "fixed"
+        return rig.tree.ball is not None or rig.base == "fixed"
 
     def draw(self, rng: np.random.Generator, seconds: float) -> tuple[str, FreeSwing]:
         """Return a way to let go; `seconds` mean nothing to it."""

@@ -14,6 +14,7 @@ from imubench.effects.traits import OF_FAULT, Correction, Traits
 from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.links import Link, Motion
+from imubench.models.tree import Tree
 from imubench.recording import Imu, Recording
 
 if TYPE_CHECKING:
@@ -117,7 +118,7 @@ class Effect(Traits):
     name: ClassVar[str]
     place: ClassVar[Place]
     law: ClassVar[str]  # one line, with its symbols
-    rigs: ClassVar[tuple[str, ...]] = ("hinge", "pendulum", "free")
+    joints: ClassVar[tuple[str, ...]] = ()  # kinds of joint of which the rig must have one; (): it needs none
     needs: ClassVar[tuple[str, ...]] = ()  # of a recording: "free_swings", "encoders", "imus"
     of_the_sensor: ClassVar[Change | None] = None  # until the sensor's next recording; None: that need not have it
     given: ClassVar[bool] = False  # whether it is known beforehand, and no diagnosis asks whether it is there
@@ -129,9 +130,13 @@ class Effect(Traits):
     found: tuple[Found, ...] = ()
     states: tuple[State, ...] = ()
 
+    def fits(self, tree: Tree) -> bool:
+        """Return whether a rig has what the effect acts on; a rig that nobody has read has not."""
+        return bool(tree.segments) and (not self.joints or tree.kind in self.joints)
+
     def places(self, recording: Recording) -> tuple[str, ...]:
         """Return where the effect may act on a recording's rig."""
-        if recording.rig not in self.rigs or not all(getattr(recording, need) for need in self.needs):
+        if not self.fits(recording.tree) or not all(getattr(recording, need) for need in self.needs):
             return ()
         if "free_swings" in self.needs and recording.body is None:
             return ()

@@ -15,6 +15,7 @@ from imubench.effects.smooth import beyond, magnitude
 from imubench.effects.traits import Alike
 from imubench.jets import Jet
 from imubench.links import Link, shift, spin
+from imubench.models.tree import BALL, HINGE
 from imubench.sim.rigs import Rig
 
 STOP, EDGE = 0.1, 0.02  # of backlash's range: over which its stops take hold, and begin to
@@ -28,7 +29,7 @@ class AxisCoupling(Effect):
 
     name, place, law = "axis_coupling", "joint", "R2 = R1 Ry(q) Rx(c1 q) Rz(c2 q)"
     phrase = "a rotation off the hinge axis that follows the hinge angle"
-    rigs, needs = ("hinge",), ("imus",)
+    joints, needs = (HINGE,), ("imus",)
     alike = (
         Alike(
             "skin_sliding",
@@ -53,7 +54,7 @@ class MovingCentre(Effect):
 
     name, place, law = "moving_centre", "joint", "segment 2's origin at slide q in segment 1"
     phrase = "a joint centre that moves with the hinge angle"
-    rigs, needs = ("hinge",), ("imus",)
+    joints, needs = (HINGE,), ("imus",)
     alike = (
         Alike(
             "skin_sliding",
@@ -78,7 +79,7 @@ class MovingPivot(Effect):
 
     name, place, law = "moving_pivot", "joint", "the pivot accelerates, `std` on each axis within `band`"
     phrase = "a pivot that does not stay in its place"
-    rigs = ("pendulum",)
+    joints = (BALL,)
     carries_joint = True
     slow_share = 0.6  # of an accelerometer that walks 0.4, of one that rectifies 0.2 to 0.6, of pivots 0.98 and more
     states = (State("acceleration", 3, 0.5),)
@@ -114,7 +115,7 @@ class Backlash(Effect):
 
     name, place, law = "backlash", "joint", "the encoder reads q - d, |d| <= range, d' = q' until a stop is met"
     phrase = "backlash between joint and encoder"
-    rigs, needs = ("hinge",), ("encoders", "imus")
+    joints, needs = (HINGE,), ("encoders", "imus")
     states = (State("gap", 1, 0.02),)
     parameters = (Parameter("range", (), "rad", 1.0, start=0.01, log=True),)
 

@@ -18,6 +18,7 @@ from imubench.effects.effect import Effect, Numbers, Parameter, Scene, Values
 from imubench.effects.traits import Alike
 from imubench.jets import Jet, rotation
 from imubench.links import Link, shift, small_turn
+from imubench.models.tree import BALL, HINGE
 from imubench.recording import STANDARD_GRAVITY
 from imubench.sim.rigs import Mount, Slip
 
@@ -126,7 +127,7 @@ class SkinSliding(Effect):
 
     name, place, law = "skin_sliding", "imu", "displaced by slide q, turned by twist q"
     phrase = "{imu} sliding along as the joint moves"
-    rigs = ("hinge", "pendulum")
+    joints = (HINGE, BALL)
     scales_angle = True
     alike = (
         Alike(

@@ -24,6 +24,7 @@ from imubench.effects.effect import Effect, Equation, Found, Numbers, Parameter,
 from imubench.effects.traits import Correction
 from imubench.jets import Jet, cross, dot
 from imubench.links import Link, small_turn, spin
+from imubench.models.tree import HINGE
 from imubench.sim.joints import Play
 from imubench.sim.rigs import Rig, Segment
 
@@ -44,7 +45,7 @@ class JointPlay(Effect):
 
     name, place, law = "joint_play", "joint", "R2 = R1 Ry(q) exp(phi e), |phi| < range"
     phrase = "play across the hinge axis"
-    rigs, needs = ("hinge",), ("imus",)
+    joints, needs = (HINGE,), ("imus",)
     loosens = knocks = True
     slow_share = 0.1  # of two mounts that creep 0.002 and 0.005, of play 0.6
     states: tuple[State, ...] = (State("rotation", 1, 0.04, jumps=True),)

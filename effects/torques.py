@@ -14,6 +14,7 @@ from imubench.effects.effect import Effect, Numbers, Parameter, Scene, Values
 from imubench.effects.smooth import beyond, magnitude, touching
 from imubench.effects.traits import Alike
 from imubench.jets import Jet, stack
+from imubench.models.tree import BALL, HINGE
 from imubench.recording import STANDARD_GRAVITY, Recording
 from imubench.sim.joints import Stop
 from imubench.sim.rigs import Rig, inertia_about
@@ -26,7 +27,7 @@ of a radian, and knocks a few times."""
 
 
 class _Torque(Effect):
-    rigs = ("hinge", "pendulum")
+    joints = (HINGE, BALL)
     needs = ("free_swings",)
 
 
@@ -105,7 +106,7 @@ class JointSpring(_Torque):
         return self.variant == "conservative"
 
     def places(self, recording: Recording) -> tuple[str, ...]:
-        return super().places(recording) if recording.rig == "pendulum" or not self.conservative else ()
+        return super().places(recording) if recording.tree.ball is not None or not self.conservative else ()
 
     def torque(self, scene: Scene, p: Values) -> Jet:
         (angle, _, _), (_, axis) = scene.turned(), scene.jointed()
@@ -117,7 +118,7 @@ class JointSpring(_Torque):
 
     def injected_rig(self, rig: Rig, numbers: Numbers) -> Rig:
         """On a ball joint it keeps its energy, as a cable does; see `sim.ball`."""
-        return replace(self.on_rig(rig, numbers, weighed=False), spring_conserves=rig.family == "pendulum")
+        return replace(self.on_rig(rig, numbers, weighed=False), spring_conserves=rig.tree.ball is not None)
 
 
 def gradient(axis: Jet) -> Jet:
@@ -167,7 +168,7 @@ class Inertia(Effect):
 
     name, place, law = "inertia", "body", "m l / I about the joint is `scale` times the declared one"
     phrase = "an inertia that is not the declared one"
-    rigs, needs = ("hinge", "pendulum"), ("free_swings",)
+    joints, needs = (HINGE, BALL), ("free_swings",)
     parameters = (Parameter("scale", (), "1", 0.2, start=1.0),)
 
     def lighter(self, p: Values) -> Jet:

@@ -84,7 +84,7 @@ def moved(before: Estimate, after: Estimate) -> tuple[Array, str] | None:
 
 def declared_axes(recording: Recording) -> Array | None:
     """Return the hinge axis (2, 3) in each sensor frame by the declared mounts; None without two of known rotation."""
-    if recording.rig != "hinge" or len(recording.imus) != 2:
+    if recording.tree.hinge is None or len(recording.imus) != 2:
         return None
     if any(imu.mount_rotation_std is None for imu in recording.imus):
         return None

@@ -18,9 +18,6 @@ from imubench.plugins import Outside
 from imubench.recording import Recording
 from imubench.workers import Pool, begin, one_thread_each
 
-AXIS_RIG = "hinge"
-"""The rig that has an axis; a rig of its owner's own may have one too."""
-
 
 def attempted(
     estimator: Estimator, recording: Recording, seconds: float | None = None, apart: "Apart | None" = None
@@ -133,7 +130,8 @@ def checked_answer(answer: object, estimator: Estimator, recording: Recording) -
         raise AnswerError(f"{name}: expected an Estimate, got {type(answer).__name__}")
     if estimator.quantity is not None and answer.quantity != estimator.quantity:
         raise AnswerError(f"{name}: expected a {estimator.quantity}, as it declares, got a {answer.quantity}")
-    if answer.quantity == "joint_axis" and recording.rig != AXIS_RIG and not recording.rig.endswith(".xml"):
+    tree = recording.tree
+    if answer.quantity == "joint_axis" and tree.segments and tree.hinge is None:  # one's own rig may have an axis
         raise AnswerError(f"{name}: expected a joint_vector, as rig {recording.rig} has no axis, got a joint_axis")
     rows, imus = answer.value.shape[-2], len(recording.imus)
     if rows != imus:

@@ -7,6 +7,8 @@ import numpy as np
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.effects.effect import Effect, Parameter
 from imubench.explain import PLACES, always_alike, of_effect
+from imubench.models import RIG_FILES
+from imubench.models.tree import rig_tree
 
 NEEDED = {
     "free_swings": "a declared free swing of a declared body",
@@ -33,7 +35,8 @@ def section(name: str, effect: Effect) -> Iterator[str]:
     needs = "".join(f", needs {NEEDED[need]}" for need in effect.needs)
     yield from (f"### {name}", "", of_effect(name, effect).text, "")
     yield f"- law: `{effect.law}`"
-    yield f"- acts {PLACES[effect.place]}; rigs: {', '.join(effect.rigs)}{needs}"
+    fitting = [rig for rig in RIG_FILES if effect.fits(rig_tree(rig))]
+    yield f"- acts {PLACES[effect.place]}; rigs: {', '.join(fitting)}{needs}"
     if variants := [v.variant for v in VARIANTS if v.name == name and v.variant]:
         yield f"- variants that a diagnosis also tries: {', '.join(variants)}"
     if effect.states:

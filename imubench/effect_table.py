@@ -11,6 +11,7 @@ from imubench.dataset.effect_ranges import EffectRange, Shown
 from imubench.effect_reference import sections
 from imubench.effects import EFFECTS
 from imubench.models import RIG_FILES
+from imubench.models.tree import rig_tree
 from imubench.sim.injected import injectable
 
 DOORS = ("sim", "dataset", "model")
@@ -49,13 +50,13 @@ class Cell:
 
 def cells() -> tuple[Cell, ...]:
     """Return every effect on every rig that has the place."""
-    return tuple(cell(name, rig) for name, effect in EFFECTS.items() for rig in RIG_FILES if rig in effect.rigs)
+    return tuple(cell(name, rig) for name, effect in EFFECTS.items() for rig in RIG_FILES if effect.fits(rig_tree(rig)))
 
 
 def cell(name: str, rig: str) -> Cell:
     """Return an effect on a rig, with the doors that it goes through."""
     ranged = EffectRange(name, (), 1.0, {}, {})
-    shown = [Shown(rig, free, rig == "hinge") for free in (False, True)]
+    shown = [Shown(rig, free, rig_tree(rig).hinge is not None) for free in (False, True)]
     goes = {
         "sim": injectable(name),
         "dataset": injectable(name) and any(ranged.suits(one) for one in shown),

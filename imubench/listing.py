@@ -2,15 +2,9 @@
 
 from collections.abc import Callable, Mapping
 
-RIG_SUMMARIES = {
-    "hinge": "two segments on a hinge that a screw can lock, free or fixed base, an IMU on each",
-    "pendulum": "a limb on a ball joint, an IMU on it",
-    "free": "one body that moves at will, an IMU on it",
-}
-
 
 def _rigs() -> dict[str, str]:
-    from imubench.models import RIG_FILES
+    from imubench.models import RIG_FILES, RIG_SUMMARIES
 
     return {name: RIG_SUMMARIES[name] for name in RIG_FILES}
 

@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 from imubench.arrays import Array, frozen, frozen_quaternion, frozen_time
 from imubench.displays import Displayed, Summarised
 from imubench.errors import InputError, unknown
+from imubench.models import RIG_FILES
+from imubench.models.tree import Tree, rig_tree
 
-RIGS: dict[str, tuple[str, ...]] = {
-    "hinge": ("segment1", "segment2"),
-    "pendulum": ("segment1",),
-    "free": ("segment1",),
-}
-"""The rigs and their segments; imu1 sits on segment1, imu2 on segment2."""
+RIGS = tuple(RIG_FILES)
+"""The names of the rigs; `Recording.tree` says what one has."""
+
+OWN_IMUS = ("imu1", "imu2")  # of a rig of its owner's own
 
 STANDARD_GRAVITY = 9.81  # m/s^2, the world's unless a recording says otherwise
 
@@ -143,7 +143,7 @@ class Recording(Summarised, Displayed):
         if not (self.imus or self.encoders or self.poses):
             raise InputError(f"{self.name}: expected at least one imu, encoder or pose, got none")
         names = [imu.name for imu in self.imus]
-        allowed = [f"imu{i + 1}" for i in range(len(RIGS.get(self.rig, ("segment1", "segment2"))))]
+        allowed = self.tree.imus or OWN_IMUS
         for name in names:
             if name not in allowed:
                 raise unknown(f"imu on rig {self.rig}", name, allowed)
@@ -155,10 +155,23 @@ class Recording(Summarised, Displayed):
                 raise InputError(f"free_swing: expected end after start, got {start:g} s to {end:g} s")
 
     @property
+    def tree(self) -> Tree:
+        """The rig's segments, joints and IMUs; without any where the rig is its owner's own."""
+        return rig_tree(self.rig)
+
+    @property
+    def clamped(self) -> bool:
+        """Whether the first segment is bolted to the world, on the declared base."""
+        return self.tree.clamps and self.base == "fixed"
+
+    @property
     def moving(self) -> tuple[Imu, ...]:
-        """The IMUs whose segment can move: segment 1 of a hinge on a fixed base cannot."""
-        rests = self.rig == "hinge" and self.base == "fixed"
-        return tuple(imu for imu in self.imus if not (rests and imu.name == "imu1"))
+        """The IMUs whose segment can move: a clamped one cannot."""
+        return tuple(imu for imu in self.imus if not (self.clamped and self.carrier(imu.name) == self.tree.names[0]))
+
+    def carrier(self, imu: str) -> str:
+        """Return the name of the segment that carries an IMU; by its number on a rig of its owner's own."""
+        return self.tree.carriers.get(imu) or imu.replace("imu", "segment")
 
     def imu(self, name: str) -> Imu:
         """Return the IMU of that name; `InputError` names the known ones."""

@@ -20,7 +20,7 @@ def reference_axes(recording: Recording, reference: Reference | None) -> Array |
     rate into the gyroscope's (Wahba's problem); the axis is +y of the segment. None without both
     orientations, with fewer than 50 usable samples, or where a segment turned about one direction only.
     """
-    if reference is None or recording.rig != "hinge" or len(recording.imus) != 2:
+    if reference is None or recording.tree.hinge is None or len(recording.imus) != 2:
         return None
     axes = []
     for imu, q in zip(recording.imus, (reference.quaternion1, reference.quaternion2), strict=True):

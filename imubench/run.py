@@ -30,6 +30,7 @@ from imubench.estimators.banded import BLOCKS, explained
 from imubench.format1 import write_recording
 from imubench.inputs.files import below
 from imubench.log import log_run
+from imubench.models.tree import rig_tree
 from imubench.plugins import find_estimator, is_outside
 from imubench.progress import Step, silent
 from imubench.recording import Recording, require_known_rig
@@ -292,7 +293,7 @@ def reference_of(truth: Truth, recording: Recording) -> Reference:
         hinge_angle=None if truth.joint_angle is None else truth.joint_angle[rows],
         quaternion1=truth.segments[0].quaternion[rows],
         quaternion2=truth.segments[1].quaternion[rows] if len(truth.segments) > 1 else None,
-        joint_position=None if truth.rig == "free" else truth.segments[0].position[rows],
+        joint_position=None if rig_tree(truth.rig).loose else truth.segments[0].position[rows],
     )
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from imubench.dataset.effect_ranges import EffectRange, Shown, check_once
 from imubench.entry_points import blamed
 from imubench.errors import InputError
-from imubench.recording import RIGS, Recording, positive
+from imubench.models.tree import rig_tree
+from imubench.recording import Recording, positive
 from imubench.scenarios import SCENARIOS, find_scenario
 from imubench.sim.profiles import profile
 from imubench.truth import Truth
@@ -62,6 +63,6 @@ def effects_of(scenario: str, seed: int, changes: Changes) -> list[dict[str, Any
     for effect in changes.effects:
         if not effect.suits(shown) or effect.name in NEED_MORE:
             raise InputError(f"{scenario}: expected an effect that can be played in it, got {effect.name}")
-    places = (*(f"imu{i + 1}" for i in range(len(RIGS[plan.rig]))), "joint", "body", "world")
+    places = (*rig_tree(plan.rig).imus, "joint", "body", "world")
     own = zip(changes.effects, np.random.default_rng([seed, EFFECTS]).spawn(len(changes.effects)), strict=True)
     return [found for effect, rng in own for found in effect.draw(rng, places, seconds)]

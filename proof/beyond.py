@@ -94,9 +94,9 @@ def columns(seen: Sight, plain: Array, start: Effect, keys: tuple[str, ...] | No
 
 
 def _candidates(case: Case, effect: Effect) -> dict[str, Effect]:
-    alone, joint = case.options.rig == "pendulum", case.options.rig == "hinge"
+    alone, joint = case.options.shape.ball, case.options.shape.hinge
     imu = {name: p for name, p in IMU.items() if not (alone and name in CLOCKS)}
-    if case.options.rig == "free":
+    if not case.options.shape.jointed:
         del imu["skin_sliding"]
     at_imu = {f"{name} at {effect.at}": Effect(name, effect.at, p) for name, p in imu.items()}
     return at_imu | ({f"{name} at joint": Effect(name, "joint", p) for name, p in JOINT.items()} if joint else {})

@@ -5,10 +5,11 @@ from pathlib import Path
 from typing import Any
 
 from imubench.proof.filed import write
-from imubench.proof.options import RIGS, Effect, Options
+from imubench.proof.options import Effect, Options
 from imubench.proof.played import Case, played
 from imubench.proof.ranges import drawn
 from imubench.proof.relative import settled
+from imubench.proof.rigs import SHAPES
 from imubench.proof.told import truth
 from imubench.proof.unknown import NAMES as OUTSIDE
 
@@ -32,9 +33,9 @@ def make_case(
 def build(rig: str = "hinge", effects: Asked = (), seed: int = 0, strength: str = "medium", **options: Any) -> Case:
     """Return a case in memory; see `make_case`."""
     chosen = Options(rig=rig, **options)
-    if rig not in RIGS:
-        raise ValueError(f"unknown rig '{rig}'; known: {', '.join(RIGS)}")
-    if chosen.swing and (rig == "free" or (rig == "hinge" and chosen.base != "fixed")):
+    if rig not in SHAPES:
+        raise ValueError(f"unknown rig '{rig}'; known: {', '.join(SHAPES)}")
+    if chosen.swing and (not chosen.shape.jointed or (chosen.shape.hinge and not chosen.clamped)):
         raise ValueError("a swing needs a pendulum, or a hinge with base='fixed'")
     found: list[Effect] = []
     for name, at, *rest in effects:

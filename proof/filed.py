@@ -29,7 +29,7 @@ def write(case: Case, out: Path) -> None:
         tables["imu"].append(entry | declared(options, mount) | {"columns": columns})
     if options.encoder:
         tables["encoder"] = [_filed("encoder.csv", "joint", read_encoder(world, case.effects, options, case.seed))]
-    if options.pose if options.pose is not None else options.rig == "free":
+    if options.pose if options.pose is not None else not options.shape.jointed:
         names = [f"segment{i + 1}" for i in range(len(world.segments))]
         poses = [read_pose(track, n, options, case.seed) for track, n in zip(world.segments, names, strict=True)]
         tables["pose"] = [_filed(f"pose{i + 1}.csv", "segment", pose) for i, pose in enumerate(poses)]

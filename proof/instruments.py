@@ -52,12 +52,12 @@ def reference(world: World, options: Options) -> dict[str, Array]:
     """Return the columns of reference.csv: the true motion of the segments, 100 Hz."""
     time = np.arange(0.0, options.seconds, 0.01)
     columns = {"time": time}
-    if options.rig == "hinge":
+    if options.shape.hinge:
         columns["hinge_angle"] = read_at(time, world.angle[0])
     for i, track in enumerate(world.segments):
         q = continuous(to_quaternion(attitudes(time, track.R)))
         columns |= {f"q{i + 1}_{axis}": q[:, k] for k, axis in enumerate("wxyz")}
-    if options.rig != "free":
+    if options.shape.jointed:
         joint = read_at(time, world.segments[-1].p)
         columns |= {f"joint_{axis}": joint[:, k] for k, axis in enumerate("xyz")}
     return columns

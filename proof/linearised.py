@@ -52,8 +52,7 @@ def blocks(case: Case, noise: dict[str, float]) -> list[Block]:
 
 def components(case: Case) -> int:
     """Return how many unknown functions of time a rig's motion has."""
-    rig, fixed = case.options.rig, case.options.base == "fixed"
-    return {"hinge": 1 if fixed else 7, "pendulum": 3, "free": 6}[rig]
+    return 1 if case.options.clamped else case.options.shape.motion
 
 
 def _at(track: Track, time: Array) -> Track:
@@ -69,7 +68,7 @@ def _changes(case: Case, i: int, time: Array) -> tuple[Change, Change, Change]:
 
     w, dw, f = blank(), blank(), blank()
     segment, one = _at(case.world.segments[i], time), np.eye(3)
-    if case.options.rig != "hinge":
+    if not case.options.shape.hinge:
         w[0][..., :3], w[1][..., :3] = skew(segment.w), one
         dw[0][..., :3], dw[1][..., :3], dw[2][..., :3] = skew(segment.dw), skew(segment.w), one
         f[0][..., :3] = skew(segment.f)

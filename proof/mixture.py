@@ -16,6 +16,7 @@ import numpy as np
 from imubench.proof.aimed import make_aimed
 from imubench.proof.options import COLOUR, Options, stream
 from imubench.proof.ranges import STRENGTHS, places
+from imubench.proof.rigs import SHAPES
 from imubench.proof.told import plain
 from imubench.proof.unknown_ranges import unknown_places
 
@@ -109,7 +110,7 @@ def _question(kind: str, observable: bool, seed: int, rng: np.random.Generator) 
         short = {"seconds": float(rng.uniform(0.5, 1.5)), "vigour": 0.3, "gaps": 0, "repeats": 0}
         options |= {"rest": 1.0} if rng.random() < 0.5 else short
     options |= RIGS[rig][1]
-    if options["rig"] == "hinge":
+    if SHAPES[options["rig"]].hinge:
         options["encoder"] = options.get("encoder", False) or bool(rng.random() < 0.3)
         options["pose"] = bool(rng.random() < 0.1)
     chosen = Options(**options)

@@ -43,10 +43,9 @@ def random_mount(options: Options, at: str, effects: list[Effect], seed: int) ->
     """
     rng = stream(seed, f"mount {at}")
     side = rng.uniform(-0.04, 0.04, 3)
-    if options.rig == "hinge":
-        side[0] = (-1 if at == "imu1" else 1) * rng.uniform(0.06, 0.25)
-    elif options.rig == "pendulum":
-        side[2] = -rng.uniform(0.1, 0.35)
+    shape = options.shape
+    if shape.sides:
+        side[shape.along] = shape.sides[int(at.removeprefix("imu")) - 1] * rng.uniform(*shape.reach)
     R = random_rotation(rng)
     off, turn = options.position_std * rng.standard_normal(3), options.rotation_std * rng.standard_normal(3)
     if not options.geometry_error or find(effects, "mount_pose", at):

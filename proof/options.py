@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from imubench.proof.frames import Track
+from imubench.proof.rigs import SHAPES, Shape
 from imubench.proof.rotation import Array, Parameters
-
-RIGS = {"hinge": 2, "pendulum": 1, "free": 1}  # and their IMUs
 
 
 @dataclass(frozen=True)
@@ -57,6 +56,16 @@ class Options:
     gravity: float = 9.81  # m/s^2, declared
     reference: bool = True
     name: str = "recording"
+
+    @property
+    def shape(self) -> Shape:
+        """What the rig is made of."""
+        return SHAPES[self.rig]
+
+    @property
+    def clamped(self) -> bool:
+        """Whether segment 1 is bolted to the world."""
+        return self.shape.hinge and self.base == "fixed"
 
 
 @dataclass

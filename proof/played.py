@@ -51,8 +51,8 @@ def moved(options: Options, effects: list[Effect], t: np.ndarray, seed: int) -> 
     """Return the motion of a rig on the grid t."""
     world = find(effects, "gravity")
     gravity = float(world["g"]) if world else options.gravity
-    if options.rig == "hinge":
+    if options.shape.hinge:
         return hinge(options, effects, t, gravity, seed)
-    if options.rig == "pendulum":
+    if options.shape.ball:
         return pendulum(options, effects, t, gravity, seed)
     return free(options, t, gravity, seed)

@@ -12,6 +12,7 @@ import numpy as np
 from imubench.proof.body import Body, limb
 from imubench.proof.mounts import Mount, random_mount
 from imubench.proof.options import Effect, Options, stream
+from imubench.proof.rigs import SHAPES
 from imubench.proof.rotation import Array, Parameters
 from imubench.proof.unknown_ranges import UNKNOWN, draw_unknown, moving_imus
 
@@ -54,30 +55,26 @@ SIZES: dict[str, tuple[float, float, float]] = {
     "inertia": (0.03, 0.1, 0.3),  # scale - 1
     "gravity": (0.02, 0.06, 0.2),  # m/s^2: the span over the Earth is 0.05
 }
-JOINT_EFFECTS: dict[str, tuple[str, ...]] = {
-    "hinge": ("joint_play", "axis_coupling", "moving_centre"),
-    "pendulum": ("moving_pivot",),
-    "free": (),
-}
 TORQUES = ("viscous_friction", "dry_friction", "air_drag", "joint_spring", "end_stop")
-IN_THE_RIG = {*chain(*JOINT_EFFECTS.values()), *TORQUES, "backlash", "inertia", "gravity"}
+IN_THE_RIG = {*chain(*(shape.effects for shape in SHAPES.values())), *TORQUES, "backlash", "inertia", "gravity"}
 IMU_EFFECTS = tuple(name for name in SIZES if name not in IN_THE_RIG)
 
 
 def places(options: Options) -> dict[str, tuple[str, ...]]:
     """Return where every effect may sit on a rig with these options, for those that can be there at all."""
     found: dict[str, tuple[str, ...]] = dict.fromkeys(IMU_EFFECTS, moving_imus(options))
-    if options.rig != "hinge" or options.base == "fixed" or options.pose:
+    shape = options.shape
+    if not shape.hinge or options.clamped or options.pose:
         found["gravity"] = ("world",)  # otherwise an acceleration of the hand explains it
-    if options.rig == "free":
+    if not shape.jointed:
         del found["skin_sliding"]  # there is no joint
-    if options.rig == "pendulum":
+    if shape.ball:
         del found["time_offset"], found["clock_skew"]  # there is no other clock
-    joints = () if options.swing and options.rig == "hinge" else JOINT_EFFECTS[options.rig]
+    joints = () if options.swing and shape.hinge else shape.effects
     found |= dict.fromkeys(joints, ("joint",))
     if options.swing:
         found |= dict.fromkeys(TORQUES, ("joint",)) | {"inertia": ("body",)}
-    if options.encoder and options.rig == "hinge":
+    if options.encoder and shape.hinge:
         found["backlash"] = ("joint",)
     return found
 
@@ -105,17 +102,17 @@ def seen(parameters: Parameters, mount: Mount, options: Options) -> Parameters:
     angle and another place; on a pendulum that goes for every turn, and in a free swing for that about the limb.
     """
     key = next((key for key in ("rotation", "twist") if key in parameters), None)
-    if key is None or options.rig == "free" or options.encoder or options.pose:
+    if key is None or not options.shape.jointed or options.encoder or options.pose:
         return parameters
-    if options.rig == "pendulum" and not options.swing:
+    if options.shape.ball and not options.swing:
         return parameters | {key: np.zeros(3)}
-    axis = mount.declared_rotation[1 if options.rig == "hinge" else 2]  # a row: the segment's axis in sensor axes
+    axis = mount.declared_rotation[options.shape.turns_about]  # a row: the segment's axis in sensor axes
     turn = np.asarray(parameters[key])
     return parameters | {key: turn - axis * (axis @ turn)}
 
 
 def _body(options: Options, seed: int) -> Body:
-    return limb(stream(seed, "body"), axis=0 if options.rig == "hinge" else 2)
+    return limb(stream(seed, "body"), axis=options.shape.along)
 
 
 def _vector(rng: np.random.Generator, size: float) -> Array:
@@ -216,8 +213,8 @@ def twins(effects: list[Effect], options: Options) -> list[Effect]:
     """
     found = []
     for e in effects:
-        p, hinge = e.parameters, options.rig == "hinge" and options.base == "free"
-        if e.effect in ("time_offset", "clock_skew") and options.rig == "hinge":
+        p, hinge = e.parameters, options.shape.hinge and not options.clamped
+        if e.effect in ("time_offset", "clock_skew") and options.shape.imus > 1:
             other = "imu2" if e.at == "imu1" else "imu1"
             found.append(Effect(e.effect, other, {key: -value for key, value in p.items()}))
         elif e.effect == "moving_centre" and hinge:
@@ -231,6 +228,6 @@ def twins(effects: list[Effect], options: Options) -> list[Effect]:
         elif e.effect == "gravity" and not options.swing:
             found += [
                 Effect("accel_scale", f"imu{i + 1}", {"scale": np.full(3, p["g"] / options.gravity - 1)})
-                for i in range(2 if options.rig == "hinge" else 1)
+                for i in range(options.shape.imus)
             ]
     return found

@@ -29,7 +29,7 @@ def resumed(world: World, options: Options, effects: list[Effect], seed: int, wi
     found = find(effects, "gravity")
     gravity = float(found["g"]) if found else options.gravity
     rows = [tuple(int(i) for i in np.searchsorted(world.t, window)) for window in windows]
-    turn = _hinge if options.rig == "hinge" else _ball
+    turn = _hinge if options.shape.hinge else _ball
     return turn(world, effects, gravity, seed, [(i, min(j, len(world.t) - 1)) for i, j in rows])
 
 

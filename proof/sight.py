@@ -150,9 +150,9 @@ def _instruments(case: Case) -> list[Block]:
     def block(name: str, std: float, first: int, last: int) -> Block:
         return Block(name, time, std, (one[:, first:last], none[:, first:last], none[:, first:last]))
 
-    if case.options.rig == "hinge" and case.options.encoder:
+    if case.options.shape.hinge and case.options.encoder:
         return [block("encoder", 5e-4, c - 1, c)]
-    if case.options.rig == "free" and case.options.pose is not False:
+    if not case.options.shape.jointed and case.options.pose is not False:
         return [block("turn", ROTATION_NOISE, 0, 3), block("place", POSITION_NOISE, 3, 6)]
     return []
 

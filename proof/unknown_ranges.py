@@ -23,9 +23,8 @@ UNKNOWN: dict[str, tuple[float, float, float]] = {
 
 def moving_imus(options: Options) -> tuple[str, ...]:
     """Return the IMUs of a rig, but for one on a clamped segment, which nothing moves."""
-    if options.rig != "hinge":
-        return ("imu1",)
-    return ("imu2",) if options.base == "fixed" else ("imu1", "imu2")
+    names = tuple(f"imu{i + 1}" for i in range(options.shape.imus))
+    return names[1:] if options.clamped else names
 
 
 def unknown_places(options: Options) -> dict[str, tuple[str, ...]]:

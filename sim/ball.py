@@ -30,7 +30,7 @@ STICK = 1e-3  # rad/s, below which dry friction gives way: a limb that rests cre
 
 def needs_ball(rig: Rig) -> bool:
     """Return whether a rig has a torque on a ball joint for which MuJoCo has no term."""
-    return rig.family == "pendulum" and bool(rig.dry_friction or rig.drag or rig.stiffness or rig.stop is not None)
+    return rig.tree.ball is not None and bool(rig.dry_friction or rig.drag or rig.stiffness or rig.stop is not None)
 
 
 def resistance(rig: Rig, rate: Array) -> float:
@@ -77,8 +77,10 @@ def swing_ball(
         control: (steps, nv) N m, applied torques besides.
     """
     model = copy(model)
-    ball = slice(int(model.joint("base").dofadr[0]), int(model.joint("base").dofadr[0]) + 3)
-    turn = slice(int(model.joint("base").qposadr[0]), int(model.joint("base").qposadr[0]) + 4)
+    assert rig.tree.ball is not None
+    joint = model.joint(rig.tree.ball.name)
+    ball = slice(int(joint.dofadr[0]), int(joint.dofadr[0]) + 3)
+    turn = slice(int(joint.qposadr[0]), int(joint.qposadr[0]) + 4)
     model.dof_frictionloss[ball] = model.dof_dampingpoly[ball] = 0.0
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = start

@@ -7,9 +7,8 @@ import mujoco
 import numpy as np
 
 from imubench import rotations
-from imubench.models import mjcf
-from imubench.recording import RIGS
-from imubench.sim.joint_model import PLAY, TINY_ARMATURE, gear_to_hinge, lighten, set_joint
+from imubench.models.tree import rig_spec, rig_tree
+from imubench.sim.joint_model import PLAY, TINY_ARMATURE, gear, lighten, set_joint
 from imubench.sim.rigs import Mount, Rig
 from imubench.sim.stability import write_no_log
 
@@ -35,7 +34,7 @@ def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", 
     spec.option.timestep = timestep
     spec.option.gravity = [0.0, 0.0, -rig.gravity]
     spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
-    segments = RIGS[rig.family]
+    segments = rig.tree.names
     for name, segment in zip(segments, rig.segments, strict=True):
         body = spec.body(name)
         for geom in body.geoms:
@@ -43,19 +42,20 @@ def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", 
         body.explicitinertial = True
         body.mass, body.ipos, body.inertia = segment.mass, segment.com, segment.inertia
     set_joint(spec, rig)
-    for i, mount in enumerate(rig.mounts):
-        _set_mount(spec, f"imu{i + 1}", mount)
-    for name in segments[len(rig.mounts) :]:
-        spec.delete(spec.body(name.replace("segment", "imu")))
+    imus = rig.tree.imus[: len(rig.mounts)]
+    for name, mount in zip(imus, rig.mounts, strict=True):
+        _set_mount(spec, name, mount)
+    for name in rig.tree.imus[len(rig.mounts) :]:
+        spec.delete(spec.body(name))
     lighten(spec.body(segments[-1]), rig.inertia_scale)
     if rig.stop is not None or rig.loose is not None:
         spec.option.tolerance = 0.0  # soft limits beside large inertias: what the solver would gain looks like nothing
-    if rig.stop is not None and rig.family == "hinge":
+    if rig.stop is not None and rig.tree.hinge is not None:
         # MuJoCo takes a limit's stiffness by the joint's inverse inertia, which it knows once everything is there.
-        model, joint = spec.compile(), spec.joint("hinge")
-        light = float(model.dof_invweight0[model.joint("hinge").dofadr[0]])
+        model, joint = spec.compile(), spec.joint(rig.tree.hinge.name)
+        light = float(model.dof_invweight0[model.joint(joint.name).dofadr[0]])
         joint.solref_limit = [-rig.stop.stiffness * light, -rig.stop.damping * light]
-    _add_sensors(spec, segments if watch_segments else (), len(rig.mounts))
+    _add_sensors(spec, segments if watch_segments else (), imus)
     _add_laws(spec, rig)
     return spec
 
@@ -64,11 +64,12 @@ def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", 
 def _template(family: str, watch_segments: bool) -> Any:
     """Return the MjSpec of a family's MJCF file, to be copied."""
     write_no_log()
-    spec = mujoco.MjSpec.from_string(mjcf(family))
-    for part in (*spec.sensors, *spec.equalities):
+    spec, imus = rig_spec(family), rig_tree(family).imus
+    springs = [joint for name in imus for joint in spec.body(name).joints]
+    for part in (*spec.sensors, *spec.equalities, *springs):
         spec.delete(part)  # for who opens the file; a simulation adds its own
     if not watch_segments:
-        for part in (*spec.geoms, *(s for s in spec.sites if not s.name.startswith("imu"))):
+        for part in (*spec.geoms, *(s for s in spec.sites if s.name not in imus)):
             spec.delete(part)  # pictures and unwatched places: time for nothing
     return spec
 
@@ -129,6 +130,7 @@ def _set_mount(spec: Any, name: str, mount: Mount) -> None:
     about_pivot = mount.mass * mount.gyration**2 * np.eye(3)
     com = mount.com
     inertia = about_pivot - mount.mass * (com @ com * np.eye(3) - np.outer(com, com))
+    body.inertia = np.zeros(3)  # MuJoCo takes one of the two, and the file has this one
     body.fullinertia = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
     for site in body.sites:
         site.pos = mount.lever
@@ -198,11 +200,11 @@ def laws_of(rig: Rig) -> dict[str, list[float]]:
     for n, mount in enumerate(rig.mounts, 1):
         if mount.slip is not None:
             found[f"imu{n}_slip"] = [mount.slip.time, *mount.slip.translation, *mount.slip.rotation]
-        if rig.family == "pendulum":
+        if rig.tree.ball is not None:
             found |= {f"imu{n}_{k}": list(v) for k, v in (("slide", mount.slide), ("twist", mount.twist)) if v.any()}
-    if rig.family == "pendulum" and rig.stiffness:
+    if rig.tree.ball is not None and rig.stiffness:
         found[SPRING_LAW] = [rig.stiffness, rig.spring_angle, float(rig.spring_conserves)]
-    if rig.family == "pendulum" and rig.stop is not None:
+    if rig.tree.ball is not None and rig.stop is not None:
         found[STOP_LAW] = [rig.stop.angle, rig.stop.stiffness, rig.stop.damping]
     return {name: [float(x) for x in numbers] for name, numbers in found.items()}
 
@@ -211,16 +213,16 @@ def _add_laws(spec: Any, rig: Rig) -> None:
     """Write what MuJoCo has no term for into the model, and gear what slides with a hinge to that."""
     for name, numbers in laws_of(rig).items():
         spec.add_numeric(name=name, size=len(numbers), data=numbers)
-    if rig.family != "hinge" or rig.locked_at is not None:
+    if rig.tree.hinge is None or rig.locked_at is not None:
         return
     for n, mount in enumerate(rig.mounts, 1):
         for name, vector in (("slide", mount.slide), ("twist", mount.twist)):
             if vector.any():
-                gear_to_hinge(spec, f"imu{n}_path_{name}", float(np.linalg.norm(vector)))
+                gear(spec, rig.tree, f"imu{n}_path_{name}", float(np.linalg.norm(vector)))
 
 
-def _add_sensors(spec: Any, segments: tuple[str, ...], imus: int) -> None:
-    named = [(name, SEGMENT_SENSORS) for name in segments] + [(f"imu{i + 1}", IMU_SENSORS) for i in range(imus)]
+def _add_sensors(spec: Any, segments: tuple[str, ...], imus: tuple[str, ...]) -> None:
+    named = [(name, SEGMENT_SENSORS) for name in segments] + [(name, IMU_SENSORS) for name in imus]
     for site, kinds in named:
         for kind in kinds:
             spec.add_sensor(

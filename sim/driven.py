@@ -48,10 +48,11 @@ def joint_state(
     n = trajectory.time.size
     qpos, qvel, qacc = np.zeros((n, model.nq)), np.zeros((n, model.nv)), np.zeros((n, model.nv))
     names = {model.joint(i).name for i in range(model.njnt)}
-    if "base" in names:
-        joint = model.joint("base")
+    base, hinge = rig.tree.base, rig.tree.hinge
+    if base is not None and base.name in names:
+        joint = model.joint(base.name)
         p, v = int(joint.qposadr[0]), int(joint.dofadr[0])
-        if rig.family != "pendulum":
+        if rig.tree.floats:
             qpos[:, p : p + 3], qvel[:, v : v + 3] = trajectory.position, trajectory.velocity
             qacc[:, v : v + 3] = trajectory.acceleration
             p, v = p + 3, v + 3
@@ -61,8 +62,8 @@ def joint_state(
         p, v = int(model.joint(f"pivot_{letter}").qposadr[0]), int(model.joint(f"pivot_{letter}").dofadr[0])
         qpos[:, p], qvel[:, v] = trajectory.position[:, i], trajectory.velocity[:, i]
         qacc[:, v] = trajectory.acceleration[:, i]
-    if "hinge" in names:
-        p, v = int(model.joint("hinge").qposadr[0]), int(model.joint("hinge").dofadr[0])
+    if hinge is not None and hinge.name in names:
+        p, v = int(model.joint(hinge.name).qposadr[0]), int(model.joint(hinge.name).dofadr[0])
         qpos[:, p], qvel[:, v], qacc[:, v] = trajectory.angle, trajectory.angle_rate, trajectory.angle_acceleration
     for name, gear in _geared(rig, names):
         p, v = int(model.joint(name).qposadr[0]), int(model.joint(name).dofadr[0])

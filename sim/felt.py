@@ -64,7 +64,7 @@ def _read(name: str, mount: Mount, segment: SegmentTruth, x: Array, v: Array, ri
     angular = alpha_b if turning is None else _angular(mount, turning, held, w)
     force = carried(held, w, angular, lever - base)
     at = pivot + turn(R_bs, lever)
-    axis = np.broadcast_to(R_bs[1], still.shape).T if rig.family == "hinge" else None
+    axis = np.broadcast_to(R_bs[1], still.shape).T if rig.tree.hinge is not None else None
     return SensorTruth(
         name,
         position=(rows(segment.position) + turn(R_wb, at)).T,

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from imubench import rotations
+from imubench.models.tree import Tree
 from imubench.sim.joints import IMPEDANCE, KNOCK_FREQUENCY, KNOCK_RATIO, Play
 from imubench.sim.rigs import Rig, inertia_about
 
@@ -32,18 +33,19 @@ def lighten(body: Any, scale: float) -> None:
 
 def set_joint(spec: Any, rig: Rig) -> None:
     """Give a model's joint what a rig says of it: how its base is held, what resists, what it does beside turning."""
-    if rig.family == "hinge" and rig.base == "fixed":
-        spec.delete(spec.joint("base"))
-        spec.body("segment1").quat = rig.base_quaternion
-    if rig.pivot_moves:
-        _carry(spec)
-    joint = spec.joint("hinge" if rig.family == "hinge" else "base")
-    if rig.family == "free":
+    tree = rig.tree
+    if rig.clamped and tree.base is not None:
+        spec.delete(spec.joint(tree.base.name))
+        spec.body(tree.names[0]).quat = rig.base_quaternion
+    if rig.pivot_moves and tree.ball is not None:
+        _carry(spec, tree, tree.ball.name)
+    if tree.joint is None:
         return
-    if rig.family == "hinge" and rig.centre.any():
-        joint = _slide_before(spec, joint, rig.centre)
+    joint = spec.joint(tree.joint.name)
+    if rig.centre.any():
+        joint = _slide_before(spec, tree, joint, rig.centre)
     joint.damping[0], joint.damping[1] = rig.damping, rig.drag
-    if rig.family == "hinge":
+    if tree.hinge is not None:
         joint.stiffness[0] = rig.stiffness
         joint.springref = _degrees(spec, rig.spring_angle)
     joint.frictionloss = rig.dry_friction
@@ -53,50 +55,52 @@ def set_joint(spec: Any, rig: Rig) -> None:
     ]  # turns over as fast as a step allows: MuJoCo's own is 20 ms
     if rig.locked_at is not None:
         spec.delete(joint)
-        spec.body("segment2").quat = rotations.exp(np.array([0.0, rig.locked_at, 0.0]))
+        spec.body(tree.last.name).quat = rotations.exp(np.array([0.0, rig.locked_at, 0.0]))
         return
-    if rig.stop is not None and rig.family == "hinge":
+    if rig.stop is not None and tree.hinge is not None:
         ends = (rig.stop.angle, FAR) if rig.stop.side < 0 else (-FAR, rig.stop.angle)
         _limit(spec, joint, ends, rig.stop.stiffness, rig.stop.damping)
     for axis, letter, c in zip(np.eye(3)[[0, 2]], "xz", rig.coupling, strict=True):
         if rig.coupling.any():
-            _geared(spec, f"coupling_{letter}", mujoco.mjtJoint.mjJNT_HINGE, axis, float(c))
+            _geared(spec, tree, f"coupling_{letter}", mujoco.mjtJoint.mjJNT_HINGE, axis, float(c))
     if rig.loose is not None:
         _loosen(spec, rig, rig.loose)
     elif rig.play is not None:
         for name, axis in zip(TOLD_PLAY, (rig.play.axis, rig.play.beside), strict=True):
-            spec.body("segment2").add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
+            spec.body(tree.last.name).add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
 
 
 def _degrees(spec: Any, angle: float) -> float:
     return float(np.rad2deg(angle)) if spec.compiler.degree else angle
 
 
-def _slide_before(spec: Any, joint: Any, centre: np.ndarray) -> Any:
+def _slide_before(spec: Any, tree: Tree, joint: Any, centre: np.ndarray) -> Any:
     """Put a slide before the hinge, geared to it, and return the hinge, made anew behind that."""
+    name, axis = joint.name, list(joint.axis)
     spec.delete(joint)
-    body = spec.body("segment2")
+    body = spec.body(tree.last.name)
     body.add_joint(name="centre", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=centre)
-    hinge = body.add_joint(name="hinge", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0])
-    gear_to_hinge(spec, "centre", float(np.linalg.norm(centre)))
+    hinge = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
+    gear(spec, tree, "centre", float(np.linalg.norm(centre)))
     return hinge
 
 
-def _geared(spec: Any, name: str, kind: Any, axis: np.ndarray, gear: float) -> None:
+def _geared(spec: Any, tree: Tree, name: str, kind: Any, axis: np.ndarray, ratio: float) -> None:
     """Add a joint to segment 2 that follows the hinge; three turns about axes in a row need some inertia each."""
-    spec.body("segment2").add_joint(name=name, type=kind, axis=axis, armature=TINY_ARMATURE)
-    gear_to_hinge(spec, name, gear)
+    spec.body(tree.last.name).add_joint(name=name, type=kind, axis=axis, armature=TINY_ARMATURE)
+    gear(spec, tree, name, ratio)
 
 
-def gear_to_hinge(spec: Any, name: str, gear: float) -> None:
-    """Let a joint be `gear` times the hinge's angle, as an equality."""
+def gear(spec: Any, tree: Tree, name: str, ratio: float) -> None:
+    """Let a joint be `ratio` times the hinge's angle, as an equality."""
+    assert tree.hinge is not None
     spec.add_equality(
         name=name,
         type=mujoco.mjtEq.mjEQ_JOINT,
         objtype=mujoco.mjtObj.mjOBJ_JOINT,
         name1=name,
-        name2="hinge",
-        data=[0.0, gear, *[0.0] * 10],
+        name2=tree.hinge.name,
+        data=[0.0, ratio, *[0.0] * 10],
         solref=[2 * spec.option.timestep, 1.0],
     )
 
@@ -114,7 +118,7 @@ def _loosen(spec: Any, rig: Rig, play: Play) -> None:
 
     Its armature is the load's share that hands bear: (J + armature) phi'' = load, share = J / (J + armature).
     """
-    joint = spec.body("segment2").add_joint(name=PLAY, type=mujoco.mjtJoint.mjJNT_HINGE, axis=play.axis)
+    joint = spec.body(rig.tree.last.name).add_joint(name=PLAY, type=mujoco.mjtJoint.mjJNT_HINGE, axis=play.axis)
     own = loose_inertia(rig)
     whole, w = own / play.share, 2 * np.pi * play.frequency
     joint.armature = whole - own
@@ -129,12 +133,13 @@ def loose_inertia(rig: Rig) -> float:
     return inertia_about(rig, rig.play.axis)
 
 
-def _carry(spec: Any) -> None:
-    """Put slides along the world's axes before a pendulum's ball joint."""
-    spec.delete(spec.joint("base"))
+def _carry(spec: Any, tree: Tree, ball: str) -> None:
+    """Put slides along the world's axes before a ball joint."""
+    spec.delete(spec.joint(ball))
+    body = spec.body(tree.last.name)
     for axis, letter in zip(np.eye(3), "xyz", strict=True):
-        spec.body("segment1").add_joint(name=f"pivot_{letter}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-    spec.body("segment1").add_joint(name="base", type=mujoco.mjtJoint.mjJNT_BALL)
+        body.add_joint(name=f"pivot_{letter}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    body.add_joint(name=ball, type=mujoco.mjtJoint.mjJNT_BALL)
 
 
-__all__ = ["PLAY", "TINY_ARMATURE", "TOLD_PLAY", "gear_to_hinge", "lighten", "loose_inertia", "set_joint"]
+__all__ = ["PLAY", "TINY_ARMATURE", "TOLD_PLAY", "gear", "lighten", "loose_inertia", "set_joint"]

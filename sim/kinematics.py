@@ -19,10 +19,12 @@ def segments_of(rig: Rig, trajectory: Trajectory) -> tuple[SegmentTruth, ...]:
     that are geared to the angle come on top (see `sim.joints`).
     """
     first = _first(rig, trajectory)
-    if rig.family != "hinge":
+    if rig.tree.hinge is None:
         return (first,)
     course = hinge_of(rig, trajectory)
-    second = _shifted(first, course, rig.centre) if rig.centre.any() else replace(first, name="segment2")
+    second = replace(first, name=rig.tree.last.name)
+    if rig.centre.any():
+        second = _shifted(second, course, rig.centre)
     second = _hinged(second, *course)
     for axis, gear in zip((0, 2), rig.coupling, strict=True):
         if rig.coupling.any():
@@ -59,7 +61,6 @@ def _shifted(frame: SegmentTruth, course: tuple[Array, Array, Array], centre: Ar
     at, velocity, acceleration = (rotations.rotate(frame.quaternion, v) for v in (d, across + d1, pushed))
     return replace(
         frame,
-        name="segment2",
         position=frame.position + at,
         velocity=frame.velocity + velocity,
         acceleration=frame.acceleration + acceleration,
@@ -93,9 +94,9 @@ def turned(rig: Rig, trajectory: Trajectory) -> tuple[Array, Array, Array]:
     The hinge angle; of the pendulum the swing atan2(R[0, 2], R[2, 2]), without jumps; zero on a free body.
     With r = R e_z: r' = R (w x e_z) and r'' = R (w' x e_z + w x (w x e_z)).
     """
-    if rig.family == "hinge":
+    if rig.tree.hinge is not None:
         return hinge_of(rig, trajectory)
-    if rig.family != "pendulum":
+    if rig.tree.ball is None:
         still = np.zeros(trajectory.time.size)
         return still, still, still
     w, up = trajectory.rate, np.array([0.0, 0.0, 1.0])
@@ -109,14 +110,14 @@ def turned(rig: Rig, trajectory: Trajectory) -> tuple[Array, Array, Array]:
 
 
 def _first(rig: Rig, t: Trajectory) -> SegmentTruth:
-    still = np.broadcast_to(np.zeros(3), t.position.shape)
+    still, name = np.broadcast_to(np.zeros(3), t.position.shape), rig.tree.names[0]
     if rig.base == "fixed":
         q = np.broadcast_to(rig.base_quaternion, t.quaternion.shape)
-        return SegmentTruth("segment1", still, q, still, still, still, still)
+        return SegmentTruth(name, still, q, still, still, still, still)
     position, velocity, acceleration = t.position, t.velocity, t.acceleration
-    if rig.family == "pendulum" and not rig.pivot_moves:
+    if not rig.tree.floats and not rig.pivot_moves:
         position = velocity = acceleration = still
-    return SegmentTruth("segment1", position, t.quaternion, velocity, t.rate, acceleration, t.angular_acceleration)
+    return SegmentTruth(name, position, t.quaternion, velocity, t.rate, acceleration, t.angular_acceleration)
 
 
 def _turn_back(c: Array, s: Array, v: Array) -> Array:

@@ -6,7 +6,6 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.recording import RIGS
 from imubench.sim.kinematics import hinge_of, segments_of
 from imubench.sim.motion import Trajectory
 from imubench.sim.rigs import Mount, Rig
@@ -36,7 +35,7 @@ def read_truth(
     # MuJoCo's frame accelerations are what an accelerometer would read: they contain -g.
     gravity_w = np.array([0.0, 0.0, -rig.gravity])
     if played is None or rig.loose is not None:
-        segments = tuple(_read_segment(name, column, gravity_w) for name in RIGS[rig.family])
+        segments = tuple(_read_segment(name, column, gravity_w) for name in rig.tree.names)
     else:
         segments = segments_of(rig, played)
     sensors = tuple(
@@ -56,7 +55,7 @@ def truth_of(
 ) -> Truth:
     """Return segments and sensors as the truth of a rig, the angle of its hinge with them."""
     angle = rate = None
-    if rig.family == "hinge":
+    if rig.tree.hinge is not None:
         angle, rate = _hinge_angle(segments[0], segments[1]) if played is None else hinge_of(rig, played)[:2]
     return Truth(time, rig.family, rig.gravity, segments, sensors, angle, rate, labels)
 
@@ -101,7 +100,7 @@ def _read_sensor(
         specific_force=column(f"{name}_accelerometer"),
         angular_acceleration=angular,
         joint_vector=joint_vector,
-        joint_axis=axis if rig.family == "hinge" else None,
+        joint_axis=axis if rig.tree.hinge is not None else None,
         displacement=displacement,
         rotation=turned,
     )

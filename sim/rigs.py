@@ -1,6 +1,7 @@
 """Rigs as numbers: what can be set without editing an MJCF file."""
 
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -9,7 +10,8 @@ from numpy.typing import ArrayLike
 from imubench.arrays import Array, frozen, frozen_quaternion
 from imubench.errors import InputError, unknown
 from imubench.models import RIG_FILES
-from imubench.recording import RIGS, STANDARD_GRAVITY, positive
+from imubench.models.tree import Tree, rig_spec, rig_tree
+from imubench.recording import STANDARD_GRAVITY, positive
 from imubench.sim.joints import Play, Stop
 from imubench.sim.signals import Signal
 
@@ -133,7 +135,7 @@ class Rig:
     family: str  # a key of models.RIG_FILES
     mounts: tuple[Mount, ...]  # imu1 on segment 1, imu2 on segment 2
     segments: tuple[Segment, ...]
-    base: Literal["free", "fixed"] = "free"  # hinge only
+    base: Literal["free", "fixed"] = "free"  # fixed: its first segment is clamped
     base_quaternion: Array = field(default_factory=lambda: np.array([1.0, 0, 0, 0]))  # segment 1 -> world, if fixed
     pivot_moves: bool = False  # pendulum only: its pivot goes where the motion's position says
     locked_at: float | None = None  # rad; the hinge angle at which a screw holds the joint
@@ -153,28 +155,38 @@ class Rig:
     def __post_init__(self) -> None:
         if self.family not in RIG_FILES:
             raise unknown("rig", self.family, RIG_FILES)
-        expected = len(RIGS[self.family])
+        tree, expected = self.tree, len(self.tree.names)
         if len(self.segments) != expected or not 1 <= len(self.mounts) <= expected:
             raise InputError(
                 f"rig {self.family}: expected {expected} segments and one mount each, got "
                 f"{len(self.segments)} and {len(self.mounts)}"
             )
-        if self.family != "hinge" and (self.base == "fixed" or self.locked_at is not None):
+        if (self.base == "fixed" and not tree.clamps) or (self.locked_at is not None and tree.hinge is None):
             raise InputError(f"rig {self.family}: expected a hinge for base = 'fixed' or a screw, got none")
         object.__setattr__(self, "base_quaternion", frozen_quaternion(self.base_quaternion, "base_quaternion"))
-        if self.family != "pendulum" and self.pivot_moves:
+        if self.pivot_moves and tree.ball is None:
             raise InputError(f"rig {self.family}: expected a pendulum for a pivot that moves, got none")
-        if self.family == "free" and (self.drag or self.stiffness or self.stop is not None):
-            raise InputError("rig free: expected a joint for drag, a spring across it or a stop, got none")
+        if tree.loose and (self.drag or self.stiffness or self.stop is not None):
+            raise InputError(f"rig {self.family}: expected a joint for drag, a spring across it or a stop, got none")
         for key in ("damping", "dry_friction", "drag", "gravity"):
             positive(getattr(self, key), f"rig.{key}", or_zero=True)
         positive(self.inertia_scale, "rig.inertia_scale")
         for key, width in (("coupling", 2), ("centre", 3)):
             object.__setattr__(self, key, frozen(getattr(self, key), (width,), f"rig.{key}"))
-        if self.family != "hinge" and (self.wanders or self.play is not None):
+        if tree.hinge is None and (self.wanders or self.play is not None):
             raise InputError(f"rig {self.family}: expected a hinge for coupling, a moving centre or play, got none")
         if self.locked_at is not None and (self.wanders or self.play is not None or self.stop is not None):
-            raise InputError("rig hinge: expected a screw or what a joint does beside turning, got both")
+            raise InputError(f"rig {self.family}: expected a screw or what a joint does beside turning, got both")
+
+    @property
+    def tree(self) -> Tree:
+        """Its segments, joints and IMUs, as its file has them."""
+        return rig_tree(self.family)
+
+    @property
+    def clamped(self) -> bool:
+        """Whether its first segment is bolted to the world."""
+        return self.tree.clamps and self.base == "fixed"
 
     @property
     def sprung(self) -> bool:
@@ -221,7 +233,7 @@ def inertia_about(rig: Rig, axis: Array) -> float:
     return own / rig.inertia_scale
 
 
-def rod(mass: float, start: tuple[float, ...], end: tuple[float, ...], radius: float) -> Segment:
+def rod(mass: float, start: ArrayLike, end: ArrayLike, radius: float) -> Segment:
     """Return a cylinder of `mass` kg from `start` to `end` (m, segment frame, along one axis)."""
     a, b = np.array(start), np.array(end)
     length = float(np.linalg.norm(b - a))
@@ -230,14 +242,34 @@ def rod(mass: float, start: tuple[float, ...], end: tuple[float, ...], radius: f
     return Segment(mass, (a + b) / 2, inertia, float(max(np.linalg.norm(a), np.linalg.norm(b))))
 
 
+@cache
+def _standard(family: str) -> Rig:
+    """Return a rig as its file has it: a segment with the file's own inertia, or a cylinder as its capsule is."""
+    spec, tree = rig_spec(family), rig_tree(family)
+    segments = []
+    for body in (spec.body(name) for name in tree.names):
+        geom = body.geoms[0]
+        if body.explicitinertial:
+            segments.append(Segment(float(body.mass), body.ipos, body.inertia))
+        else:
+            segments.append(rod(float(geom.mass), geom.fromto[:3], geom.fromto[3:], float(geom.size[0])))
+    mounts = tuple(Mount(position=np.array(tree.sites[imu].position)) for imu in tree.imus)
+    return Rig(family, mounts, tuple(segments))
+
+
+def standard_rig(family: str, **changes: object) -> Rig:
+    """Return a rig as `models/` has it, with changes.
+
+    Args:
+        family: a key of `models.RIG_FILES`.
+        **changes: fields of `Rig`.
+    """
+    return replace(_standard(family), **changes)  # type: ignore[arg-type]
+
+
 def hinge(**changes: object) -> Rig:
     """Return the standard hinge rig: two 20 cm segments of 0.25 kg with an IMU 10 cm from the joint on each."""
-    rig = Rig(
-        family="hinge",
-        mounts=(Mount(position=np.array([-0.1, 0, 0.03])), Mount(position=np.array([0.1, 0, 0.03]))),
-        segments=(rod(0.25, (-0.2, 0, 0), (-0.02, 0, 0), 0.018), rod(0.25, (0.02, 0, 0), (0.2, 0, 0), 0.018)),
-    )
-    return replace(rig, **changes)  # type: ignore[arg-type]
+    return standard_rig("hinge", **changes)
 
 
 def pendulum(**changes: object) -> Rig:
@@ -245,21 +277,12 @@ def pendulum(**changes: object) -> Rig:
 
     Source: Garcia de Villa et al., section IV-A.
     """
-    rig = Rig(
-        family="pendulum",
-        mounts=(Mount(position=np.array([0.06, -0.02, -0.2])),),
-        segments=(rod(5.0, (0, 0, -0.4), (0, 0, -0.02), 0.05),),
-    )
-    return replace(rig, **changes)  # type: ignore[arg-type]
+    return standard_rig("pendulum", **changes)
 
 
 def free(**changes: object) -> Rig:
     """Return the free body with an IMU in its origin."""
-    rig = Rig(family="free", mounts=(Mount(),), segments=(Segment(0.3, np.zeros(3), np.array([3e-4, 3e-4, 5e-4])),))
-    return replace(rig, **changes)  # type: ignore[arg-type]
-
-
-STANDARD_RIGS = {"hinge": hinge, "pendulum": pendulum, "free": free}
+    return standard_rig("free", **changes)
 
 
 def random_hinge(rng: np.random.Generator, **changes: object) -> Rig:

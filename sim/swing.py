@@ -16,6 +16,7 @@ from mujoco import batch as mujoco_batch
 
 from imubench.arrays import Array, frozen, frozen_quaternion
 from imubench.errors import InputError
+from imubench.models.tree import Tree
 from imubench.recording import positive
 from imubench.sim.ball import needs_ball, swing_ball
 from imubench.sim.compile import compile_model
@@ -90,7 +91,7 @@ def swing_many(
     for first in range(0, len(rigs), BLOCK):
         block = range(first, min(first + BLOCK, len(rigs)))
         models = [_compile(rigs[i], 1.0 / (rate * split)) for i in block]
-        buffer = _rollout(models, [starts[i] for i in block], samples, split, torque, threads, buffer)
+        buffer = _rollout(models, rigs[first].tree, [starts[i] for i in block], samples, split, torque, threads, buffer)
         for i, model, sensordata in zip(block, models, buffer, strict=False):
             yield read_truth(rigs[i], model, np.arange(samples) / rate, sensordata[::split].copy())
 
@@ -101,22 +102,25 @@ def _one_by_one(
     """Yield the truth of one swing per rig, with the torques for which MuJoCo has no term (`sim.ball`)."""
     for rig, start in zip(rigs, starts, strict=True):
         model = _compile(rig, 1.0 / (rate * split))
-        state, control = _initial_state(model, start), _control(model, torque, (samples - 1) * split + 1)
+        state, control = (
+            _initial_state(model, rig.tree, start),
+            _control(model, rig.tree, torque, (samples - 1) * split + 1),
+        )
         if needs_ball(rig):
             data = swing_ball(rig, model, state, samples, split, control)
         else:
-            data = _rollout([model], [start], samples, split, torque, 1, None)[0, ::split]
+            data = _rollout([model], rig.tree, [start], samples, split, torque, 1, None)[0, ::split]
         if not np.isfinite(data).all():
             raise InputError("swing: expected a simulation that stays finite, got one that does not")
         yield read_truth(rig, model, np.arange(samples) / rate, data)
 
 
-def _control(model: Any, torque: Torque | None, steps: int) -> Array | None:
+def _control(model: Any, tree: Tree, torque: Torque | None, steps: int) -> Array | None:
     """Return the applied torques (steps, nv) N m; None where there is none."""
     if torque is None:
         return None
     control = np.zeros((steps, model.nv))
-    control[:, _driven_dofs(model)] = torque(np.arange(steps) * model.opt.timestep).reshape(steps, -1)
+    control[:, _driven_dofs(model, tree)] = torque(np.arange(steps) * model.opt.timestep).reshape(steps, -1)
     return control
 
 
@@ -126,6 +130,7 @@ def _compile(rig: Rig, step: float) -> Any:
 
 def _rollout(
     models: list[Any],
+    tree: Tree,
     starts: list[Start],
     samples: int,
     split: int,
@@ -141,8 +146,8 @@ def _rollout(
     batch = mujoco_batch.Batch(model, nsim=len(models), nthread=threads)
     batch.set_models(models)
     for i, start in enumerate(starts):
-        batch.bind("qpos")[i], batch.bind("qvel")[i] = _initial_state(models[i], start)
-    control = _control(model, torque, steps)
+        batch.bind("qpos")[i], batch.bind("qvel")[i] = _initial_state(models[i], tree, start)
+    control = _control(model, tree, torque, steps)
     spec = int(mujoco.mjtState.mjSTATE_QFRC_APPLIED)
     shape = (len(models), steps, model.nsensordata)
     out = {"sensordata": buffer if buffer is not None and buffer.shape == shape else np.empty(shape)}
@@ -154,26 +159,24 @@ def _rollout(
     return out["sensordata"]
 
 
-def _initial_state(model: Any, start: Start) -> tuple[Array, Array]:
+def _initial_state(model: Any, tree: Tree, start: Start) -> tuple[Array, Array]:
     qpos, qvel = model.qpos0.copy(), np.zeros(model.nv)
     for i in range(model.njnt):
         joint = model.joint(i)
         p, v = int(joint.qposadr[0]), int(joint.dofadr[0])
-        if joint.name == "hinge":
+        if tree.hinge is not None and joint.name == tree.hinge.name:
             qpos[p], qvel[v] = start.angle, start.angle_rate
-        elif joint.name == "base":
-            if joint.type[0] == mujoco.mjtJoint.mjJNT_FREE:
+        elif tree.base is not None and joint.name == tree.base.name:
+            if tree.floats:
                 qpos[p : p + 3], qvel[v : v + 3] = start.position, start.velocity
                 p, v = p + 3, v + 3
             qpos[p : p + 4], qvel[v : v + 3] = start.quaternion, start.rate
     return qpos, qvel
 
 
-def _driven_dofs(model: Any) -> list[int]:
+def _driven_dofs(model: Any, tree: Tree) -> list[int]:
     names = {model.joint(i).name: int(model.jnt_dofadr[i]) for i in range(model.njnt)}
-    if "hinge" in names:
-        return [names["hinge"]]
-    base = model.joint("base") if "base" in names else None
-    if base is None or base.type[0] != mujoco.mjtJoint.mjJNT_BALL:
+    if tree.joint is None or tree.joint.name not in names:
         raise InputError("torque: expected a rig with a hinge or a ball joint that can move, got none")
-    return list(range(names["base"], names["base"] + 3))
+    first = names[tree.joint.name]
+    return list(range(first, first + (1 if tree.hinge is not None else 3)))

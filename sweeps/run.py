@@ -20,7 +20,6 @@ from imubench.estimators import Estimator
 from imubench.leftovers import undone
 from imubench.plugin_versions import absolute, versions
 from imubench.plugins import find_estimator
-from imubench.recording import RIGS
 from imubench.reproduce.parts import Store
 from imubench.reproduce.report import require_matplotlib
 from imubench.sweeps import attempts
@@ -118,7 +117,7 @@ def _work(asked: Sweep, names: Sequence[str], out: Path, seed: int, seconds: flo
 
 def _check_imus(asked: Sweep, methods: Sequence[Estimator]) -> None:
     for rig in asked.cell(0, 0).rigs:
-        have = len(RIGS[rig.family])
+        have = len(rig.tree.imus)
         for method in methods:
             if method.imus > have:
                 raise InputError(f"{method.name}: expected a rig of {method.imus} IMUs, got a {rig.family} of {have}")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from imubench.models import RIG_FILES
-from imubench.recording import RIGS
+from imubench.models.tree import rig_tree
 from imubench.run import simulate
 from imubench.sim.compile import compile_model
-from imubench.sim.rigs import STANDARD_RIGS
+from imubench.sim.rigs import standard_rig
 from tests.scenarios import EVERY
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -70,10 +70,10 @@ def test_no_module_is_longer_than_400_lines():
 
 @pytest.mark.parametrize("family", list(RIG_FILES))
 def test_every_rig_compiles_with_its_sensors(family):
-    model = compile_model(STANDARD_RIGS[family]())
+    model = compile_model(standard_rig(family))
     names = {model.sensor(i).name for i in range(model.nsensor)}
-    for i, segment in enumerate(RIGS[family]):
-        assert {f"{segment}_framepos", f"imu{i + 1}_accelerometer", f"imu{i + 1}_gyro"} <= names
+    for imu, segment in rig_tree(family).carriers.items():
+        assert {f"{segment}_framepos", f"{imu}_accelerometer", f"{imu}_gyro"} <= names
 
 
 @pytest.mark.parametrize("name", EVERY)

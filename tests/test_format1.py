@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from imubench.errors import InputError
 from imubench.format1 import read, read_recording, read_reference, write_recording
+from imubench.models.tree import rig_tree
 from imubench.recording import RIGS, Body, Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
 from imubench.run import simulate
@@ -88,7 +89,7 @@ def recordings(draw: st.DrawFn) -> tuple[Recording, Reference | None]:
             mount_position_std=draw(maybe_std),
             mount_rotation_std=draw(maybe_std),
         )
-        for i in range(draw(st.integers(1, len(RIGS[rig]))))
+        for i in range(draw(st.integers(1, len(rig_tree(rig).imus))))
     )
     joints = ["hinge"] * draw(st.integers(0, 2)) if rig == "hinge" else []
     encoders = tuple(
@@ -96,7 +97,7 @@ def recordings(draw: st.DrawFn) -> tuple[Recording, Reference | None]:
         for joint in joints
     )
     poses = []
-    for segment in RIGS[rig][: draw(st.integers(0, 2))]:
+    for segment in rig_tree(rig).names[: draw(st.integers(0, 2))]:
         kinds = draw(st.sampled_from(("position", "quaternion", "both")))
         turned = np.stack([draw(quaternions) for _ in range(n)])
         turned[draw(st.lists(st.booleans(), min_size=n, max_size=n))] = np.nan

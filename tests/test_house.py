@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from imubench.effects import EFFECTS
+from imubench.models import RIG_FILES
 from scripts.house import LIMITS, ROOMS, House, laws_of_effects
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -14,7 +15,7 @@ HOUSE = House()
 
 @pytest.fixture(scope="module")
 def measures():
-    return HOUSE.measures(EFFECTS, laws_of_effects())
+    return HOUSE.measures(EFFECTS, laws_of_effects(), RIG_FILES)
 
 
 @pytest.mark.parametrize("name", list(LIMITS))
@@ -141,6 +142,32 @@ def test_laws_of_effects_are_seen_where_they_are_used(tmp_path):
     assert {"LowPass", "TimeOffset", "Sprung"} <= laws_of_effects()
     assert not {"Effect", "EFFECTS", "delay_of"} & laws_of_effects()
     assert house.laws_used(laws_of_effects()) == ["diagnosis.search.a:3: LowPass"]
+
+
+def test_branches_on_a_rigs_name_are_seen_outside_of_where_rigs_live(tmp_path):
+    text = (
+        'A = {"hinge": 1, "free": 2}\n'
+        'B = {("hinge", "imu1"): 3}\n'
+        "def f(r, kind):\n"
+        '    if r.rig == "hinge" or "pendulum" != r:\n'
+        "        return r.family != USUAL\n"
+        '    if r.rig in ("hinge", "free"):\n'
+        '        return kind == "free" or r.base == "free" or r.rig in RIGS or r.rig == other.rig\n'
+        "    match r:\n"
+        '        case "free":\n'
+        '            return Recording("hinge", kind=("free", "fixed"), words={"free": 1, "springy": 2})\n'
+        'rigs = ("hinge",)\n'
+    )
+    house = planted(
+        tmp_path, {"sim/a.py": text, "models/b.py": text, "tests/c.py": text, ".venv/d.py": text, "diagnosis/e.py": ""}
+    )
+    lines = sorted(int(found.removeprefix("sim/a.py:")) for found in house.rig_branches({"hinge", "pendulum", "free"}))
+    assert lines == [1, 2, 4, 4, 5, 6, 9, 11]
+
+
+def test_segments_and_imus_are_seen_by_their_names(tmp_path):
+    house = planted(tmp_path, {"diagnosis/a.py": '"""imu1"""\nx = ("imu2", "segment1", "imu", "the imu1")'})
+    assert house.parts_named() == ["diagnosis.a:1: imu1", "diagnosis.a:2: imu2", "diagnosis.a:2: segment1"]
 
 
 def test_a_docstring_that_tells_of_a_run_is_told_from_one_that_says_what_is_computed(tmp_path):

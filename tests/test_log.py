@@ -12,6 +12,7 @@ from imubench.errors import InputError
 from imubench.estimate import Estimate
 from imubench.log import log_run
 from imubench.log.summary import deviations, verdict
+from imubench.models.tree import UNREAD
 from imubench.recording import Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
 from imubench.rotations import angle_between, exp
@@ -260,6 +261,7 @@ def test_an_error_midway_leaves_nothing_and_keeps_the_old_file(truth, tmp_path, 
 
 
 def test_what_rerun_would_only_warn_about_is_an_error(truth, tmp_path, monkeypatch):
+    monkeypatch.setattr("imubench.recording.rig_tree", lambda rig: UNREAD)  # no file says how large a case is
     monkeypatch.setattr("imubench.log.scene.FLAT_CASE", (0.1, 0.1))  # a box with two sides
     with pytest.raises(ValueError, match="multiple of 3"):
         log_run(tmp_path / "run.rrd", observed(truth), truth)

@@ -41,7 +41,7 @@ def test_hinge_imus_read_what_matrix_calculus_says(seed, random_motion, jets):
 
 @pytest.mark.parametrize("family", list(RIGS))
 def test_driven_forward_dynamics_is_inverse_dynamics(family, random_motion):
-    rig = rigs.STANDARD_RIGS[family]()
+    rig = rigs.standard_rig(family)
     trajectory = random_motion(3)(np.linspace(0, 3, 200))
     driven = compile_model(rig, driven="all")
     state = joint_state(rig, driven, trajectory)
@@ -77,7 +77,7 @@ def test_segments_move_as_mujoco_has_them(changes, random_motion):
 @pytest.mark.parametrize("family", list(RIGS))
 def test_rates_and_accelerations_are_derivatives_of_the_pose(family, random_motion):
     h = 1e-3
-    truth = play(rigs.STANDARD_RIGS[family](), random_motion(7), 4.0, 1 / h)
+    truth = play(rigs.standard_rig(family), random_motion(7), 4.0, 1 / h)
     for body in (*truth.segments, *truth.sensors):
         # Central differences of a 1.5 Hz motion at 1 kHz: error h^2/12 of the fourth derivative.
         second = np.diff(body.position, 2, axis=0) / h**2
@@ -90,7 +90,7 @@ def test_rates_and_accelerations_are_derivatives_of_the_pose(family, random_moti
 
 @pytest.mark.parametrize("family", list(RIGS))
 def test_at_rest_an_accelerometer_points_up(family):
-    truth = play(rigs.STANDARD_RIGS[family](), AngleMotion(), 0.1, 100.0)
+    truth = play(rigs.standard_rig(family), AngleMotion(), 0.1, 100.0)
     for sensor in truth.sensors:
         up_s = rotations.rotate_back(sensor.quaternion, np.array([0.0, 0.0, 9.81]))
         assert_allclose(sensor.specific_force, up_s, atol=EXACT)

@@ -17,6 +17,7 @@ import numpy as np
 from imubench import format1, rotations
 from imubench.atomic import MARKER
 from imubench.effects import EFFECTS
+from imubench.models.tree import rig_tree
 from imubench.proof.mixture import Question
 from imubench.recording import Encoder, Imu, Pose, Recording
 from imubench.sim.imu_model import Declared, DeclaredMount, observe
@@ -29,7 +30,7 @@ from imubench.sim.injected import (
 )
 from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
-from imubench.sim.rigs import STANDARD_RIGS, Mount, Rig, random_hinge
+from imubench.sim.rigs import Mount, Rig, random_hinge, standard_rig
 from imubench.sim.signals import Signal, hand
 from imubench.trials.figures import figures
 from imubench.trials.make import made
@@ -127,9 +128,9 @@ def simulated(truth: Truth) -> Recording:
 
 
 def _rig(options: Mapping[str, Any], rng: np.random.Generator) -> Rig:
-    if options["rig"] != "hinge":
-        turned = replace(STANDARD_RIGS[options["rig"]]().mounts[0], quaternion=rotations.random(rng))
-        return STANDARD_RIGS[options["rig"]](mounts=(turned,))
+    if rig_tree(options["rig"]).hinge is None:
+        turned = replace(standard_rig(options["rig"]).mounts[0], quaternion=rotations.random(rng))
+        return standard_rig(options["rig"], mounts=(turned,))
     base = {"base": "fixed", "base_quaternion": rotations.random(rng)} if options["base"] == "fixed" else {}
     return random_hinge(rng, **base)
 
@@ -191,7 +192,7 @@ def _encoders(world: World, options: Mapping[str, Any], rng: np.random.Generator
 
 
 def _poses(world: World, options: Mapping[str, Any], rng: np.random.Generator) -> tuple[Pose, ...]:
-    wanted = options["pose"] if options["pose"] is not None else options["rig"] == "free"
+    wanted = options["pose"] if options["pose"] is not None else rig_tree(options["rig"]).loose
     rows = slice(0, int(options["seconds"] * 1000), 10)  # 100 Hz
     out = []
     for segment in world.segments if wanted else ():

@@ -8,6 +8,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.result import SURE, Finding, Parameter
+from imubench.models.tree import rig_tree
 from imubench.trials.seal import Truth
 
 Answers = Sequence[Mapping[str, Any]]
@@ -95,7 +96,7 @@ def parameter_errors(truth: Truth, effect: int, finding: Finding) -> list[Parame
     if answer is None:
         return []
     out, bounds = [], truth["bounds"][effect] or {}
-    turned = truth["rig"] == "pendulum" and other_way(answer, finding)
+    turned = rig_tree(truth["rig"]).ball is not None and other_way(answer, finding)
     for key, value in answer["parameters"].items():
         told = finding.parameters.get(key)
         if told is None or isinstance(value, str) or key in ("channels", "mode", "times", "band", "gyration"):

@@ -146,7 +146,7 @@ def _recorded(case: Case, folder: Path) -> bool:
         loaded = case.source.load()
         recording = stretch(loaded.recording, case.start, case.end)
         write_recording(recording, folder / "recording", loaded.reference)
-        hinge = recording.rig == "hinge" and len(recording.imus) == 2
+        hinge = recording.tree.hinge is not None and len(recording.imus) == 2
         axes = None if loaded.axes is None else loaded.axes.tolist()
         _write(known, {"hinge": hinge, "axes": axes, "seconds": case.end - case.start})
     return bool(load_table(known)["hinge"])

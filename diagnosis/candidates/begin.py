@@ -55,7 +55,7 @@ def begin(
             fit = first = fitted(known.free_swings, samples.masks)
             heard = partial(stop_of, first, samples)
             met = partial(contact_stop, first, known.free_swings, lambda swings: fitted(swings, samples.masks))
-            ways = (met, heard) if recording.rig == "pendulum" else (heard, met)  # a push tells its axis, knocks do not
+            ways = (met, heard) if fit.model.rig.ball else (heard, met)  # a push tells its axis, knocks do not
             if EFFECTS.first(lambda e: e.stops_at) and (stop := ways[0]() or ways[1]()):
                 without = fitted(stop.swings(known.free_swings), stop.masks(first, samples.masks))
                 stop = settled_between(stop, without)

@@ -37,7 +37,7 @@ ROUNDS = 2  # of the noise, mounts held
 def with_both_on_springs(fit: Fit) -> Fit | None:
     """Return a fit with both IMUs of a hinge on springs, if that predicts what the rigid one leaves; else None."""
     recording = fit.model.recording
-    if recording.rig != "hinge" or any(h.effect.on_springs for h in fit.model.hypotheses):
+    if recording.tree.hinge is None or any(h.effect.on_springs for h in fit.model.hypotheses):
         return None
     if not louder_than_any(fit):
         return None

@@ -73,7 +73,7 @@ class Stop:
 
 def stop_of(fit: Fit, samples: SampleChecks) -> Stop | None:
     """Return the stop that the knocks of free swings tell of; none where they begin anywhere."""
-    ball = fit.model.recording.rig == "pendulum"
+    ball = fit.model.rig.ball
     if not samples.unless_stopped or not (fit.model.rig.hinge or ball):
         return None
     start = fit.model.start

@@ -55,7 +55,7 @@ def contact_stop(fit: Fit, swings: Sequence[Window], again: Callable[[tuple[Wind
     `again` is the nominal fit with other free swings than its recording's `swings`.
     """
     body, found = fit.model.recording.body, np.array([])
-    if body is None or not (fit.model.rig.hinge or fit.model.recording.rig == "pendulum"):
+    if body is None or not (fit.model.rig.hinge or fit.model.rig.ball):
         return None
     more = failures(fit)
     for _ in range(ROUNDS):

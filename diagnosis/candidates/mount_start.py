@@ -77,7 +77,10 @@ def better_start(fit: Fit, h: Hypothesis, done: Fit) -> Fit:
 def far_turns(model: Model, at: str) -> list[Array]:
     """Return the turns (3,) rad in the sensor's axes that take the joint's axis to where an IMU has it, if far ones."""
     imus = {i.name: i for i in model.recording.imus}
-    needed = {"imu1", "imu2"} if model.rig.turns else {"imu2"}
+    if model.rig.tree.pair is None:
+        return []
+    one, two = model.rig.tree.pair
+    needed = {one, two} if model.rig.turns else {two}
     if at not in needed or not needed <= imus.keys():
         return []
     own = imus[at].time - model.start
@@ -85,10 +88,10 @@ def far_turns(model: Model, at: str) -> list[Array]:
     read = on_segments(model, grid, late(model))
     rates = {n: rate for n, (rate, _) in read.items()}
     if not model.rig.turns:
-        rates["imu1"] = np.zeros_like(rates["imu2"])
-    if agreeing(rates["imu1"], rates["imu2"], hinge_angle(model, grid, read)):
+        rates[one] = np.zeros_like(rates[two])
+    if agreeing(rates[one], rates[two], hinge_angle(model, grid, read)):
         return []
-    other = rates["imu2" if at == "imu1" else "imu1"]
+    other = rates[two if at == one else one]
     axis = axis_in(rates[at], np.sum(np.delete(other, HINGE_AXIS, axis=1) ** 2, axis=1))
     turns = rotations.log(least_turn(np.stack([axis, -axis]), JOINT))
     return [np.asarray(model.mounts[at].turn.T @ t) for t in turns if np.linalg.norm(t) > FAR]

@@ -101,7 +101,7 @@ def playable(recording: Recording) -> list[Motion]:
     out = []
     for motion in MENU:
         swings = any(s.free for s in motion.stages)
-        if swings and recording.rig == "free":
+        if swings and recording.tree.loose:
             continue
         if any(s.swapped for s in motion.stages) and len(recording.imus) < 2:
             continue

@@ -44,7 +44,7 @@ def staged(recording: Recording, stage: Stage, seconds: float) -> Recording:
 
 def assumed(recording: Recording) -> Body:
     """Return a forearm's mass, centre and inertia, where none is declared."""
-    far = np.array([0.15, 0.0, 0.0] if recording.rig == "hinge" else [0.0, 0.0, -0.15])
+    far = 0.15 * np.array(recording.tree.last.along or (0.0, 0.0, -1.0))
     return Body(1.0, far, np.full(3, 0.01))
 
 

@@ -10,7 +10,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.noise.coherence import RELATED, follows_motion
 from imubench.diagnosis.noise.reml import LOOSENED, declared, fit_with_noise, with_noise
 from imubench.diagnosis.problem.batch_model import Model
-from imubench.diagnosis.problem.hypothesis import Hypothesis, State, segment_of
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.motion_prior import START_SMOOTH, prior_rows
 from imubench.diagnosis.problem.process_factors import equation_rows
 from imubench.diagnosis.samples.pose_correlation import GaussMarkov
@@ -77,7 +77,7 @@ def biases(model: Model) -> tuple[Hypothesis, ...]:
     """
     segments = {p.segment for i, p in enumerate(model.recording.poses) if f"pose{i + 1}" in model.wander}
     known = {h.at for h in model.hypotheses if h.effect.given}
-    imus = [i.name for i in model.recording.imus if segment_of(i.name) in segments and i.name not in known]
+    imus = [i.name for i in model.recording.imus if model.recording.carrier(i.name) in segments and i.name not in known]
     every = [effect for effect in EFFECTS.values() if effect.in_every_sensor and effect.acts("error")]
     return tuple(Hypothesis(effect, at) for effect in every for at in imus)
 

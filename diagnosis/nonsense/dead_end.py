@@ -98,8 +98,8 @@ def still(recording: Recording) -> Played:
     """Return a motion in which nothing moves."""
     clocks = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     time = np.linspace(min(t[0] for t in clocks), max(t[-1] for t in clocks), ROWS)
-    turn = recording.base_quaternion if recording.rig == "hinge" and recording.base == "fixed" else [1.0, 0, 0, 0]
-    angle = np.zeros(ROWS) if recording.rig == "hinge" else None
+    turn = recording.base_quaternion if recording.clamped else [1.0, 0, 0, 0]
+    angle = np.zeros(ROWS) if recording.tree.hinge is not None else None
     return Played(time, np.tile(turn, (ROWS, 1)), np.zeros((ROWS, 3)), angle)
 
 

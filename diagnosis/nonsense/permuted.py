@@ -26,9 +26,9 @@ def permuted(findings: Iterable[Finding], recording: Recording) -> tuple[Nonsens
     """
     out = []
     for f in findings:
-        if not traits_of(f.effect).misplaces or f.confidence < SURE or recording.rig == "pendulum":
+        if not traits_of(f.effect).misplaces or f.confidence < SURE or recording.tree.ball is not None:
             continue
-        way = way_of(f, recording.imu(f.at), recording.rig == "hinge")
+        way = way_of(f, recording.imu(f.at), recording.tree.hinge is not None)
         if way is not None:
             reads = ", ".join(component(row) for row in way)
             what = f"{f.at}'s axes look permuted: it reads ({reads}) where the model has (x, y, z)"

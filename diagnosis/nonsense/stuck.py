@@ -67,7 +67,7 @@ def _whole(recording: Recording, imu: Imu, at: Mask) -> Iterator[Nonsense]:
 def carried(recording: Recording, imu: Imu) -> bool:
     """Return whether another sensor shows that an IMU's segment turns: what turns about two axes takes both along."""
     for other in recording.imus:
-        if other.name != imu.name and recording.rig == "hinge" and across(other.gyro) > TURNS:
+        if other.name != imu.name and recording.tree.hinge is not None and across(other.gyro) > TURNS:
             return True
     poses = [rate_of(p)[1] for p in recording.poses if p.quaternion is not None]
     turning = [float(np.sqrt(np.mean(np.sum(w**2, axis=1)))) for w in poses if len(w)]

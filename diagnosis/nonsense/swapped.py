@@ -16,7 +16,7 @@ hardly tell the orders apart. A likelihood ratio would be sure of less, but what
 
 def swapped(recording: Recording) -> Iterator[Nonsense]:
     """Yield that the two IMUs look swapped, where the declared mounts tell: both orders are fitted to the rig."""
-    if recording.rig != "hinge" or len(recording.imus) != 2 or not mounts_known(recording):
+    if recording.tree.hinge is None or len(recording.imus) != 2 or not mounts_known(recording):
         return
     one, two = recording.imus
     if not (quick_enough(one.time) and quick_enough(two.time)):

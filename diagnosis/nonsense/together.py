@@ -8,7 +8,6 @@ from scipy.ndimage import gaussian_filter1d
 from imubench.arrays import Array
 from imubench.diagnosis.nonsense.shared_motion import Shared, shared, squares
 from imubench.diagnosis.nonsense.stretch import averaged, grid, liveliest, quick_enough
-from imubench.diagnosis.problem.hypothesis import segment_of
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Encoder, Imu, Pose, Recording
 from imubench.rotations import conjugate, log, multiply
@@ -28,14 +27,14 @@ def not_together(recording: Recording) -> Iterator[Nonsense]:
     """
     some = liveliest(recording, LONGEST)
     imus = {imu.name: imu for imu in some.moving if quick_enough(imu.time)}
-    one, two = imus.get("imu1"), imus.get("imu2")
-    if some.rig == "hinge" and one and two and (found := hinged(one, two)):
+    one, two = (imus.get(name) for name in some.tree.pair or ("", ""))
+    if one and two and (found := hinged(one, two)):
         yield _told("joint", "the two IMUs do not move together", found)
     for i, pose in enumerate(some.poses):
-        for imu in (m for m in imus.values() if segment_of(m.name) == pose.segment):
+        for imu in (m for m in imus.values() if some.carrier(m.name) == pose.segment):
             if pose.quaternion is not None and (found := posed(imu, pose)):
                 yield _told(f"pose{i + 1}", f"{imu.name} and the measured pose do not move together", found)
-    for encoder in some.encoders if some.rig == "hinge" and two and len(imus) == len(some.moving) else ():
+    for encoder in some.encoders if two and len(imus) == len(some.moving) else ():
         if found := encoded(list(imus.values()), encoder):
             yield _told("encoder", "the IMUs and the encoder do not move together", found)
 

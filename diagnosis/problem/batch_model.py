@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.problem.bspline import Moment, Tracks
 from imubench.diagnosis.problem.encoder_calibration import ERROR, misreads, read, spread
-from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis, Prior, State, segment_of
+from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis, Prior, State
 from imubench.diagnosis.problem.pose_factors import pose_errors, slopes
 from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS, POSITION, SWING_AXIS, Rig, swing
@@ -146,7 +146,7 @@ class Model:
             angle, rate, accel = (moment.track(HINGE, order) for order in range(3))
             axis = np.eye(3)[[HINGE_AXIS]]
             return Scene(time, segment, angle, rate, accel, rate.at(axis.T), Jet(axis))
-        if self.recording.rig == "pendulum" and segment.turn is not None:
+        if self.rig.ball and segment.turn is not None:
             return Scene(time, segment, *swing(segment), segment.rate, segment.turn.back(np.eye(3)[[SWING_AXIS]]))
         return Scene(time, segment)
 
@@ -157,28 +157,38 @@ class Model:
 
     def carrier(self, state: State, moment: Moment, imu: str) -> Motion:
         """Return the motion of the segment that carries an IMU."""
-        return self.segment(state, moment, segment_of(imu))
+        return self.segment(state, moment, self.recording.carrier(imu))
 
     def segment(self, state: State, moment: Moment, name: str) -> Motion:
         """Return the motion of one segment."""
-        if self.rig.hinge and name == "segment1":
-            return self.rig.first(moment, self.gravity(state))
-        return self.last(state, moment)
+        return self._chain(state, moment, name)[name]
 
     def segments(self, state: State, moment: Moment) -> dict[str, Motion]:
         """Return the motion of every segment."""
-        first = self.rig.first(moment, self.gravity(state))
-        last = self.last(state, moment, first)
-        return {"segment1": first, "segment2": last} if self.rig.hinge else {"segment1": last}
+        return self._chain(state, moment, self.rig.tree.last.name)
 
-    def last(self, state: State, moment: Moment, first: Motion | None = None) -> Motion:
-        """Return the motion beyond the joint; `first` is what holds it, where that is known already."""
-        first = first or self.rig.first(moment, self.gravity(state))
-        return first.child(self.joint_link(state, moment, first))
+    def last(self, state: State, moment: Moment) -> Motion:
+        """Return the motion of the last segment, beyond the joint."""
+        return self.segment(state, moment, self.rig.tree.last.name)
+
+    def _chain(self, state: State, moment: Moment, to: str) -> dict[str, Motion]:
+        """Return the motion of the segments up to one, each on what holds it."""
+        base = self.rig.first(moment, self.gravity(state))
+        found: dict[str, Motion] = {}
+        for segment in self.rig.tree.segments:
+            held = base if segment.parent is None else found[segment.parent]
+            if segment is self.rig.tree.last:
+                held = held.child(self.joint_link(state, moment, held))
+            elif segment.parent is not None:
+                held = held.child(self.rig.joint(moment, segment))
+            found[segment.name] = held
+            if segment.name == to:
+                break
+        return found
 
     def joint_link(self, state: State, moment: Moment, first: Motion) -> Link:
-        """Return the joint: segment 2 on segment 1 (a pendulum's segment on its pivot), whose motion is `first`."""
-        link = self.rig.joint(moment)
+        """Return the joint with what acts there: the last segment on what holds it, whose motion is `first`."""
+        link = self.rig.joint(moment, self.rig.tree.last)
         scene = self.scene(moment, first)
         for h in self.at("joint"):
             link = h.effect.joint(link, self.own(scene, h, moment), self.values(h, state))

@@ -19,7 +19,7 @@ WAVES = 6  # of the turn, the k-th held to ROUND / k^2: what 12 take more of one
 def misreads(recording: Recording) -> bool:
     """Return whether a recording shows its encoder's error: nothing else says where gravity pulls, and how it moves."""
     swings = bool(recording.free_swings) and recording.body is not None
-    return swings and bool(recording.encoders) and recording.rig == "hinge" and recording.base == "fixed"
+    return swings and bool(recording.encoders) and recording.clamped
 
 
 def spread() -> Array:

@@ -6,11 +6,6 @@ from imubench.arrays import Array
 from imubench.effects.effect import Effect
 
 
-def segment_of(imu: str) -> str:
-    """Return the name of the segment that carries an IMU: all but the second are on the first."""
-    return "segment2" if imu == "imu2" else "segment1"
-
-
 @dataclass(frozen=True)
 class Hypothesis:
     """An effect at a place."""
@@ -59,4 +54,4 @@ def linear_in(h: Hypothesis) -> bool:
     return not h.effect.states and bool(h.effect.parameters) and not any(p.log for p in h.effect.parameters)
 
 
-__all__ = ["Geometry", "Hypothesis", "Prior", "State", "linear_in", "segment_of"]
+__all__ = ["Geometry", "Hypothesis", "Prior", "State", "linear_in"]

@@ -8,7 +8,7 @@ import numpy as np
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.dynamics_factors import swing_rows
-from imubench.diagnosis.problem.hypothesis import Hypothesis, State, segment_of
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.motion_prior import inside, middles
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.effects.effect import Scene
@@ -44,7 +44,7 @@ def scenes(model: Model, state: State, only: Hypothesis | None = None) -> Iterat
     segments = model.segments(state, moment)
     for h in hypotheses:
         imu = next((i for i in model.recording.imus if i.name == h.at), None)
-        segment = segments[segment_of(h.at)]
+        segment = segments[model.rig.tree.carriers.get(h.at, model.rig.tree.names[0])]
         scene = model.own(model.scene(moment, segment), h, moment)
         if imu is not None:
             link = model.mount(imu, state, moment, segment)

@@ -17,6 +17,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.problem.bspline import KNOWN_LONG, Knots, Moment, Tracks
 from imubench.jets import Jet, Turn, cross, derivatives_by, dot, follows, skew, stack, times
 from imubench.links import STILL, ZERO, Link, Motion, spin
+from imubench.models.tree import Tree, TreeSegment
 from imubench.recording import Recording
 
 HINGE_AXIS = 1  # +y of both segments
@@ -27,28 +28,38 @@ FORCE, VELOCITY = "force", "velocity"
 
 @dataclass(frozen=True)
 class Rig:
-    """How segment 1 is held and whether a second one hangs on it."""
+    """How the first segment of a tree is held, and what hangs on it."""
+
+    tree: Tree
 
     moves: bool  # segment 1's origin moves
     placed: bool  # and its position is measured
     turns: bool  # segment 1 has an attitude
-    hinge: bool  # segment 2 turns about +y on segment 1
     base: Array  # (3, 3) segment 1 -> world where it does not turn
     gravity: Array  # (3,) m/s^2, world
 
     @classmethod
     def of(cls, recording: Recording) -> "Rig":
         """Return the rig of a recording."""
-        hinge, fixed = recording.rig == "hinge", recording.base == "fixed"
-        turns = not (hinge and fixed)
+        tree, turns = recording.tree, not recording.clamped
         return cls(
-            moves=turns and recording.rig != "pendulum",
+            tree,
+            moves=turns and tree.floats,
             placed=any(p.position is not None for p in recording.poses),
             turns=turns,
-            hinge=hinge,
             base=rotations.to_matrix(recording.base_quaternion),
             gravity=np.array([0.0, 0.0, -recording.gravity]),
         )
+
+    @property
+    def hinge(self) -> bool:
+        """Whether the last segment turns about +y on the one that holds it."""
+        return self.tree.hinge is not None
+
+    @property
+    def ball(self) -> bool:
+        """Whether the last segment turns on a ball joint."""
+        return self.tree.ball is not None
 
     @property
     def widths(self) -> dict[str, int]:
@@ -59,7 +70,7 @@ class Rig:
             POSITION: (3, self.moves and self.placed),
             FORCE: (3, unplaced),
             VELOCITY: (3, unplaced),
-            HINGE: (1, self.hinge),
+            **{self.angle_of(segment): (1, True) for segment in self.tree.segments[1:]},
         }
         return {name: width for name, (width, there) in every.items() if there}
 
@@ -76,11 +87,15 @@ class Rig:
             return Motion(rate, accel, moment.track(FORCE), turn)
         return Motion(rate, accel, turn.back(moment.track(POSITION, 2) - down), turn, moment.track(POSITION))
 
-    def joint(self, moment: Moment) -> Link:
-        """Return segment 2 on segment 1."""
-        if not self.hinge:
+    def angle_of(self, segment: TreeSegment) -> str:
+        """Return the name of the spline of the angle by which a segment turns on the one that holds it."""
+        return HINGE if segment is self.tree.last else segment.joints[-1].name
+
+    def joint(self, moment: Moment, segment: TreeSegment) -> Link:
+        """Return a segment on the one that holds it; the first one's joint is in what `first` returns."""
+        if segment.parent is None:
             return Link(STILL)
-        return spin(HINGE_AXIS, *(moment.track(HINGE, order) for order in range(3)))
+        return spin(HINGE_AXIS, *(moment.track(self.angle_of(segment), order) for order in range(3)))
 
 
 def turning(moment: Moment) -> tuple[Turn, Jet, Jet]:

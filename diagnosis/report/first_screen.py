@@ -12,12 +12,13 @@ from imubench.diagnosis.report.moves_table import moves_table
 from imubench.diagnosis.report.numbers import fixed
 from imubench.diagnosis.result import SURE, Diagnosis, Finding
 from imubench.estimators import ESTIMATORS
+from imubench.models.tree import BALL, HINGE
 from imubench.reproduce.report import escape
 
 WORST = 3  # channels
 PLACES_SHOWN = 2  # sentences of where they differ; the others stand at the map
-OFFERED = {"hinge": "olsson2020", "pendulum": "sliding"}
-"""Which estimator a reader is offered for a rig: the axis of a hinge, the joint centre of a pendulum."""
+OFFERED = {HINGE: "olsson2020", BALL: "sliding"}
+"""Which estimator a reader is offered for a joint: the axis of a hinge, the centre of a ball joint."""
 
 
 @dataclass(frozen=True)
@@ -224,9 +225,10 @@ def steps(d: Diagnosis, evidence: Evidence) -> Iterator[str]:
 
 def correctable(d: Diagnosis, evidence: Evidence) -> bool:
     """Return whether `estimate --with` can take out what was found."""
-    if d.rig not in OFFERED or not sure(d) or d.doubts:
+    kind = evidence.recording.tree.kind
+    if kind not in OFFERED or not sure(d) or d.doubts:
         return False
-    return len(evidence.recording.imus) >= ESTIMATORS[OFFERED[d.rig]].imus
+    return len(evidence.recording.imus) >= ESTIMATORS[OFFERED[kind]].imus
 
 
 def commands(d: Diagnosis, evidence: Evidence, paths: Paths) -> str:
@@ -239,7 +241,7 @@ def command_lines(d: Diagnosis, evidence: Evidence, paths: Paths) -> list[str]:
     recording, folder = (shlex.quote(p) for p in (paths.recording, paths.folder))
     lines = []
     if correctable(d, evidence):
-        lines.append(f"imubench estimate {OFFERED[d.rig]} {recording} --with {folder}")
+        lines.append(f"imubench estimate {OFFERED[evidence.recording.tree.kind]} {recording} --with {folder}")
     if d.fitted and d.model:
         lines.append(f"imubench run {shlex.quote(f'{paths.folder}/model')}")
     return [*lines, f"rerun {shlex.quote(f'{paths.folder}/diagnosis.rrd')}"]

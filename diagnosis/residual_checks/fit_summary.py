@@ -161,13 +161,13 @@ def played(fit: Fit) -> Played:
     knots = model.tracks.knots
     time = np.asarray(model.start + knots.start + 0.5 * knots.step * np.arange(2 * (knots.count - 5) + 1))
     moment = model.moment(fit.state, time, "")
-    first = model.segment(fit.state, moment, "segment1")
+    first = model.segment(fit.state, moment, model.rig.tree.names[0])
     assert first.turn is not None  # every rig of the fit has an attitude
     q = rotations.continuous(np.broadcast_to(rotations.from_matrix(first.turn.matrix), (time.size, 4)))
     carried = any(h.effect.carries_joint for h in model.hypotheses)
     unplaced = FORCE in model.tracks.widths or carried
     if carried:
-        first = model.last(fit.state, moment, first)
+        first = first.child(model.joint_link(fit.state, moment, first))
     place = np.zeros((1, 3)) if unplaced or first.position is None else first.position.value
     return Played(
         time,

@@ -20,9 +20,8 @@ def regressors(fit: Fit) -> dict[str, Regressors]:
         time = np.arange(imu.time[0], imu.time[-1], 1 / RATE)
         moment = model.moment(fit.state, time, imu.name)
         segments = model.segments(fit.state, moment)
-        sensor = segments[f"segment{1 if imu.name == 'imu1' else 2}"].child(
-            model.mount(imu, fit.state, moment, segments[f"segment{1 if imu.name == 'imu1' else 2}"])
-        )
+        segment = segments[model.recording.carrier(imu.name)]
+        sensor = segment.child(model.mount(imu, fit.state, moment, segment))
         size = {
             "angular rate": sensor.rate.value,
             "angular acceleration": sensor.accel.value,

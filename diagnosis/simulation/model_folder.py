@@ -79,7 +79,7 @@ def played_early(model: Model) -> tuple[Truth, float]:
     The motion is prescribed, free swings are rolled out; the time is of the recording's clock.
     """
     rate = max(s.rate for s in (*model.imus.values(), *model.encoders.values()))
-    torque = torque_of(model.effects, model.start) if model.rig.family == "hinge" else None
+    torque = torque_of(model.effects, model.start) if model.rig.tree.hinge is not None else None
     return played(model.rig, model.motion, model.effects, (model.start, model.end), rate, model.swings, torque)
 
 

@@ -50,7 +50,7 @@ BIN = 0.25  # s over which that is averaged: no sensor is blind to a swing for s
 
 def can_swing(rig: Rig) -> bool:
     """Return whether gravity and torques alone move a rig: on a base or a pivot that stands still."""
-    return (rig.family == "hinge" and rig.base == "fixed") or (rig.family == "pendulum" and not rig.pivot_moves)
+    return rig.clamped or (rig.tree.ball is not None and not rig.pivot_moves)
 
 
 def bare(rig: Rig) -> Rig:
@@ -119,12 +119,12 @@ def since(torque: Torque | None, start: float) -> Torque | None:
 
 def freedoms(rig: Rig) -> int:
     """Return how many numbers the state at a window's start has."""
-    return 2 if rig.family == "hinge" else 6
+    return 2 if rig.tree.hinge is not None else 6
 
 
 def beside(rig: Rig, state: Start, step: Array) -> Start:
     """Return the state a step (2 or 6,) away: angle and rate, or a rotation vector and a rate in segment axes."""
-    if rig.family == "hinge":
+    if rig.tree.hinge is not None:
         return replace(state, angle=state.angle + float(step[0]), angle_rate=state.angle_rate + float(step[1]))
     turned = rotations.multiply(state.quaternion, rotations.exp(step[:3]))
     return replace(state, quaternion=turned, rate=state.rate + step[3:])
@@ -153,7 +153,7 @@ def slopes(rig: Rig, window: Swing, misfit: Misfit) -> Array:
 
 def horizon(rig: Rig, window: Swing, misfit: Misfit) -> float:
     """Return until when, in s, a window's roll-out is less uncertain than the noise for its start's sake."""
-    if rig.family == "hinge":
+    if rig.tree.hinge is not None:
         return window.end
     ahead = AHEAD
     while True:

@@ -25,13 +25,16 @@ def late(model: Model) -> dict[str, float]:
     """Return by how much the stamps of IMUs are late, in s, against an encoder, a measured pose or the first IMU."""
     recording, rig, imus = model.recording, model.rig, {i.name: i for i in model.recording.imus}
     out: dict[str, float] = {}
-    if rig.hinge and len(imus) == 2:
-        out["imu2"] = clock_offset(model, imus["imu1"], imus["imu2"])
-    if rig.hinge and recording.encoders and "imu2" in imus:
-        every = encoder_offset(model, imus, out.get("imu2", 0.0))
-        out = {n: out.get(n, 0.0) + every for n in imus if rig.turns or n == "imu2"}
-    if recording.poses and "imu1" in imus and "imu2" not in imus:
-        out["imu1"] = pose_offset(imus["imu1"], recording.poses[0])
+    if (pair := rig.tree.pair) is not None:
+        one, two = pair
+        if one in imus and two in imus:
+            out[two] = clock_offset(model, imus[one], imus[two])
+        if recording.encoders and two in imus:
+            every = encoder_offset(model, imus, pair, out.get(two, 0.0))
+            out = {n: out.get(n, 0.0) + every for n in imus if rig.turns or n == two}
+    first = rig.tree.imus[0]
+    if recording.poses and list(imus) == [first]:
+        out[first] = pose_offset(imus[first], recording.poses[0])
     return out
 
 
@@ -62,18 +65,19 @@ def clock_offset(model: Model, one: Imu, two: Imu) -> float:
     return lag(a, b, step)
 
 
-def encoder_offset(model: Model, imus: Mapping[str, Imu], behind: float) -> float:
+def encoder_offset(model: Model, imus: Mapping[str, Imu], pair: tuple[str, str], behind: float) -> float:
     """Return by how much all IMUs' stamps are late, in s, against an encoder, the second's `behind` more."""
     encoder, step = model.recording.encoders[0], 0.2 / max(i.rate for i in imus.values())
     first = max(t[0] for t in (encoder.time, *(i.time for i in imus.values())))
     last = min(t[-1] for t in (encoder.time, *(i.time for i in imus.values())))
     grid = np.arange(first, last, step) - model.start
-    about = {n: on_segment(model, i, grid, behind if n == "imu2" else 0.0)[0][:, HINGE_AXIS] for n, i in imus.items()}
+    one, two = pair
+    about = {n: on_segment(model, i, grid, behind if n == two else 0.0)[0][:, HINGE_AXIS] for n, i in imus.items()}
     still = np.zeros(len(grid))
     turned = np.interp(grid, encoder.time - model.start, encoder.angle)
     width = round(LAG_WIDTH / step)  # an encoder's steps are no motion
     rate = np.gradient(gaussian_filter1d(turned, width), step)
-    return lag(rate, gaussian_filter1d(about["imu2"] - about.get("imu1", still), width), step)
+    return lag(rate, gaussian_filter1d(about[two] - about.get(one, still), width), step)
 
 
 def lag(one: Array, two: Array, step: float) -> float:

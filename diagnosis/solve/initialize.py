@@ -77,10 +77,10 @@ def blind_start(model: Model) -> tuple[Model, State, Array | None]:
         if recording.poses and recording.poses[0].quaternion is not None:
             targets[ATTITUDE] = _interpolated(model, grid, "quaternion")
         else:
-            gyro, accel = sampled.get("imu1") or sampled["imu2"]
+            gyro, accel = _foremost(rig, sampled)
             targets[ATTITUDE] = levelled(gyro, accel, knots.step, still=not rig.moves)
     if FORCE in model.tracks.widths:
-        targets[FORCE] = (sampled.get("imu1") or sampled["imu2"])[1]
+        targets[FORCE] = _foremost(rig, sampled)[1]
     if POSITION in model.tracks.widths:
         targets[POSITION] = _interpolated(model, grid, "position")
     if rig.hinge:
@@ -91,6 +91,11 @@ def blind_start(model: Model) -> tuple[Model, State, Array | None]:
     anchor = targets[ATTITUDE][0] if ATTITUDE in targets else None
     state = State(coefficients, values)
     return model, _follow(model, state, grid, targets, anchor), anchor
+
+
+def _foremost(rig: Rig, sampled: dict[str, tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Return rate and specific force of the IMU that is nearest to the base."""
+    return sampled[min(sampled, key=rig.tree.imus.index)]
 
 
 def _follow(model: Model, state: State, grid: Array, targets: dict[str, Array], anchor: Array | None) -> State:
@@ -146,11 +151,12 @@ def hinge_angle(model: Model, grid: Array, sampled: dict[str, tuple[Array, Array
     if recording.encoders:
         encoder = recording.encoders[0]
         return np.interp(grid, encoder.time - model.start, encoder.angle + encoder.zero)
-    if "imu2" not in sampled:
+    one, two = model.rig.tree.pair or ("", "")
+    if two not in sampled:
         return np.zeros(len(grid))
-    gyro2, force2 = sampled["imu2"]
-    if "imu1" in sampled and model.rig.turns:
-        gyro1, force1 = sampled["imu1"]
+    gyro2, force2 = sampled[two]
+    if one in sampled and model.rig.turns:
+        gyro1, force1 = sampled[one]
     else:
         gyro1, force1 = np.zeros_like(gyro2), np.tile(-model.rig.base.T @ model.rig.gravity, (len(grid), 1))
     rate = (gyro2 - gyro1)[:, HINGE_AXIS]

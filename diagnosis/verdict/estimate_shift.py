@@ -29,7 +29,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.problem.hypothesis import segment_of
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS
 from imubench.diagnosis.result import Move
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
@@ -67,16 +66,16 @@ def asked(fit: Fit, time: Array) -> Asked:
     model, state, n = fit.model, fit.state, len(time)
     moment = model.moment(state, time, "")
     motions = model.segments(state, moment)
-    link = model.joint_link(state, moment, motions["segment1"])
+    link = model.joint_link(state, moment, motions[model.rig.tree.names[0]])
     across = np.broadcast_to(np.eye(3)[HINGE_AXIS], (n, 3))
     mounts, axes, centres = [], [], []
     for imu in model.recording.imus:
-        segment = segment_of(imu.name)
+        segment = model.recording.carrier(imu.name)
         mount = model.mount(imu, state, moment, motions[segment])
         turn = np.broadcast_to(mount.turn.matrix, (n, 3, 3))
         place = np.broadcast_to(mount.offset.value, (n, 3))
         mounts.append((turn, place))
-        first = model.rig.hinge and segment == "segment1"
+        first = segment != model.rig.tree.last.name
         centre = link.offset.value if first else np.zeros((1, 3))
         axis = across if first else back(np.broadcast_to(link.turn.matrix, (n, 3, 3)), across)
         axes.append(back(turn, axis))
@@ -90,14 +89,14 @@ def moved(one: Asked, other: Asked, recording: Recording) -> dict[str, Move]:
     """Return by how much two fits of a recording differ in what its rig can be asked for."""
     out: dict[str, Move] = {}
     pairs = list(zip(one.mounts, other.mounts, strict=True))
-    if pairs and recording.rig == "hinge":
+    if pairs and recording.tree.hinge is not None:
         out["joint_axis"] = Move(_each(angle_between, one.axes, other.axes) * DEG, "deg")
-    if pairs and recording.rig == "free":
+    if pairs and recording.tree.loose:
         out["mount_rotation"] = Move(np.array([rms(turned(a[0], b[0])) for a, b in pairs]) * DEG, "deg")
         out["lever"] = Move(np.array([rms(norm(a[1] - b[1])) for a, b in pairs]) * MM, "mm")
     elif pairs:
         between = [a - b for a, b in zip(one.centres, other.centres, strict=True)]
-        if recording.rig == "hinge":
+        if recording.tree.hinge is not None:
             between = [x - a * np.sum(a * x, axis=1, keepdims=True) for x, a in zip(between, one.axes, strict=True)]
         out["joint_centre"] = Move(np.array([rms(norm(x)) for x in between]) * MM, "mm")
     if one.angle is not None and other.angle is not None:
@@ -112,8 +111,7 @@ def moved(one: Asked, other: Asked, recording: Recording) -> dict[str, Move]:
 
 def heading_known(recording: Recording) -> bool:
     """Return whether anything says where a segment heads."""
-    fixed = recording.rig == "hinge" and recording.base == "fixed"
-    return fixed or any(pose.quaternion is not None for pose in recording.poses)
+    return recording.clamped or any(pose.quaternion is not None for pose in recording.poses)
 
 
 def _each(differing, ones: list[Array], others: list[Array]) -> Array:  # type: ignore[no-untyped-def]

@@ -31,7 +31,7 @@ ACROSS = 0.25  # cosine of the line and r, at most
 
 def impacts_of_play(named: Sequence[Finding], recording: Recording) -> tuple[Finding, ...]:
     """Return the findings, knocks at the second IMU of a hinge called play where they all lie along one line."""
-    if recording.rig != "hinge" or len(recording.imus) < 2 or any(traits_of(f.effect).loosens for f in named):
+    if recording.tree.hinge is None or len(recording.imus) < 2 or any(traits_of(f.effect).loosens for f in named):
         return tuple(named)
     imu, play = recording.imus[1], EFFECTS.name_of(lambda e: e.loosens)
 

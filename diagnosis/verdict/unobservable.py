@@ -17,14 +17,15 @@ from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
 from imubench.diagnosis.result import Parameter
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.effects.effect import Parameter as Number
+from imubench.models.tree import BALL, FREE, HINGE
 
 ENTRIES = {6: ("xy", "xz", "yx", "yz", "zx", "zy"), 9: tuple(a + b for a in "xyz" for b in "xyz")}
 OF_SEGMENT = {
-    "hinge": ("along the segment", "along the hinge axis", "across the segment and the hinge axis"),
-    "pendulum": ("along x of the limb", "along y of the limb", "along the limb"),
-    "free": ("along x of the segment", "along y of the segment", "along z of the segment"),
+    HINGE: ("along the segment", "along the hinge axis", "across the segment and the hinge axis"),
+    BALL: ("along x of the limb", "along y of the limb", "along the limb"),
+    FREE: ("along x of the segment", "along y of the segment", "along z of the segment"),
 }
-"""What the axes of a segment's frame are on each rig."""
+"""What the axes of a segment's frame are, by the joint that holds it."""
 
 
 def widened(fit: Fit, covariance: Array, white: Mapping[str, Array], std: Mapping[str, Array]) -> Array:
@@ -79,7 +80,7 @@ def unseen_in_words(fit: Fit, h: Hypothesis, seen: Mapping[str, Directions]) -> 
 
 def named_axes(fit: Fit, h: Hypothesis, name: str, width: int) -> tuple[dict[str, Array], str]:
     """Return the directions of a parameter's numbers that have a name, and what frame the numbers are in."""
-    rig = fit.model.recording.rig
+    kind = fit.model.recording.tree.kind
     if width in ENTRIES:
         return {
             f"entry {entry}": axis for entry, axis in zip(ENTRIES[width], np.eye(width), strict=True)
@@ -88,11 +89,11 @@ def named_axes(fit: Fit, h: Hypothesis, name: str, width: int) -> tuple[dict[str
         return {f"number {i + 1}": axis for i, axis in enumerate(np.eye(width))}, "its numbers"
     number = next(p for p in h.effect.parameters if p.name == name)
     if number.axes == "segment":
-        return dict(zip(OF_SEGMENT[rig], np.eye(3), strict=True)), "segment axes"
+        return dict(zip(OF_SEGMENT[kind], np.eye(3), strict=True)), "segment axes"
     word = "about" if number.about else "along"
     own = {f"{word} {axis} of the sensor": e for axis, e in zip("xyz", np.eye(3), strict=True)}
     hinge = {}
-    if rig == "hinge" and h.at in fit.model.mounts and word == "about":
+    if kind == HINGE and h.at in fit.model.mounts and word == "about":
         hinge = {"about the hinge axis": fit.model.mounts[h.at].turn.T @ np.eye(3)[HINGE_AXIS]}
     return hinge | own, "sensor axes"
 

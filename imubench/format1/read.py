@@ -19,10 +19,9 @@ from imubench.format1.track_checks import check_angle, check_lever, check_positi
 from imubench.format1.write import ANGLE, IMU, POSITION, QUATERNION, REFERENCE
 from imubench.inputs.files import what_is
 from imubench.inputs.tables import Table, read_table
+from imubench.models.tree import rig_tree
 from imubench.recording import RIGS, STANDARD_GRAVITY, Body, Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
-
-JOINTS = {"hinge": ("hinge",), "free": ()}  # joints of a rig whose angle an encoder can measure, where that is known
 
 
 def read(folder: Path) -> tuple[Recording, Reference | None]:
@@ -106,8 +105,9 @@ def _read_imu(declared: Declared, index: int, entry: Mapping[str, Any], gravity:
 
 def _read_encoder(declared: Declared, index: int, entry: Mapping[str, Any]) -> Encoder:
     where, rig = title("encoder", index), declared.top["rig"]
-    if entry["joint"] not in JOINTS.get(rig, (entry["joint"],)):
-        known = JOINTS[rig] or ("none with an angle",)
+    tree = rig_tree(rig)
+    known = [tree.hinge.name] if tree.hinge is not None else ["none with an angle"]
+    if (tree.hinge is not None or tree.loose) and entry["joint"] not in known:
         raise InputError(f"{declared.path}, {where}: {unknown(f'joint of rig {rig}', entry['joint'], known)}")
     _, table = _read(declared, entry["file"], f"{where}, key 'file'", ["time", ANGLE])
     check_angle(table.columns["time"], table.columns[ANGLE], table.place, ANGLE)
@@ -118,8 +118,9 @@ def _read_encoder(declared: Declared, index: int, entry: Mapping[str, Any]) -> E
 
 def _read_pose(declared: Declared, index: int, entry: Mapping[str, Any]) -> Pose:
     where, rig = title("pose", index), declared.top["rig"]
-    if entry["segment"] not in RIGS.get(rig, (entry["segment"],)):
-        raise InputError(f"{declared.path}, {where}: {unknown(f'segment of rig {rig}', entry['segment'], RIGS[rig])}")
+    names = rig_tree(rig).names or (entry["segment"],)
+    if entry["segment"] not in names:
+        raise InputError(f"{declared.path}, {where}: {unknown(f'segment of rig {rig}', entry['segment'], names)}")
     path, table = _read(declared, entry["file"], f"{where}, key 'file'", ["time"], [*POSITION, *QUATERNION])
     position = _group(path, table, POSITION, whole=False)
     quaternion = _group(path, table, QUATERNION, whole=True)

@@ -9,21 +9,18 @@ from imubench.arrays import Array
 from imubench.estimate import Estimate
 from imubench.log.joint import joint_arrows, log_arrow
 from imubench.log.signals import XYZ, drawn_rows, time_column
-from imubench.recording import RIGS, Imu, Recording
+from imubench.models.tree import Tree
+from imubench.recording import Imu, Recording
 from imubench.reference import Reference
 from imubench.rotations import conjugate, from_axis_angle, multiply, rotate, rotate_back
 from imubench.truth import Truth
 
-CASE = {"pendulum": (0.034, 0.015, 0.058)}  # m, an MTw along the sensor axes; else lying flat:
-FLAT_CASE = (0.058, 0.034, 0.015)
-ALONG = {("hinge", "segment1"): (-1, 0, 0), ("hinge", "segment2"): (1, 0, 0), ("pendulum", "segment1"): (0, 0, -1)}
+FLAT_CASE = (0.058, 0.034, 0.015)  # m, an MTw along the sensor axes, of an IMU that no file has
 JOINT = (70, 75, 85)
 TRAVEL = 0.3  # m; a joint that travels farther is followed
 SHORTEST = 0.12  # m, of a segment without an IMU
 SEGMENT_COLOURS = {"segment1": (115, 140, 165), "segment2": (165, 178, 128)}
-NOMINAL_MOUNT = {  # m, where an IMU is drawn whose place nobody declared
-    ("hinge", "imu1"): (-0.1, 0, 0.03), ("hinge", "imu2"): (0.1, 0, 0.03), ("pendulum", "imu1"): (0.06, -0.02, -0.2),
-}  # fmt: skip
+RADII = {True: 0.018, False: 0.045}  # m, of a segment on a hinge, or of a limb
 
 
 @dataclass(frozen=True)
@@ -81,12 +78,12 @@ def segment_motions(
         return found, "measured poses"
     start = np.array([recording.imus[0].time[0] if recording.imus else 0.0])
     base = recording.base_quaternion
-    found = {name: Motion(start, np.zeros((1, 3)), base[None]) for name in RIGS.get(recording.rig, ("segment1",))}
-    if recording.rig == "hinge" and recording.encoders:
+    found = {name: Motion(start, np.zeros((1, 3)), base[None]) for name in (recording.tree.names or ("segment1",))}
+    if recording.tree.hinge is not None and recording.encoders:
         encoder = recording.encoders[0]
         rows = drawn_rows(encoder.time)
-        turn = from_axis_angle([0.0, 1.0, 0.0], encoder.angle[rows] + encoder.zero)
-        found["segment2"] = Motion(encoder.time[rows], np.zeros((rows.size, 3)), multiply(base, turn))
+        turn = from_axis_angle(recording.tree.hinge.axis, encoder.angle[rows] + encoder.zero)
+        found[recording.tree.last.name] = Motion(encoder.time[rows], np.zeros((rows.size, 3)), multiply(base, turn))
         return found, "hinge angle from the encoder"
     return found, "no pose measured: drawn at rest"
 
@@ -109,8 +106,8 @@ def mount_motion(recording: Recording, imu: Imu, truth: Truth | None, segment: M
         away = rotate_back(segment.quaternion, sensor.position[rows] - segment.position)
         return Motion(segment.time, away, multiply(conjugate(segment.quaternion), sensor.quaternion[rows])), ""
     place, note = imu.mount_position, ""
-    if not place.any() and imu.mount_position_std is None and (recording.rig, imu.name) in NOMINAL_MOUNT:
-        place, note = np.array(NOMINAL_MOUNT[recording.rig, imu.name], dtype=float), " (place not declared)"
+    if not place.any() and imu.mount_position_std is None and recording.tree.joints:
+        place, note = np.array(recording.tree.sites[imu.name].position), " (place not declared)"
     return Motion(segment.time[:1], place[None], imu.mount_quaternion[None]), note
 
 
@@ -145,27 +142,29 @@ def log_scene(
         log_motion(rec, f"world/{name}", motion)
     first_mount = np.zeros(3)
     for i, imu in enumerate(recording.imus):
-        segment = f"segment{imu.name.removeprefix('imu')}"
+        segment = recording.carrier(imu.name)
         if segment not in motions:
             continue
         mount, note = mount_motion(recording, imu, truth, motions[segment])
         first_mount = mount.position[0] if i == 0 else first_mount
         path = f"world/{segment}/{imu.name}"
         log_motion(rec, path, mount)
-        _log_case(rec, path, CASE.get(recording.rig, FLAT_CASE), imu.name + note)
+        site = recording.tree.sites.get(imu.name)
+        _log_case(rec, path, site.case if site and site.case else FLAT_CASE, imu.name + note)
         reach[segment] = max(reach[segment], float(np.linalg.norm(mount.position[0])) + 0.06)
         centre = rotate_back(mount.quaternion[0], -mount.position[0])
         for arrow in joint_arrows(i, imu.name, centre, truth, estimate, true_axes, judge):
             log_arrow(rec, f"{path}/{arrow.quantity}_{judge if arrow.kind == 'true' else arrow.kind}", arrow)
     for name in motions:
-        _log_segment(rec, recording.rig, name, reach[name])
+        _log_segment(rec, recording.tree, name, reach[name])
     longest = max(reach.values(), default=SHORTEST)
-    return _log_frame(rec, recording.rig, source, motions.get("segment1", STILL), longest, first_mount)
+    first = recording.tree.names[0] if recording.tree.segments else "segment1"
+    return _log_frame(rec, recording.tree, source, motions.get(first, STILL), longest, first_mount)
 
 
-def _log_frame(rec: rr.RecordingStream, rig: str, source: str, base: Motion, longest: float, mount: Array) -> Scene:
+def _log_frame(rec: rr.RecordingStream, tree: Tree, source: str, base: Motion, longest: float, mount: Array) -> Scene:
     """Log a frame that travels with a joint that travels far, and return what a camera must know."""
-    hangs = rig == "pendulum"
+    hangs = tree.ball is not None
     facing = rotate(base.quaternion, mount * [1, 1, 0] if hangs else [0.0, 1.0, 0.0]).mean(axis=0)
     middle = np.array([0.0, 0.0, -longest / 2]) if hangs else np.zeros(3)
     half = longest / 2 + 0.06 if hangs else max(longest, 0.23)  # m, an axis arrow included
@@ -183,28 +182,29 @@ def _log_case(rec: rr.RecordingStream, path: str, size: tuple[float, float, floa
     rec.log(f"{path}/axes", rr.Arrows3D(vectors=np.eye(3) * 0.06, radii=0.003, colors=XYZ), static=True)
 
 
-def _log_segment(rec: rr.RecordingStream, rig: str, name: str, reach: float) -> None:
+def _log_segment(rec: rr.RecordingStream, tree: Tree, name: str, reach: float) -> None:
     path, colour = f"world/{name}/body", SEGMENT_COLOURS.get(name, (150, 150, 150))
-    if (rig, name) not in ALONG:
+    along = {segment.name: segment.along for segment in tree.segments}.get(name)
+    if along is None:
         rec.log(path, rr.Boxes3D(sizes=[(0.1, 0.1, 0.04)], colors=[colour]), static=True)
         return
-    x, y, z = ALONG[rig, name]
+    x, y, z = along
     half_way = np.array([-y, x, 0.0, 1.0 + z]) if z > -1 else np.array([1.0, 0, 0, 0])  # xyzw: turns +z to there
     capsule = rr.Capsules3D(
         lengths=[reach - 0.02],
-        radii=[0.018 if rig == "hinge" else 0.045],
+        radii=[RADII[tree.hinge is not None]],
         translations=[(0.02 * x, 0.02 * y, 0.02 * z)],
         quaternions=[half_way / np.linalg.norm(half_way)],
         colors=[colour],
         fill_mode="solid",
     )
     rec.log(path, capsule, static=True)
-    if name == "segment1":
-        rec.log(f"{path}/joint", _joint_shape(rig), static=True)
+    if name == tree.names[0]:
+        rec.log(f"{path}/joint", _joint_shape(tree), static=True)
 
 
-def _joint_shape(rig: str) -> rr.Cylinders3D | rr.Ellipsoids3D:
-    if rig == "hinge":
+def _joint_shape(tree: Tree) -> rr.Cylinders3D | rr.Ellipsoids3D:
+    if tree.hinge is not None:
         upright = [[np.sqrt(0.5), 0, 0, np.sqrt(0.5)]]  # xyzw: the cylinder's z along the hinge axis y
         return rr.Cylinders3D(lengths=[0.06], radii=[0.02], quaternions=upright, colors=[JOINT], fill_mode="solid")
     return rr.Ellipsoids3D(radii=[0.05], colors=[JOINT], fill_mode="solid")
