@@ -166,8 +166,6 @@ def played(fit: Fit) -> Played:
     q = rotations.continuous(np.broadcast_to(rotations.from_matrix(first.turn.matrix), (time.size, 4)))
     carried = any(h.effect.carries_joint for h in model.hypotheses)
     unplaced = FORCE in model.tracks.widths or carried
-    if carried:
-        first = first.child(model.joint_link(fit.state, moment, first))
     place = np.zeros((1, 3)) if unplaced or first.position is None else first.position.value
     return Played(
         time,
