@@ -95,7 +95,7 @@ def sprung_mount(mount: Mount, at: str, effects: Sequence[Injected]) -> Mount:
 
 def mounts_of(rig: Rig) -> dict[str, Mount]:
     """Return a rig's mounts by their sensor."""
-    return {f"imu{i + 1}": mount for i, mount in enumerate(rig.mounts)}
+    return dict(zip(rig.tree.imus, rig.mounts, strict=False))  # the first IMUs have one
 
 
 def carried(motion: Motion, rig: Rig, effects: Sequence[Injected], rng: np.random.Generator) -> tuple[Motion, Rig]:
