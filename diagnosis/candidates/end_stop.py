@@ -7,8 +7,8 @@ angle lies between the two, its standard deviation half their difference.
 
 A pendulum's stop is at an angle of its swing about the world's y, and without a magnetometer no fit knows where y
 points: it is the level axis about which the knocks agree best. The other way round along it the angle has the other
-sign, and is the same stop. About an axis that it hardly swings about, all its angles agree: six of seven knocks of a
-pendulum's IMU did within 4 mrad, at 0.036 rad, which it passed by a third of all its swing about that axis.
+sign, and is the same stop. About an axis that it hardly swings about, all its angles lie close together, knocks or not:
+there the angles agree without a stop.
 """
 
 from dataclasses import dataclass, replace

@@ -53,8 +53,8 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
 def rested(base: Base, h: Hypothesis) -> Score:
     """Return the score of a joint's spring at the best of some angles of rest, from which its refit begins.
 
-    Where it has no stiffness yet its angle of rest does nothing: on a swing whose equation held exactly the refit ended
-    with a stiffness at rest at 0, 240 nat short, and the spring was another inertia.
+    Where the stiffness is zero the angle of rest has no effect on the cost, so a refit gets no slope for it: begun at a
+    wrong angle it ends in another minimum, in which the inertia makes up for the spring.
     """
     each = [replace(h, effect=h.effect.starting(q0=angle), tag=f"#{i}") for i, angle in enumerate(REST)]
     best = score(base.fit, each, base)[0]

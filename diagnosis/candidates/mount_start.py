@@ -7,8 +7,7 @@ the axes of the segments as declared, y the axis there and j where it is in thos
 
 which is linear in j j': least squares, and the eigenvector of its largest eigenvalue, with either sign. The least turn
 that takes j to y is where the fit begins anew, with its motion: begun as declared, mount and motion follow each other
-to another minimum. A sensor that is turned by 1.6 rad was worth 1,108 nat so and a turn of pi at the other one 3,495;
-begun anew it is worth 4,553. How far it is turned about the axis itself is one with the joint's angle.
+to another minimum. How far it is turned about the axis itself is one with the joint's angle.
 """
 
 from contextlib import suppress

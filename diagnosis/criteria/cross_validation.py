@@ -45,10 +45,10 @@ class Gain:
     def foretells(self, least: float = 0.0) -> bool:
         """Return whether at least so many nat are gained for sure, up to a hundredth of what is gained.
 
-        What acts in one block only, as friction until a swing has ended, is missed by a third of the bootstraps, and
-        blocks that say nothing are worth -0.15 nat beside its 3,200. What is far from nought in few blocks, as the end
-        of a clock's skew, is gained for sure too where the others say little against it: each was foretold from data
-        that it is not of, and by noise alone exp(nat) is 1 in the mean.
+        What acts in one block only, as friction until a swing has ended, is missed by (1 - 1 / n)^n, about a third, of
+        the bootstraps, and blocks that say nothing lose a little of the freedom's price: hence the hundredth. What is
+        far from zero in few blocks, as the end of a clock's skew, is gained for sure too where the others say little
+        against it: each block is foretold from data without it, and the mean of exp(nat) of noise alone is 1.
         """
         return (not least and self.clear()) or self.low > least - LITTLE * max(self.value, 0.0)
 
@@ -110,7 +110,7 @@ def by_halves(before: Fit, after: Fit, rng: np.random.Generator) -> Gain:
     """Return the same, each half of the recording foretold from the other.
 
     What adds up over the recording, as a bias of a gyroscope beside a measured attitude, shows in no block of two
-    seconds, where the attitude at its beginning is free: a g-sensitivity of 155 nat gained -3 there, -22 to 17.
+    seconds, where the attitude at its beginning is free.
     """
     span = before.span
     found = gain(held_out(before, span, np.inf, 2), held_out(after, span, np.inf, 2), rng)

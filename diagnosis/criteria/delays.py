@@ -138,7 +138,7 @@ def beside(time: Array, x: Mapping[str, Array], delay: float) -> Readings:
 
 
 def left_by(both: JointInformation, wanted: Array, by: Array) -> float:
-    """Return what is lost when a direction (k,) stands for another, its size near 1: a cutoff near the delay's."""
+    """Return the loss of a direction (k,) in another's place, its size near 1, so that the cutoff is the delay's."""
     pull = by @ both.information @ by
     size = float(np.clip(by @ both.information @ wanted / max(float(pull), 1e-300), 1 / NEAR, NEAR))
     rest = wanted - size * by

@@ -40,8 +40,7 @@ def trial_beside(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
 def tightened(fit: Fit, hypotheses: Sequence[Hypothesis]) -> Fit | None:
     """Return a fit with tighter laws of some effects; None where none is at its floor.
 
-    There a state still follows some of the samples' noise, and the fit pays for that freedom: a soft mount of 43 Hz was
-    worth -137 nat so, and 70 with a tenth of its law's level.
+    There a state still follows some of the samples' noise, and pays for that freedom more than a tighter law would.
     """
     told = law_levels(fit, hypotheses)
     lower = {n: TIGHTER * fit.noise[n] for n in told if LAW_FLOOR / 2 < fit.noise[n] < 2 * LAW_FLOOR}
@@ -84,7 +83,7 @@ def taken(before: Fit, after: Fit) -> float:
     """Return how much noise power a sensor has lost at most from one fit to the other, over what is left.
 
     What a spline gains grows faster than the power that it takes: noise that is at most half as coloured gives it at
-    most half of that. A pivot that moved took 2.2 times the accelerometer's noise, which no colour is.
+    most half of that.
     """
     return max((before.noise[r.name] / after.noise[r.name]) ** 2 - 1 for r in after.measured)
 
@@ -121,7 +120,6 @@ def holds_its_law(trial: Trial) -> bool:
     """Return whether every law holds, with plausible numbers, and a rate in Hz that its sensor's samples can show.
 
     A filter's cutoff must be known: what it delays by, 1 / (2 pi cutoff), is no more than nothing where that is not.
-    Three clean pendulums had filters of 30 to 134 nat, with cutoffs known within 64 to 97 %.
     """
     fit, rates = trial.fit, {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
     found = (trial.hypothesis, *trial.also)

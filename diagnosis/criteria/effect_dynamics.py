@@ -30,8 +30,8 @@ PASSES = 2  # solves of a law, the second where the first has led
 def with_clear_motion(fit: Fit, imu: str) -> State:
     """Return the fit's state with its motion only as quick as it is more than an IMU's noise.
 
-    What a fitted motion has beyond is the noise of samples, and springs resound with it: a mount of 12 Hz on a hinge
-    moved at up to 1.7 Hz promised -25 nat, and was worth 470.
+    What a fitted motion has beyond is the noise of samples, and springs resound with it: the score of a spring beyond
+    the motion's band is then about that noise.
     """
     tracks, time = fit.model.tracks, inside(fit.model)
     start, step = tracks.knots.start, tracks.knots.step

@@ -1,9 +1,9 @@
 """What a recording cannot tell apart: effects that, in another's place, would explain it as well.
 
-What an effect adds to the measurements is held against what a rival can make of them once the motion, the
-geometry and the other effects have followed. With M the information of both after that, a the effect's own
-column (its mark, as fitted), r the rival's parameters and L its prior's information, the rival would cost
-the fit (M_aa - M_ar (M_rr + L)^-1 M_ra) / 2 nat.
+What an effect adds to the measurements is compared with what a rival can make of it once the motion, the geometry and
+the other effects are free to follow. With M the information of both, the others marginalised, a the effect's own column
+(its mark, as fitted), r the rival's parameters and L its prior's information, the rival would leave (M_aa - M_ar (M_rr
++ L)^-1 M_ra) / 2 nat of the effect unexplained.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,9 +1,9 @@
-"""A sensor that the motion follows nearly everywhere: what little is left of it may all be an effect's.
+"""A sensor that the motion follows nearly everywhere: what little it leaves may all be an effect's.
 
-A lone gyroscope beside a pose is held by it below 1.5 Hz: of its 2,250 readings in 15 s at 50 Hz 66 are left to tell
-its noise. An effect that takes half of what these hold raises the level to four times the declared one, and beside such
-noise it is worth nothing (a g-sensitivity of 22 bounds: -6 nat; at the declared level 188, and the level falls to 0.85
-of it). So effects are tried at the declared level as well, and count if they bring it down.
+A measured pose holds the motion up to some Hz; above, the motion follows a lone gyroscope, few of whose readings remain
+to tell its noise. An effect that takes half of what these hold raises the estimated level far above the declared one,
+and beside such noise the same effect is worth nothing. So effects are tried at the declared level as well, and count if
+they bring the estimate down to it.
 """
 
 from imubench.diagnosis.criteria.trial import Trial

@@ -1,7 +1,8 @@
-"""What of some samples no motion explains: the fit is solved with them in it, and beside other samples left out.
+"""What no motion explains of some samples: the fit is solved with them in it, and beside other samples without them.
 
-With n numbers more its cost rises by about n / 2 less what the motion takes of them; Q = 2 (cost with - cost without)
-/ n is the power per number that no motion explains, summed over every row within `BESIDE` of a stretch.
+With n more numbers its negative log likelihood J rises by about n / 2, minus the part that the motion follows; Q = 2 (J
+with - J without) / n is the power per number that no motion explains, summed over every row within `BESIDE` of a
+stretch.
 """
 
 from collections.abc import Mapping, Sequence

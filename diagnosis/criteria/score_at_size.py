@@ -36,8 +36,8 @@ def scores_at_size(base: Base, some: Sequence[Hypothesis]) -> dict[Hypothesis, t
 def gain_at_size(without: Fit, gone: Sequence[Hypothesis], lost: float) -> float:
     """Return the nat that one name near linear, worth `lost` in a fit, gains at the size that it has; 0 for others.
 
-    A term's weights are as large as they explain most. A gyroscope's scale of 0.02 % was worth 40 nat, and 55 at its
-    own size; a term that has one weight for all axes was worth 12 more than the first, and so took its place.
+    A term's weights are as large as they explain most. An effect whose prior is far wider than its number pays for that
+    width; a term that has one weight for all axes does not, and would take its place.
     """
     if len(gone) > 1 or not linear_in(gone[0]):
         return 0.0

@@ -1,9 +1,9 @@
 """Every candidate effect scored from one fit: what it would explain, before anything is fitted anew.
 
-With g the gradient of the cost by an effect's parameters and M their information once the motion,
-the geometry and the effects already in the model are free to move, the quadratic model of the cost
-promises a gain of g' (M + L)^-1 g / 2, L the prior's information; its Laplace evidence subtracts
-log det(I + L^-1 M) / 2, the price of the freedom. (M + L)^-1 is also the Cramer-Rao bound.
+With g the gradient of the negative log likelihood by an effect's parameters and M their information once the motion,
+the geometry and the effects already in the model are free to move, its quadratic model predicts a gain of g' (M + L)^-1
+g / 2, L the prior's information; its Laplace evidence subtracts log det(I + L^-1 M) / 2, the price of the freedom. (M +
+L)^-1 is also the Cramer-Rao bound.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

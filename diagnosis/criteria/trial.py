@@ -76,7 +76,6 @@ def misfit(fit: Fit, at_least: bool = False) -> float:
 def breaks_its_law(fit: Fit, h: Hypothesis) -> bool:
     """Return whether an effect's states leave more of their law than it allows, and so are splines.
 
-    Of a gyroscope with hysteresis a filter that broke its law by 2.8 times its std explained 690,000 nat, and a term of
-    where the reading came from 212 fewer; a filter's own readings break it by a tenth of its std.
+    A filter's own readings break its law by a tenth of its std; readings that a filter cannot make leave several.
     """
     return any(std > 1.0 for name, std in fit.noise.items() if h.effect.lawful and name.startswith(h.key("")))

@@ -55,8 +55,8 @@ def believable(evidence: float, shape: float) -> bool:
 def tells_itself(done: FittedTerm) -> bool:
     """Return whether a term need not be foretold: a slow error of a clear shape, or a mount that turns and loses none.
 
-    A mount that crept by 10 deviations was worth 13 nat beside the noise's colour, and gained 10 on left-out seconds
-    that chance alone lets differ by 20. In 67 recordings with nothing wrong three such turns were worth -8 at most.
+    A mount that creeps is worth less beside coloured noise than what it gains on left-out seconds may differ by chance,
+    so the held-out test cannot decide; without a creep such a turn loses.
     """
     return done.shape > SHAPED or (done.term.part == "both" and done.heldout.value > 0)
 
@@ -65,8 +65,8 @@ def tells_itself(done: FittedTerm) -> bool:
 def by_shape(fit: Fit, guesses: Sequence[Guess], least: float) -> list[Guess]:
     """Return the guesses, slow errors that are worth `least` beside white noise also weighed by their shape.
 
-    It is one of two of each triple. Noise as coloured as it may be is that everywhere; a walk of 19 deviations from a
-    bias was worth 7 nat beside it, and 30 by its shape.
+    It is one of two of each triple. Noise as coloured as it may be is that everywhere, also where a walk is not: the
+    shape takes that into account.
     """
     known: dict[tuple[str, str], SlowErrors] = {}
     out = []

@@ -9,8 +9,7 @@ knows of all w, motion, geometry and effects free to follow, and g the gradient 
 
 so that ln N(g; 0, R M R + M P M) is what a shape is worth, at its best size s, colour a and corner, in all channels or
 one; a constant is free. Noise that may be as loud as all of a curve need not be so: white noise of which three cosines
-are loud, as those of a jump are, is not coloured noise. A jump of 15 deviations from any drift was worth 6 nat where
-all noise was as loud as it may be at most, and 35 so.
+are loud, as those of a jump are, is not coloured noise.
 """
 
 from collections.abc import Iterator

@@ -42,7 +42,7 @@ def fitted_term(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     """Return a term's exact refit, its evidence less `price`, and what it predicts.
 
     What is worth much has bent the motion that its signals were taken from: they are taken again from the motion that
-    it leaves, while that explains more. Of a gyroscope's dead zone 1.4 times the noise was left at first, then 1.15.
+    it leaves, while that explains more.
     """
     found = once(fit, guess, price)
     for _ in range(AGAIN):

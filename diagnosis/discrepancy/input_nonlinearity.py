@@ -1,8 +1,8 @@
 """Whether a sensor seems to read by a law of its own: then nothing needs to move, and no spring is sought.
 
-A gyroscope's dead zone left 13 to 17 times the noise power, and rounds of springs took 500 s, for nothing. What moves
-shows in more than the reading that it enters: of rocking and soft mounts, skin and pivots, a scale first where one was
-needed, curves over an own reading promised less than another term, or took off a quarter of the excess at most.
+A dead zone or a saturation is a function of the reading alone: one curve over it explains most of the excess, and
+rounds of springs are in vain. What moves shows in more than the reading that it enters, so of springs, skin and pivots
+such a curve takes a small part, or promises less than another term.
 """
 
 from contextlib import suppress

@@ -1,8 +1,8 @@
 """Springs whose numbers lean on no noise: as few knots as there may be, and every number pulled.
 
 While names are sought, only stiffnesses and dampings are pulled (diagnosis/noise/debias.py). A lever arm leans as well:
-what noise turns a rocking sensor by moves its sensing point, which explains noise of its accelerometer (arms of 5 to 9
-cm that were below 2, by up to 7 standard deviations). Here every number of a law is pulled until none moves any more.
+what noise turns a rocking sensor by moves its sensing point, which explains noise of its accelerometer, and the arm
+comes out too long. Here every number of a law is pulled until none moves any more.
 """
 
 from dataclasses import replace

@@ -3,7 +3,7 @@
 How well a stiffness or a damping x is known depends on what it is. A spring without damping rings, and would show its
 damping to a hundredth; one of 0.2 answers as one of 0.1 does. A stiff spring gives way less than a soft one. Where a
 motion hardly makes a spring ring, noise may pull its damping to nothing, and the curvature there says how well a spring
-that rings would be known: 0.017 of 0.02 where 0.17 was true. The interval of x (Neyman's) holds every larger x' from
+that rings would be known instead. The interval of x (Neyman's) holds every larger x' from
 which x is no further than fits of x' scatter, s(x') their deviation::
 
     (x' - x) / s(x') < 1.96,  and the fit held at x' costs little more,

@@ -1,9 +1,8 @@
 """A motion on fewer knots, where nothing that a recording shows needs as many, and on more, where springs ring.
 
 With a knot for every sample a slow motion follows half of the noise, up to a frequency at which springs resound with
-it: their numbers then lean on that noise as much as on what moves them, and its level comes out too small (that of one
-accelerometer by 29 %). Of the numbers of three mounts in a blind run, worth 22 to 30 bounds and moved at up to 2.2 Hz,
-19 of 36 were in their 95 % interval so, and 28 with a third or a quarter of the knots.
+it: their numbers then lean on that noise as much as on what moves them, and its level comes out too small. On as few
+knots as the motion needs neither is so.
 
 A knot less is one too few where the motion, or what rings on it, is above the noise near the highest frequency that
 the knots can follow, or where what they cannot follow is left: white noise leaves a flat spectrum beyond. Slow noise,
@@ -57,8 +56,7 @@ def coarsest(fit: Fit) -> Fit:
 def finer(fit: Fit) -> Fit:
     """Return the fit on so many knots that springs ring as they would, at the noise levels that it leaves there.
 
-    Three knots a period cannot: damping ratios came out at 0.18 and 0.10 for 0.22 and 0.14, by 5 and 4 standard
-    deviations, and the fit 78 nat above the one in which they are right.
+    A spline of three knots a period damps what it follows, and the damping ratios come out wrong.
     """
     times = widest(fit) / fit.model.tracks.knots.step
     return relevelled(coarser(fit, times)) if times < 1 / MORE else fit
@@ -74,8 +72,7 @@ def ringing(fit: Fit) -> float:
     """Return the frequency in Hz of the quickest springs that ring, 0 of none: those of which a motion is as quick.
 
     Springs of which one is quicker follow a slow motion with no life of their own, and knots for them only let in
-    noise: 12 of 12 numbers of springs of 30 Hz in a motion of 4 Hz were in their interval with 25 knots a second, 8
-    with 150. How quick a motion is the gyroscope tells: a hum shakes an accelerometer at any frequency.
+    noise. How quick a motion is the gyroscope tells: a hum shakes an accelerometer at any frequency.
     """
     imus = {imu.name: imu for imu in fit.model.recording.imus}
     springs = [h for h in fit.model.hypotheses if h.at in imus and h.effect.lawful and h.effect.name != FILTER]

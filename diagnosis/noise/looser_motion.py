@@ -2,11 +2,10 @@
 
 A sensor that turns by `twist` q with its skin says (axis + twist) q: of the part along the joint's axis only the
 product with the angle q is seen, and the two apart only in second order of q. Noise that the splines follow costs, by
-how smooth the motion is held, in proportion to q^2: 75 nat of a hand's motion. The least cost is therefore at angles
-that are too small and twists that are too large, by up to 7 standard deviations on hinges whose angle nobody measured.
-Held `LOOSE` times less tightly the splines follow the noise at no cost (2.4 at most in seven such). It
-takes 2 to 12 s, and what is compared or left over is the tighter fit's: an effect without a name would hide in the
-looser motion.
+how smooth the motion is held, in proportion to q^2. The least cost is therefore at angles that are too small and twists
+that are too large, by many standard deviations on hinges whose angle nobody measured. Held `LOOSE` times less tightly
+the splines follow the noise at next to no cost. What is compared or remains is the tighter fit's: an effect without a
+name would hide in the looser motion.
 """
 
 from dataclasses import replace

@@ -35,8 +35,8 @@ def mask_beside(fit: Fit, h: Hypothesis) -> Masks | None:
 def shows_in_its_moments(fit: Fit, first: Fit, h: Hypothesis) -> bool:
     """Return whether what an effect does in the moments in which it acts anyhow is there, and is what its law says.
 
-    Five slips of 12 to 60 bounds left 0.9 to 1.04 of what is left elsewhere, and had explained 21 to 350 nat; knocks of
-    a joint with play left 1.4 and 1.9, a slip of 114 bounds, whose course is not quite the law's, 7.
+    There the fit leaves about as much as elsewhere if the law has the course of what happened, and several times as
+    much where it only stands for something else.
     """
     windows = first.model.blind(h, first.state)
     if not windows:

@@ -73,8 +73,8 @@ def certain(model: Model) -> tuple[str, ...]:
 def biases(model: Model) -> tuple[Hypothesis, ...]:
     """Return the biases of gyroscopes beside poses whose errors wander, to be in the fit from the start.
 
-    Every gyroscope has one. Beside errors that go with the attitude a g-sensitivity of nine numbers takes its place
-    (163 nat against 139, with 20 mrad/s for 1 g), then what is left of a scale. It goes again if it predicts nothing.
+    Every gyroscope has one. Beside errors that go with the attitude a g-sensitivity of nine numbers takes its place,
+    then what remains of a scale. It goes again if it predicts nothing.
     """
     segments = {p.segment for i, p in enumerate(model.recording.poses) if f"pose{i + 1}" in model.wander}
     known = {h.at for h in model.hypotheses if h.effect.given}

@@ -14,8 +14,7 @@ def with_pooled_noise(fit: Fit) -> Fit:
     """Return the fit with what it leaves shared by both IMUs, where it holds one alone for noisy; else the fit itself.
 
     What two IMUs read of one motion says how loud both are together. Estimated one by one, the one that is believed a
-    little more is believed in the end: an accelerometer that walked was left at 0.85 of its declared level and the
-    other raised to 7 times its own, so that a curve of time was found at the other, 2,500 nat worse at equal levels.
+    little more is believed in the end: its level falls, the other's rises, and effects are found at the wrong one.
     """
     told = declared(fit.model)
     noise = dict(fit.noise)

@@ -106,8 +106,8 @@ def with_noise(fit: Fit, rounds: int = ROUNDS, held: Collection[str] = ()) -> Fi
 def with_settled_noise(fit: Fit) -> Fit:
     """Return the fit, its noise levels estimated once more where a sensor's is far from what it leaves.
 
-    What came in last explains what another level was estimated beside: an accelerometer's was 4 times what was left of
-    it once a joint's spring was known, and it was called loud.
+    Levels are estimated beside what the model holds then; what came in last may explain what a level was raised for,
+    and a level that stays too high is reported as a loud sensor.
     """
     found, told = levels(fit)[0], declared(fit.model)
     off = [np.log(max(found[n], FLOOR * std) / fit.noise[n]) for n, std in told.items() if n in found]

@@ -104,7 +104,7 @@ def across(rate: Array) -> float:
 
 
 def rate_of(pose: Pose) -> tuple[Array, Array]:
-    """Return the times (n,) s and body rates (n, 3) rad/s of a measured attitude, where it was seen."""
+    """Return the times (n,) s and body rates (n, 3) rad/s of a measured attitude, where one is measured."""
     assert pose.quaternion is not None  # as the caller has asked
     seen = np.isfinite(pose.quaternion).all(axis=1)
     time, q = pose.time[seen], pose.quaternion[seen]

@@ -65,7 +65,7 @@ def _slope(time: Array, values: Array) -> tuple[Array, Array]:
 def pose_errors(
     pose: Pose, segment: Motion, velocity: Jet | None, lasting: tuple[GaussMarkov, Mapping[str, Array]] | None
 ) -> Iterator[tuple[str, Jet, Array]]:
-    """Yield "position" and "rotation", model minus measurement (n, 3), and what was measured, NaN: it does not count.
+    """Yield "position" and "rotation", model minus measurement (n, 3), and the measurement; NaN does not count.
 
     `lasting`: how the errors last, and what `slopes` says of the pose; `velocity` (n, 3) m/s of the segment's origin.
     """

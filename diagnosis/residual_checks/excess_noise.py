@@ -66,8 +66,8 @@ def unexplained(where: Where) -> Finding:
 def off_its_equation(fit: Fit) -> list[Finding]:
     """Return what a free swing's equation leaves as a finding without a name at the joint, where that is a torque.
 
-    Of 1 % of the torque of the segment's weight it left 0.05 to 0.22 in 26 swings that had nothing, or of which all was
-    named; of a wind 2.8.
+    A swing without any other torque keeps to its equation within a fraction of 1 % of the torque of the segment's
+    weight; an unnamed torque, such as wind, exceeds that.
     """
     rows = equation_of(fit.rows)
     if rows is None or fit.noise.get(GROUP, 0.0) < UNHELD:

@@ -18,9 +18,9 @@ STRAINED_SURE = 0.2  # of a name at such a place: of seven in 900 blind trials e
 def implausible_places(fit: Fit) -> set[str]:
     """Return the IMUs that an effect is told of in numbers that no sensor has.
 
-    A gyroscope's axes that read 73 % too little and 43 % of each other, beside a mount that rocks, were cross-talk; so
-    was one that read 89 % too little beside an arm of 13 cm. A mount may be turned by any angle. Axes that read 31 % of
-    each other, and nothing else wrong, were a misalignment, of an accelerometer rounded to 1 m/s^2.
+    Axes that read far too little, or much of each other, are what a fit makes of another effect at the same IMU, or of
+    a mount whose lever arm is wrong. A mount may be turned by any angle. Nearly a third of the other axis, with nothing
+    else wrong, can be a true misalignment.
     """
     sensors = [h for h in fit.model.judged if h.effect.place == "imu" and h.effect.name != POSE]
     beside = Counter(h.at for h in sensors)

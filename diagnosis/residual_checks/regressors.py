@@ -38,7 +38,7 @@ def regressors(fit: Fit) -> dict[str, Regressors]:
 
 
 def reversals(time: Array, rate: Array) -> Array:
-    """Return bumps (n,) of height 1 where a rate (n,) changes its sign, small wavering left out."""
+    """Return bumps (n,) of height 1 where a rate (n,) changes its sign, without small wavering."""
     least = MOVING * float(np.sqrt(np.mean(rate**2)))
     moving = np.flatnonzero(np.abs(rate) > least)
     turned = np.flatnonzero(rate[moving[1:]] * rate[moving[:-1]] < 0)

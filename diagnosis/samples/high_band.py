@@ -33,9 +33,8 @@ def quick_power(
     (m,) that a peak is measured by.
 
     Samples of `skip` (n,) begin none; no level is below that of rounding. Near an end, where half of what the filter
-    sees is made up and nobody knows what was before, and at `doubted` samples (n,) the bar is above the level. There
-    386 stretches of trials had peaks of 37 to 13,935 times the level where something knocks, else of up to 35; beside
-    the start of a swing they were 24 to 2,785, else up to 27: what knocks more faintly is not heard there.
+    sees is made up and nobody knows what was before, and at `doubted` samples (n,) the bar is above the level. A
+    filter's response to an unknown past is as loud as the motion there, so what knocks more faintly is not heard.
     """
     far, power = round(FAR * rate), high(stretch.accel, taps)
     level = np.maximum(local_level(power, rate), step**2 / 12)

@@ -2,13 +2,12 @@
 
 `vibration` is a steady line in the accelerometer, and a fit has its law. A motor on the segment turns the sensor as
 well, and its frequency wanders: that is no such line. The motion's splines follow it up to half their knots' rate, and
-a mount on springs resounds with it (on a telephone that vibrates at 45 Hz a rocking mount was worth 9,300 nat). A hand
-moves nothing at the frequencies at which hums are heard, so where the gyroscope hums too the band about it goes, with
-as little of anything else: no delay, nothing of the motion below.
+a mount on springs resounds with it. A hand moves nothing at the frequencies at which hums are heard, so where the
+gyroscope hums too the band about it goes, with as little of anything else: no delay, nothing of the motion below.
 
 Where it does not, the line stays, and what wanders beside it goes: sidebands A^2 D / (2 pi d)^2 off by d Hz, of a phase
-that diffuses by D rad^2/s. Of a hum of 50 times the noise they are louder than that for 2 Hz on either side, and were a
-soft mount of 2,500 nat.
+that diffuses by D rad^2/s. Of a loud hum they are louder than the noise for some Hz on either side, and would be taken
+for a soft mount.
 """
 
 from itertools import pairwise
@@ -65,7 +64,7 @@ def without_hum(imu: Imu, frequency: float, skip: Mask) -> tuple[Array, Array]:
 def with_steady_hum(imu: Imu, frequency: float, skip: Mask) -> Array:
     """Return specific forces (n, 3) in which a hum in Hz is a steady line, as strong; those of `skip` (n,) stay.
 
-    A line alone is weaker: of a phase that wanders by s rad exp(-s^2 / 2) of it is left.
+    A line alone is weaker: of a phase that wanders by s rad it keeps exp(-s^2 / 2).
     """
     rate = 1 / float(np.median(np.diff(imu.time)))
     pieces = [s for s in stretches(imu.time, imu.gyro, imu.accel, skip) if s.time.size >= SETTLED * rate]
@@ -116,7 +115,7 @@ def nearest(time: Array, values: Array, frequency: float, weight: Array) -> tupl
 
 
 def sidebands(pieces: list[Array], rate: float, frequency: float) -> float:
-    """Return how far in Hz what is left (n, 3) beside a line is louder than the noise; 0 where it is nowhere."""
+    """Return the distance in Hz up to which residuals (n, 3) beside a line are louder than noise; 0 where nowhere."""
     x = max(pieces, key=len)
     off = np.abs(np.fft.rfftfreq(len(x), 1 / rate) - frequency)
     power = np.sum(np.abs(np.fft.rfft(x * np.hanning(len(x))[:, None], axis=0)) ** 2, axis=1)

@@ -98,7 +98,7 @@ def wandering(spans: list[float], step: float, k: int) -> tuple[int, GaussMarkov
 
 
 def errors(pose: Pose, imu: Imu, longest: float) -> list[float]:
-    """Return the RMS of r in rad, were it independent, from samples 1, 2, 4 and so on apart, up to `longest` s."""
+    """Return the RMS of r in rad as if independent, from samples 1, 2, 4 and so on apart, up to `longest` s."""
     inside = (pose.time >= imu.time[0]) & (pose.time <= imu.time[-1])
     if pose.quaternion is None or inside.sum() < FEWEST:
         return []

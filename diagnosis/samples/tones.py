@@ -47,8 +47,7 @@ class Line:
 def line(stretches: tuple[Stretch, ...], rate: float, skip: Mask, noise: Mapping[str, float]) -> Line | None:
     """Return the strongest hum of a recording, None where there is none or it is too short (8 s) to tell.
 
-    A recording of 15 s that lost samples had broken into three had three windows, in each of which a hum of 50 times
-    the noise stood out by a factor of 600 to 12,000.
+    Samples that are lost may break a recording into few windows; a hum that stands out by far in each is one still.
     """
     width = 2 * round(SECONDS * rate / 2)
     power, times = densities(stretches, "accel", width, skip)

@@ -56,8 +56,8 @@ def at_noise_of(fit: Fit, other: Fit) -> Fit:
 def converged(fit: Fit) -> Fit:
     """Return the fit at its least cost: what a search needs of it is less than what its numbers need.
 
-    Skin that slides was 50 nat above the least and 4 standard deviations off: its slide and the mount of its sensor
-    move together by far, and cost next to nothing on the way.
+    A skin's slide and the mount of its sensor move together by far at next to no cost: a fit may stop tens of nat above
+    the least with numbers that are several standard deviations off.
     """
     return search(fit.model, fit.state, fit.noise, fit.anchor, LONG, FINE, FREE)[0]
 

@@ -50,8 +50,8 @@ def moved(model: Model, state: State, x: Array, values: Array) -> State:
 def followed(model: Model, state: State, rows: list[Rows], damping: float) -> State:
     """Return a state whose splines follow the parameters that a step led to: what it left of second order is gone.
 
-    A mount turned by 0.03 rad beside a skin that slides left 2000 nat of it where the step was worth 50. Where nothing
-    holds a spline all stay.
+    What a step leaves of second order may exceed what it gains, as of a mount's turn beside a skin that slides. Where
+    nothing holds a spline all stay.
     """
     normal, _ = assemble(model, rows)
     normal.damp(damping)

@@ -26,8 +26,8 @@ def with_refused(
 ) -> tuple[Finding, ...]:
     """Return findings without a name, each equalled by what was refused at its place and gained as much as it does.
 
-    A rocking mount of free swings gained 70 nat and was refused; what its gyroscope reads a little later stood in for
-    it, and gained 53. A name that is found after all is no equal: it stands beside.
+    What a sensor reads a little later can take the place of a refused rocking mount. A name that is found after all is
+    no equal: it stands beside.
     """
     found = {(f.effect, f.at) for f in named}
     names = [r for r in refused if (r.effect, r.at) not in found]

@@ -86,8 +86,8 @@ def like(kept: Kept) -> list[Passed]:
 def overshadowed(selection: Selection) -> list[Hypothesis]:
     """Return the effects beside a stronger one that are worth next to nothing of what all together leave of the noise.
 
-    What is wrong in a model is made up for by whatever is at hand: a filter that was not found left 55 % beyond the
-    noise, and two names beside a drift explained 2 % of that. The strongest stands by itself.
+    What is wrong in a model is made up for by whatever is at hand: beside an effect that no name explains, weak names
+    explain small parts of it. The strongest stands by itself.
     """
     left = left_over(selection.fit, 1.0)
     weaker = strongest_first(selection)[1:]

@@ -76,10 +76,7 @@ def beside(
 
 
 def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """Return louder noises, doubted at an accelerometer that hums: a steady line leaves what of a hum wanders.
-
-    A hum of 150 times the noise left 2.7 times it.
-    """
+    """Return louder noises, doubted at an accelerometer that hums: a steady line leaves what of a hum wanders."""
     humming = {f.at for f in named if f.effect == HUM}
     return tuple(at_most(f, DOUBTFUL) if f.effect == LOUD and f.at in humming else f for f in noises)
 
@@ -101,8 +98,8 @@ def _free(f: Finding) -> bool:
 def surest_first(named: tuple[Finding, ...]) -> tuple[Finding, ...]:
     """Return findings in their order, those that are doubted behind those that are sure.
 
-    What stands in for something without a name, or for another name, gains whatever that would: a pivot that moves, at
-    0.65, gained more than the stop that it was beside.
+    What stands in for something without a name, or for another name, gains whatever that would: the gain alone does not
+    rank them.
     """
     return tuple(sorted(named, key=lambda f: f.confidence < SURELY))
 
