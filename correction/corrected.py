@@ -17,10 +17,11 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.band import banded
 from imubench.correction.explained import Told, explained_fit, moving, told
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.hypothesis import State
-from imubench.diagnosis.result import SURE, UNKNOWN, Diagnosis, Finding
+from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding
 from imubench.diagnosis.samples.screening import check_samples, with_sample_noise
 from imubench.diagnosis.sensor_errors.baseline import whole
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
@@ -34,20 +35,22 @@ from imubench.jets import Jet
 from imubench.progress import Step, silent
 from imubench.recording import Imu, Recording
 
-SHAPED = "nothing to correct: it shaped the motion, which the readings show as it was"
-FREE = "left in: a motion without a law takes in what the mounts may explain, and would hand the fit's to an estimator"
+SHAPED_THE_MOTION = "nothing to correct: it shaped the motion, which the readings show as it was"
+MOTION_WITHOUT_LAW = (
+    "left in: a motion without a law takes in what the mounts may explain, and would hand the fit's to an estimator"
+)
 NOISE = "left in: what it took cannot be given back; the declared noise is raised by it"
-CLOCK = "the stamps are moved to the common clock"
-DECLARED = {
+CLOCK_CORRECTED = "the stamps are moved to the common clock"
+CORRECTED_DECLARATION = {
     "mount_pose": "the declared mount is moved to where the sensor is",
     "gravity": "the declared one is changed",
 }
 TORQUES = ("inertia", "viscous_friction", "dry_friction", "air_drag", "joint_spring", "end_stop")
 STAYING = (
-    DECLARED
-    | dict.fromkeys(("time_offset", "clock_skew"), CLOCK)
-    | dict.fromkeys(TORQUES, SHAPED)
-    | {e.name: FREE for e in VARIANTS if e.free}
+    CORRECTED_DECLARATION
+    | dict.fromkeys(("time_offset", "clock_skew"), CLOCK_CORRECTED)
+    | dict.fromkeys(TORQUES, SHAPED_THE_MOTION)
+    | {e.name: MOTION_WITHOUT_LAW for e in VARIANTS if e.free}
 )
 """What is done about effects that are in the readings of a corrected recording as well."""
 SAMPLES = dict.fromkeys(("quantisation", "gyro_noise", "accel_noise"), NOISE) | {
@@ -55,7 +58,7 @@ SAMPLES = dict.fromkeys(("quantisation", "gyro_noise", "accel_noise"), NOISE) | 
     "dropouts": "repeated samples are left out",
     "impacts": "knocked samples are left out",
 }
-LEFT_OUT = ("saturation", "dropouts", "impacts")
+SAMPLE_EFFECTS = ("saturation", "dropouts", "impacts")
 
 
 @dataclass(frozen=True)
@@ -90,13 +93,13 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
             f"diagnosis: expected a model that can be trusted, got one that is doubted: {first.of}: {first.why}"
         )
     every = whole(diagnosis)
-    found = tuple(f for f in every if f.named and f.confidence >= SURE)
+    found = tuple(f for f in every if f.named and f.confidence >= CONFIDENCE.counts)
     laws = [settings for f in found if (settings := told(f, recording))]
     done = tuple(Done(f.effect, f.at, words(f)) for f in every)
     loose = springs_that_leave_more(diagnosis)
     out, keep = recording, {i.name: np.ones(i.time.size, dtype=bool) for i in recording.imus}
-    masks = check_samples(recording).masks if any(f.effect in LEFT_OUT for f in found) else {}
-    for name, part in ((f.at, part) for f in found if f.effect in LEFT_OUT for part in ("gyro", "accel")):
+    masks = check_samples(recording).masks if any(f.effect in SAMPLE_EFFECTS for f in found) else {}
+    for name, part in ((f.at, part) for f in found if f.effect in SAMPLE_EFFECTS for part in ("gyro", "accel")):
         keep[name] &= masks.get(f"{name}.{part}", True)
     if any(t.hypothesis.effect.name not in STAYING for t, *_ in laws):
         try:
@@ -123,7 +126,7 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
 
 def springs_that_leave_more(diagnosis: Diagnosis) -> set[str]:
     """Return the sensors on springs that do what no straight springs do: something without a name is there too."""
-    sure = [f for f in diagnosis.findings if f.confidence >= SURE]
+    sure = [f for f in diagnosis.findings if f.confidence >= CONFIDENCE.counts]
     sprung = {f.at for f in sure if f.effect in {e.name for e in SPRINGS}}
     return sprung & {f.at for f in sure if not f.named}
 
@@ -221,6 +224,6 @@ def words(f: Finding) -> str:
     """Return in words what is done about a finding."""
     if not f.named:
         return "left in: no law to correct it by"
-    if f.confidence < SURE:
-        return f"left in: its confidence of {f.confidence:.2f} is under {SURE:g}"
+    if f.confidence < CONFIDENCE.counts:
+        return f"left in: its confidence of {f.confidence:.2f} is under {CONFIDENCE.counts:g}"
     return STAYING.get(f.effect) or SAMPLES.get(f.effect) or "taken out of the readings"

@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.correction import REPLAY
+from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, tally
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import LAW_FLOOR, LOOSENED, fit_with_noise
+from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.process_factors import state_rows
@@ -25,8 +27,6 @@ from imubench.effects.effect import Effect
 from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.recording import Recording
-
-STEPS, ROUNDS = 6, 5  # of the fit from the diagnosed numbers, and of its noise levels after that
 
 
 @dataclass(frozen=True)
@@ -121,17 +121,17 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
     model, state, noise = replace(begun.model, fixed=held, masks=masks), begun.state, dict(begun.noise)
     lawful = [t.hypothesis for t in effects if t.hypothesis.effect.states and t.hypothesis.effect.lawful]
     fit = solve(
-        model, driven_by_motion(model, state, lawful), calm_for_laws(begun, lawful), nominal.anchor, steps=STEPS
+        model, driven_by_motion(model, state, lawful), calm_for_laws(begun, lawful), nominal.anchor, steps=REPLAY.steps
     )
-    noise |= {rows.name: LAW_FLOOR for rows in state_rows(model, fit.state)}
+    noise |= {rows.name: REML.law_floor for rows in state_rows(model, fit.state)}
     rough = {name: noise[name] for name in (f"smooth.{track}" for track in model.rig.widths) if name in noise}
     only = {rows.name for rows in fit.measured}
 
     def levelled(loosened: float) -> Fit:
         levels = noise | {name: std * loosened for name, std in rough.items()}
-        return fit_with_noise(model, fit.state, levels, nominal.anchor, rounds=ROUNDS, only=only)
+        return fit_with_noise(model, fit.state, levels, nominal.anchor, rounds=REPLAY.rounds, only=only)
 
-    tight = levelled(1 / LOOSENED)
+    tight = levelled(1 / REML.loosened)
     if not lawful:
         return tight
     loose = levelled(1.0)

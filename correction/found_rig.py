@@ -8,6 +8,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.config.correction import REPLAY
 from imubench.diagnosis.evidence import FittedEffect, Pose
 from imubench.diagnosis.result import Finding
 from imubench.effects import EFFECTS
@@ -16,9 +17,7 @@ from imubench.recording import Recording
 from imubench.sim.joints import Play, Stop
 from imubench.sim.rigs import HEAVIEST, STANDARD_RIGS, Mount, Rig, Segment, Slip, springs
 
-LIGHT = 1e-4  # of the declared body, which is with its sensor: as much does the model's sensor add to it
-NARROW = 0.1  # of its gyration radius: how far off its axis a loose limb's com is put; see `_loose`
-SPRINGY, BEYOND = "springy", 4.0  # of the range that springs are within most of the time: where their stops are put
+SPRINGY = "springy"
 Numbers = Mapping[str, Array]
 
 
@@ -52,7 +51,7 @@ def rig_of(
         "gravity": float(known.get(("gravity", "world"), {}).get("g", recording.gravity)),
     }
     if recording.body is not None:
-        changes["mounts"] = tuple(replace(m, mass=LIGHT * recording.body.mass) for m in changes["mounts"])
+        changes["mounts"] = tuple(replace(m, mass=REPLAY.sensor_mass * recording.body.mass) for m in changes["mounts"])
     at_joint = {name: values for (name, at), values in known.items() if at in ("joint", "body")}
     if recording.rig != "free":
         changes |= _torques(at_joint) | {"spring_conserves": variants.get(("joint_spring", "joint")) == "conservative"}
@@ -126,7 +125,7 @@ def play_of(numbers: Numbers, variant: str) -> Play:
     share = min(float(numbers.get("share", 1.0)), 1.0)
     # Springs of which nothing beyond a range was seen have no stops there: these would come on top of what was fitted.
     frequency, ratio = float(numbers["frequency"]), float(numbers["damping_ratio"])
-    return Play(BEYOND * reach, direction, frequency, ratio, share)
+    return Play(REPLAY.stop_range * reach, direction, frequency, ratio, share)
 
 
 def _loose(segment: Segment, play: Play, arm: Array) -> Segment:
@@ -137,7 +136,7 @@ def _loose(segment: Segment, play: Play, arm: Array) -> Segment:
     """
     across = arm - play.axis * (play.axis @ arm)
     size = max(float(np.linalg.norm(across)), 1e-3)
-    k = NARROW / size
+    k = REPLAY.off_axis / size
     com = k**2 * across
     return Segment(segment.mass, com, np.full(3, segment.mass * (k**2 - com @ com)), segment.length)
 

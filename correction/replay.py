@@ -6,7 +6,9 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.correction import REPLAY
 from imubench.diagnosis.evidence import Played
+from imubench.diagnosis.problem.bspline import DEGREE
 from imubench.diagnosis.problem.rig_kinematics import attitude
 from imubench.errors import InputError
 from imubench.jets import Jet
@@ -17,11 +19,7 @@ from imubench.sim.rigs import Rig
 from imubench.sim.signals import check_within
 from imubench.truth import Truth
 
-DENSE = 400.0  # Hz, at least: what is read between samples of the simulation is interpolated by cubics
-END_ROWS = 4  # of a truth behind the last sample, for what is interpolated there
-FINE = 4  # steps a knot, on which the force at the joint becomes a movement
-DEGREE = 5
-TOLD = "told"  # variant of a play whose rotation is about e and beside it, not about x and z
+ABOUT_TOLD_AXIS = "told"  # variant of a play whose rotation is about e and beside it, not about x and z
 
 
 class SplineMotion:
@@ -42,7 +40,7 @@ class SplineMotion:
         if motion.force is None:
             self.place = make_interp_spline(time, motion.position, DEGREE)
             return
-        fine = np.linspace(time[0], time[-1], FINE * (time.size - 1) + 1)
+        fine = np.linspace(time[0], time[-1], REPLAY.steps_per_knot * (time.size - 1) + 1)
         turn, _, _ = attitude(*(Jet(self.turns(fine, order)) for order in range(3)))
         force = Jet(make_interp_spline(time, motion.force, DEGREE)(fine))
         pushed = turn.forth(force).value - [0.0, 0.0, gravity]
@@ -93,12 +91,12 @@ def played_through(rig: Rig, motion: Played, start: float, seconds: float, rate:
     """Return MuJoCo's truth of a recovered motion on a rig, dense enough for IMUs of `rate` Hz."""
     dense = dense_rows(rate)
     rig = with_told_play(rig, motion, start)
-    return play(rig, SplineMotion(motion, start, rig.gravity), seconds + END_ROWS / dense, dense)
+    return play(rig, SplineMotion(motion, start, rig.gravity), seconds + REPLAY.end_rows / dense, dense)
 
 
 def dense_rows(rate: float) -> float:
     """Return the rows a second of a truth for IMUs of `rate` Hz."""
-    return rate * max(1, int(np.ceil(DENSE / rate)))
+    return rate * max(1, int(np.ceil(REPLAY.least_rate_hz / rate)))
 
 
 def told_play(motion: Played, play: Play) -> Array | None:
@@ -112,7 +110,9 @@ def told_play(motion: Played, play: Play) -> Array | None:
             rotation = f.signals["rotation"].T
             if len(rotation) == 1:
                 return np.stack([rotation[0], 0 * rotation[0]])
-            return rotation if f.variant == TOLD else np.stack([play.axis, play.beside])[:, [0, 2]] @ rotation
+            return (
+                rotation if f.variant == ABOUT_TOLD_AXIS else np.stack([play.axis, play.beside])[:, [0, 2]] @ rotation
+            )
     return None
 
 

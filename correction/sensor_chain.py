@@ -30,8 +30,8 @@ from imubench.sim.injected import phased
 from imubench.sim.swing import Torque
 from imubench.truth import Truth
 
-NOISES = {"gyro_noise": 0, "accel_noise": 1}
-FIRST, LAST = ("impacts",), ("saturation", "quantisation", "dropouts")
+PART_OF_NOISE = {"gyro_noise": 0, "accel_noise": 1}
+BEFORE_THE_NOISE, BEHIND_THE_NOISE = ("impacts",), ("saturation", "quantisation", "dropouts")
 """Effects on samples, before and behind the noise."""
 
 
@@ -66,7 +66,7 @@ def chained(name: str) -> bool:
     if effect is None or effect.place != "imu":
         return False
     acts = any(getattr(type(effect), stage) is not getattr(Effect, stage) for stage in ("error", "clock", "filtered"))
-    return acts or name in (*FIRST, *LAST, *NOISES)
+    return acts or name in (*BEFORE_THE_NOISE, *BEHIND_THE_NOISE, *PART_OF_NOISE)
 
 
 def moves_time(effects: Effects) -> bool:
@@ -185,9 +185,9 @@ def _sampled(
 ) -> tuple[Array, Array, Array]:
     """Return samples with what happens to them one by one."""
     std = list(noise)
-    for link in (x for x in chain if x.effect in NOISES):
-        std[NOISES[link.effect]] = float(np.ravel(link.values["std"])[0])
-    for links in (FIRST, ("noise",), LAST):
+    for link in (x for x in chain if x.effect in PART_OF_NOISE):
+        std[PART_OF_NOISE[link.effect]] = float(np.ravel(link.values["std"])[0])
+    for links in (BEFORE_THE_NOISE, ("noise",), BEHIND_THE_NOISE):
         if links == ("noise",) and rng is not None:
             gyro, accel = (x + s * rng.standard_normal(x.shape) for x, s in zip((gyro, accel), std, strict=True))
         for link in (x for name in links for x in chain if x.effect == name):

@@ -7,7 +7,8 @@ from time import process_time
 from imubench.answers import write_json
 from imubench.atomic import atomic_directory
 from imubench.correction.export import write_model
-from imubench.diagnosis.budget import DEFAULT, Budget
+from imubench.diagnosis.budget import Budget
+from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.report import Paths, page
@@ -24,10 +25,9 @@ from imubench.reference import Reference
 from imubench.sources import read
 
 REPORT, LOG, MODEL, BASELINE = "report.html", "diagnosis.rrd", "model", "baseline"
-SHARE = 0.5  # of the time limit that a baseline's recording may take
 
 
-STAGES = (
+STEP_BEGINNINGS = (
     "read ",
     "hold the sensors against each other",
     "check the samples",
@@ -57,7 +57,7 @@ def diagnose_on_disk(
     folder: Path,
     out: Path,
     step: Step = silent,
-    time_limit: float = DEFAULT,
+    time_limit: float = BUDGET.limit_s,
     tolerance: Pair = TOLERANCE,
     baseline: Path | None = None,
 ) -> Done:
@@ -65,7 +65,8 @@ def diagnose_on_disk(
 
     The reference, if there is one, only judges. After `time_limit` s of processor time what is known by then is
     written. A finding that moves nothing by `tolerance` (deg, mm) is not material. `baseline` is a diagnosis of the
-    same sensors, or a recording: then that is diagnosed first, into `out`/baseline, in at most `SHARE` of the time.
+    same sensors, or a recording: then that is diagnosed first, into `out`/baseline, in at most `BUDGET.baseline` of the
+    time.
     """
     began = process_time()
     inputs = [Path(folder)] if baseline is None else [Path(folder), Path(baseline)]
@@ -74,7 +75,7 @@ def diagnose_on_disk(
             recording, reference = read(folder)
         told = None
         if baseline is not None:
-            told = _told(Path(baseline), recording, target / BASELINE, step, SHARE * time_limit, tolerance)
+            told = _told(Path(baseline), recording, target / BASELINE, step, BUDGET.baseline * time_limit, tolerance)
         left = Budget(time_limit, began)
         return _written(recording, reference, target, step, left, tolerance, told, Paths(str(folder), str(out)))
 

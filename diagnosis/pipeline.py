@@ -4,8 +4,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from time import perf_counter
 
-from imubench.diagnosis.budget import NAMELESS, NUMBERS, SEARCH, Budget
+from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.candidates.begin import begin
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.noise.nominal import certain
 from imubench.diagnosis.noise.reml import declared, declared_by
@@ -18,7 +20,6 @@ from imubench.diagnosis.residual_checks.localize import acting_in, locate
 from imubench.diagnosis.residual_checks.regressors import regressors
 from imubench.diagnosis.result import (
     NOT_KNOWN,
-    SURE,
     TOLERANCE,
     UNKNOWN,
     Diagnosis,
@@ -56,7 +57,7 @@ from imubench.diagnosis.verdict.posterior import (
     verdict_of,
     with_samples,
 )
-from imubench.diagnosis.verdict.timed_out import NAMELESS as UNNAMED
+from imubench.diagnosis.verdict.timed_out import NAMELESS_TERMS as UNNAMED
 from imubench.diagnosis.verdict.timed_out import doubted, not_fitted, verdict_when_stopped, with_rest
 from imubench.diagnosis.verdict.trust import allowed, doubts
 from imubench.diagnosis.verdict.without_finding import moves_of, together, with_moves
@@ -101,7 +102,7 @@ def diagnose(
     samples, first, fit = start.samples, start.first, start.fit
     unseen = missing(recording) if start.finished else not_fitted(budget)
     chosen = None
-    with step("find what was left out"), budget.part(SEARCH, FURTHER):
+    with step("find what was left out"), budget.part(BUDGET.search, FURTHER):
         chosen = select(fit, rounding=sharp(samples.findings, recording)) if not unseen else None
     budget.missed(*(chosen.not_tried if chosen else ()))
     stated, now = declared_by(recording), declared(fit.model)
@@ -127,18 +128,18 @@ def diagnose(
         rest = with_refused(with_likes(rest, fitted), fitted, refused)
         noises = beside_hum(noises, (*fitted, *samples.findings))
         named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
-        with budget.part(NUMBERS, "knocks that the raw samples doubt"):
+        with budget.part(BUDGET.numbers, "knocks that the raw samples doubt"):
             named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()
         named = surest_first(impacts_of_play(beside_rounding(named, recording, samples.humming), recording))
         named = named if learned is None else learned.new(named)
-        if chosen and not partly and any(f.confidence >= SURE for f in named):
+        if chosen and not partly and any(f.confidence >= CONFIDENCE.counts for f in named):
             rest = not_told(with_rest(rest, after, allowed(after)), samples.findings)
         traces = fit_summary.traces(before, after if named or rest else None)
     without: dict[tuple[str, str], Fit] = {}
     with step("see what each finding moves"):
         named, rest = material(named, rest, best, samples, recording, budget, tolerance, without)
     all_moves: Moves = {}
-    with budget.part(NUMBERS, "what all findings move together"):
+    with budget.part(BUDGET.numbers, "what all findings move together"):
         all_moves = together(best, recording, tolerance)
     with step("ask whether the halves agree"):
         doubted_by = speaking_against(plain, before, after, named, budget)
@@ -172,7 +173,7 @@ def diagnose(
         unseen = (*unseen, noise_not_shown(nobody))
     quality = FitQuality((before.left_out, after.left_out))
     if named or rest:
-        with budget.part(NUMBERS, "channels left out"):
+        with budget.part(BUDGET.numbers, "channels left out"):
             quality = FitQuality(quality.heldout, left_out_change(before, after))
     if acting:  # the residuals of a motion that is free to push a swing's friction anywhere say nothing of that
         prescribed = simulation is not None and simulation.how == "prescribed"
@@ -208,8 +209,8 @@ def speaking_against(
 ) -> tuple[Doubt, ...]:
     """Return what speaks against the model with the findings in it; nothing where there is none."""
     found: tuple[Doubt, ...] = ()
-    if any(f.confidence >= SURE for f in named) and fit.model.hypotheses:
-        with budget.part(NUMBERS, "whether the halves of the recording agree"):
+    if any(f.confidence >= CONFIDENCE.counts for f in named) and fit.model.hypotheses:
+        with budget.part(BUDGET.numbers, "whether the halves of the recording agree"):
             found = doubts(fit, before, after)
     return found
 
@@ -229,7 +230,7 @@ def material(
     Fits without one of them are put into `without`, by effect and place.
     """
     moves: dict[int, dict[str, Move]] = {}
-    with budget.part(NUMBERS, "what each finding moves"):
+    with budget.part(BUDGET.numbers, "what each finding moves"):
         for finding, known in moves_of((*named, *rest), fit, samples, recording, without):
             moves[id(finding)] = known
     return with_moves(named, moves, tolerance), with_moves(rest, moves, tolerance)
@@ -238,7 +239,7 @@ def material(
 def with_unknowns(chosen: Selection, where: Sequence[Where], budget: Budget) -> tuple[Selection, Unknowns]:
     """Return a selection with what it leaves unexplained, and with the effects that are names for that."""
     strange = Unknowns((), chosen.fit, ())
-    with budget.part(NAMELESS, UNNAMED):
+    with budget.part(BUDGET.terms, UNNAMED):
         strange = unknowns(chosen.fit, where)
         for naming in (named_by_law, named_by_size):
             if (told := naming(chosen, strange)) is not chosen:
@@ -251,7 +252,7 @@ def in_numbers(
     chosen: Selection, kept: Collection[tuple[str, str]], best: Fit, recording: Recording, budget: Budget
 ) -> tuple[tuple[Finding, ...], Fit]:
     """Return the findings, and the fit that their numbers are of; both as the search left them where time is short."""
-    with budget.part(NUMBERS, "intervals, equivalents and what would tell these apart"):
+    with budget.part(BUDGET.numbers, "intervals, equivalents and what would tell these apart"):
         return findings(chosen, recording), numbered(chosen, kept) or best
     return findings(chosen, recording, briefly=True), best
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.delays import SHORT, beside, straight_on
+from imubench.diagnosis.config.criteria import DELAY
+from imubench.diagnosis.criteria.delays import beside, straight_on
 
 RATE = 40.0
 TIME = np.arange(800) / RATE
@@ -22,7 +23,7 @@ def exact(time, hz, delay):
 
 
 @pytest.mark.parametrize("hz", [0.5, 3.0, 5.0])
-@pytest.mark.parametrize("share", [0.0013, 0.5 * SHORT, 0.99 * SHORT, 1.5 * SHORT, 1.0])
+@pytest.mark.parametrize("share", [0.0013, 0.5 * DELAY.short, 0.99 * DELAY.short, 1.5 * DELAY.short, 1.0])
 def test_it_is_what_the_transfer_function_says(hz, share):
     delay = share / RATE
     time, x = straight_on(TIME, swinging(hz), delay)
@@ -36,5 +37,5 @@ def test_it_is_what_the_transfer_function_says(hz, share):
 def test_a_short_delay_takes_no_finer_grid():
     time, _ = straight_on(TIME, swinging(1.0), 33e-6)
     assert len(time) == len(TIME)
-    fine, _ = straight_on(TIME, swinging(1.0), SHORT / RATE)
+    fine, _ = straight_on(TIME, swinging(1.0), DELAY.short / RATE)
     assert len(fine) < 130 * len(TIME)  # steps of 0.3 delays

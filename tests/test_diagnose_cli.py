@@ -140,7 +140,7 @@ def test_every_step_of_a_diagnosis_is_a_stage_that_is_counted(tmp_path):
 
     write_recording(short(), tmp_path / "rec")
     on_disk.diagnose_on_disk(tmp_path / "rec", tmp_path / "out", step)
-    places = [next(i for i, name in enumerate(on_disk.STAGES) if what.startswith(name)) for what in asked]
+    places = [next(i for i, name in enumerate(on_disk.STEP_BEGINNINGS) if what.startswith(name)) for what in asked]
     assert places == sorted(places)
     assert len(asked) >= 8
 

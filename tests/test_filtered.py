@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.criteria.delays import late, met
 from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
 from imubench.diagnosis.criteria.equivalence import equivalents
-from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Kept, misfit
+from imubench.diagnosis.criteria.trial import Kept, misfit
 from imubench.diagnosis.noise.coherence import clear_of_noise
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
@@ -64,7 +66,7 @@ def test_a_filter_takes_the_place_of_a_delay_that_leaves_much_if_it_leaves_littl
     make_case(tmp_path / "case", "free", effects=asked, seed=5, seconds=15.0)
     fit = nominal_fit(read(tmp_path / "case")[0])
     (clock,) = fit.model.hypotheses
-    assert misfit(fit) > UNEXPLAINED
+    assert misfit(fit) > ADMISSION.unexplained_misfit
     kept = [Kept.unjudged(clock)]
     after, (k,) = clock_to_filter(fit, kept, lambda _: None)
     assert (k.hypothesis.effect.name, k.hypothesis.at) == ("low_pass", "imu1")
@@ -169,6 +171,6 @@ def test_a_delay_of_one_triple_is_a_filter_however_quick(tmp_path):
     fit = nominal_fit(read(tmp_path / "r")[0])
     (h,) = [h for h in candidates(fit.model) if h.name == "low_pass[accel]@imu2"]
     trial = refit_from_screening(fit, screen(fit, [h]))
-    assert trial.evidence > NEEDED
+    assert trial.evidence > EVIDENCE.needed_nat
     assert holds_its_law(trial)
     assert np.exp(trial.fit.state.values[h.key("cutoff")]) == pytest.approx([700.0], rel=0.2)

@@ -5,9 +5,9 @@ A finding counts from confidence 0.5 on.
 
 import pytest
 
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.search.confidence import DOUBTFUL
-from imubench.diagnosis.verdict.posterior import FOUND
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from imubench.proof.mixture import make, mixture
@@ -201,7 +201,7 @@ def test_case(name, tmp_path):
     seed, count, number, seconds, expected = CASES[name]
     make(shortened(mixture(seed, count)[number], seconds), tmp_path / "r")
     said, _ = diagnose(read(tmp_path / "r")[0])
-    assert {(f.effect, f.at) for f in said.findings if f.confidence >= FOUND} == expected
+    assert {(f.effect, f.at) for f in said.findings if f.confidence >= CONFIDENCE.counts} == expected
 
 
 @pytest.mark.parametrize(
@@ -215,7 +215,7 @@ def test_case(name, tmp_path):
 def test_the_truth_is_among_what_equals_the_first_finding(seed, number, true, tmp_path):
     make(shortened(mixture(seed, 300)[number], 15.0), tmp_path / "r")
     said, _ = diagnose(read(tmp_path / "r")[0])
-    first = next(f for f in said.findings if f.confidence >= FOUND)
+    first = next(f for f in said.findings if f.confidence >= CONFIDENCE.counts)
     assert true in {(r.effect, r.at) for r in first.equivalent}
     assert len(first.equivalent) < 5
 

@@ -10,7 +10,7 @@ from imubench.convert import CONVERTERS
 from imubench.diagnosis import on_disk
 from imubench.diagnosis.nonsense import nonsense
 from imubench.diagnosis.nonsense.few import few
-from imubench.diagnosis.nonsense.handedness import AXES, handedness
+from imubench.diagnosis.nonsense.handedness import SIGNED_PERMUTATIONS, handedness
 from imubench.diagnosis.nonsense.mirrored import faults, mirrored
 from imubench.diagnosis.nonsense.permuted import permuted
 from imubench.diagnosis.nonsense.shared_motion import held_out, shared, squares
@@ -136,10 +136,10 @@ def test_real_recordings_make_sense(recordings):
 
 
 def test_there_are_48_ways_and_the_first_changes_nothing():
-    assert len(AXES) == 48
-    assert np.array_equal(AXES[0], I)
-    assert len({tuple(m.ravel()) for m in AXES}) == 48
-    assert sum(np.linalg.det(m) > 0 for m in AXES) == 24
+    assert len(SIGNED_PERMUTATIONS) == 48
+    assert np.array_equal(SIGNED_PERMUTATIONS[0], I)
+    assert len({tuple(m.ravel()) for m in SIGNED_PERMUTATIONS}) == 48
+    assert sum(np.linalg.det(m) > 0 for m in SIGNED_PERMUTATIONS) == 24
 
 
 @pytest.mark.parametrize("way", range(0, 48, 5))
@@ -147,7 +147,7 @@ def test_the_way_that_a_gyroscope_is_turned_is_the_one_found(made, way):
     """The gyroscope reads the transpose of what the accelerometer's axes would have it read."""
     imu = made("pendulum", 1).imus[0]
     samples = gridded(imu, grid([imu.time]))
-    found = handedness(replace(samples, gyro=samples.gyro @ AXES[way]))
+    found = handedness(replace(samples, gyro=samples.gyro @ SIGNED_PERMUTATIONS[way]))
     assert found.best == way
     assert found.wrong == (way != 0)
 
@@ -157,7 +157,7 @@ def test_every_fault_belongs_to_the_way_that_it_makes():
     rng = np.random.default_rng(0)
     w, f = rng.standard_normal((2, 3))
     for fault in faults():
-        ways = [m for m in AXES if fault.fits(m)]
+        ways = [m for m in SIGNED_PERMUTATIONS if fault.fits(m)]
         assert len(ways) == 1, fault.what
         w_r, f_r, slope = fault.gyro @ w, fault.accel @ f, fault.accel @ -np.cross(w, f)
         # rounding

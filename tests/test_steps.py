@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.onset_scan import After
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.solve.gauss_newton import Step, all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import ENOUGH, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.retract import moved, paced
 from imubench.diagnosis.solve.schur import Base, promise
 from imubench.format1 import read
@@ -53,7 +54,7 @@ def test_a_step_gains_what_it_promises_once_the_pace_has_followed(fit):
 def test_a_fit_that_is_begun_elsewhere_comes_to_the_same_cost(fit):
     again = solve(fit.model, disturbed(fit, 0.005), fit.noise, fit.anchor)
     count = sum(r.residual.value.size for r in fit.measured)
-    assert again.cost == pytest.approx(fit.cost, abs=ENOUGH * count)  # 1 nat
+    assert again.cost == pytest.approx(fit.cost, abs=SOLVER.least_gain * count)  # 1 nat
 
 
 def test_columns_that_begin_at_a_moment_promise_what_those_cut_off_by_hand_do(fit):

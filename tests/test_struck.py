@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.verdict import KNOCK
 from imubench.diagnosis.criteria.impact_test import elsewhere
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -14,7 +15,7 @@ from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.search.confidence import DOUBTFUL
 from imubench.diagnosis.solve.refit import extended
 from imubench.diagnosis.verdict import impacts
-from imubench.diagnosis.verdict.impacts import FEWEST, TOGETHER, struck_again
+from imubench.diagnosis.verdict.impacts import struck_again
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -132,8 +133,8 @@ def test_one_faint_peak_may_be_anything(count, found):
 
 def test_peaks_near_one_another_are_one_and_single_samples_none():
     time = np.arange(0, 4, 0.01)
-    assert joined(time[[50, 51, 52, 58, 59, 200]], TOGETHER, FEWEST) == ((0.5, pytest.approx(0.59)),)
-    assert joined(time[:0], TOGETHER, FEWEST) == ()
+    assert joined(time[[50, 51, 52, 58, 59, 200]], KNOCK.one_s, KNOCK.samples) == ((0.5, pytest.approx(0.59)),)
+    assert joined(time[:0], KNOCK.one_s, KNOCK.samples) == ()
 
 
 def test_other_stretches_keep_away_from_peaks_and_from_one_another():

@@ -7,9 +7,9 @@ from time import process_time
 import numpy as np
 import pytest
 
-from imubench.diagnosis import budget as module
 from imubench.diagnosis import on_disk
 from imubench.diagnosis.budget import Budget, OutOfTime, check
+from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.report import words
@@ -202,4 +202,4 @@ def test_the_command_takes_a_limit_and_prints_what_was_not_tried(biased, tmp_pat
     assert "Stopped at the time limit of 5 s of processor time; not tried:" in done.stdout
     text = command.imubench("diagnose", "--help", folder=tmp_path, limit=100, COLUMNS="200").stdout
     assert "--time-limit" in text
-    assert f"{module.DEFAULT:.1f}" in text
+    assert f"{BUDGET.limit_s:.1f}" in text

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from imubench.diagnosis.candidates.slips import slip
+from imubench.diagnosis.config.candidates import MOUNT_START
 from imubench.diagnosis.criteria.dynamic_score import lawful_score
 from imubench.diagnosis.criteria.score_test import Score, score
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -19,10 +20,7 @@ from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.diagnosis.traits import HUM, SLIP
 
-NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
-REST = np.arange(-1.5, 1.6, 0.25)  # rad, angles of rest of a joint's spring
-ELSEWHERE = 1.0  # Hz off: another line than that of the raw samples
-LOWEST = 1.0  # Hz, under which a hum is part of the motion
+REST_ANGLES_RAD = np.arange(-1.5, 1.6, 0.25)  # rad, angles of rest of a joint's spring
 
 
 @one_thread
@@ -56,7 +54,7 @@ def rested(base: Base, h: Hypothesis) -> Score:
     Where the stiffness is zero the angle of rest has no effect on the cost, so a refit gets no slope for it: begun at a
     wrong angle it ends in another minimum, in which the inertia makes up for the spring.
     """
-    each = [replace(h, effect=h.effect.starting(q0=angle), tag=f"#{i}") for i, angle in enumerate(REST)]
+    each = [replace(h, effect=h.effect.starting(q0=angle), tag=f"#{i}") for i, angle in enumerate(REST_ANGLES_RAD)]
     best = score(base.fit, each, base)[0]
     return replace(best, hypothesis=replace(best.hypothesis, tag=""))
 
@@ -67,21 +65,21 @@ def hummed(fit: Fit, at: str) -> float:
     A motion with 128 knots a second follows 53 Hz, and what it leaves of that is their image at 75 Hz.
     """
     left, raw = hum(fit, at), fit.model.humming.get(at)
-    return raw if left and raw and abs(left - raw) > ELSEWHERE else left
+    return raw if left and raw and abs(left - raw) > MOUNT_START.other_line_hz else left
 
 
 def hum(fit: Fit, at: str) -> float:
     """Return the frequency in Hz of the strongest line in an accelerometer's residual; 0 where there is none to see."""
     rows = next((r for r in fit.measured if r.name == f"{at}.accel"), None)
-    if rows is None or len(rows.time) < 4 * NEIGHBOURS:
+    if rows is None or len(rows.time) < 4 * MOUNT_START.line_bins:
         return 0.0
     step = float(np.median(np.diff(rows.time)))
     grid = np.arange(rows.time[0], rows.time[-1], step)
     left = np.stack([np.interp(grid, rows.time, x) for x in rows.whitened.T], axis=1)
     frequency = np.fft.rfftfreq(4 * len(grid), step)
     power = np.sum(np.abs(np.fft.rfft(left * np.hanning(len(grid))[:, None], 4 * len(grid), axis=0)) ** 2, axis=1)
-    level = median_filter(power, 4 * NEIGHBOURS, mode="nearest")
-    ratio = np.where(frequency > LOWEST, power / np.maximum(level, 1e-12), 0.0)
+    level = median_filter(power, 4 * MOUNT_START.line_bins, mode="nearest")
+    ratio = np.where(frequency > MOUNT_START.least_hum_hz, power / np.maximum(level, 1e-12), 0.0)
     return float(frequency[np.argmax(ratio)])
 
 

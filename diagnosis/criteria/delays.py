@@ -19,6 +19,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import welch
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import DELAY
 from imubench.diagnosis.criteria.signatures import Columns, JointInformation
 from imubench.diagnosis.noise.coherence import clear_of_noise, even_stamps, slower
 from imubench.diagnosis.problem.batch_model import Model
@@ -30,13 +31,6 @@ from imubench.effects import EFFECTS
 from imubench.effects.bandwidth import LowPass, QuickLowPass
 from imubench.effects.timing import TIME_OFFSET
 from imubench.recording import Imu
-
-NEAR = 1.12  # how far a cutoff may be from that of the delay it stands for
-FINE = 0.3  # of a delay: the steps at which a filter that stands for it is computed
-SETTLED = 12.0  # delays, after which a filter has forgotten how it began
-STEP = 0.05  # of a delay, by which it is changed to see the slope
-SHORT = 0.03  # of a sampling interval: a delay with which the series of c is right within 1 % at half the rate
-QUICK = 0.3  # of what a delay does to a reading: a filter that does less beside it is far quicker than the motion
 
 Readings = dict[str, Array]
 
@@ -78,10 +72,10 @@ def quick(fit: Fit, imu: Imu, delay: float) -> QuickLowPass | None:
     time, x = straight_on(*met(fit.model, fit.state, imu, fit.noise), delay)
     moved = {part: np.gradient(x[part], time, axis=0) * delay for part in x}
     c = beside(time, x, delay)
-    if any(np.std(c[part]) > QUICK * np.std(moved[part]) for part in x):
+    if any(np.std(c[part]) > DELAY.quick * np.std(moved[part]) for part in x):
         return None
-    low, high = (beside(time, x, delay * (1 + change)) for change in (-STEP, STEP))
-    return QuickLowPass(time, c, {part: (high[part] - low[part]) / (2 * STEP * delay) for part in x}, delay)
+    low, high = (beside(time, x, delay * (1 + change)) for change in (-DELAY.difference, DELAY.difference))
+    return QuickLowPass(time, c, {part: (high[part] - low[part]) / (2 * DELAY.difference * delay) for part in x}, delay)
 
 
 def met(model: Model, state: State, imu: Imu, noise: Mapping[str, float]) -> tuple[Array, Readings]:
@@ -109,7 +103,7 @@ def plateau(signal: Array, sampling: float) -> float:
 
 def is_short(time: Array, delay: float) -> bool:
     """Return whether a delay in s is far shorter than the steps of times (n,)."""
-    return bool(delay < SHORT * (time[1] - time[0]))
+    return bool(delay < DELAY.short * (time[1] - time[0]))
 
 
 def straight_on(time: Array, x: Readings, delay: float) -> tuple[Array, Readings]:
@@ -120,8 +114,8 @@ def straight_on(time: Array, x: Readings, delay: float) -> tuple[Array, Readings
     """
     if is_short(time, delay):
         return time, dict(x)
-    start, end = time[0] - SETTLED * delay, time[-1] + SETTLED * delay
-    fine = np.linspace(start, end, int(np.ceil((end - start) / (FINE * delay))) + len(time))
+    start, end = time[0] - DELAY.settled * delay, time[-1] + DELAY.settled * delay
+    fine = np.linspace(start, end, int(np.ceil((end - start) / (DELAY.step * delay))) + len(time))
     inside = np.clip(fine, time[0], time[-1])
     splines = {part: CubicSpline(time, y) for part, y in x.items()}
     return fine, {part: s(inside) + (fine - inside)[:, None] * s(inside, 1) for part, s in splines.items()}
@@ -140,7 +134,9 @@ def beside(time: Array, x: Mapping[str, Array], delay: float) -> Readings:
 def left_by(both: JointInformation, wanted: Array, by: Array) -> float:
     """Return the loss of a direction (k,) in another's place, its size near 1, so that the cutoff is the delay's."""
     pull = by @ both.information @ by
-    size = float(np.clip(by @ both.information @ wanted / max(float(pull), 1e-300), 1 / NEAR, NEAR))
+    size = float(
+        np.clip(by @ both.information @ wanted / max(float(pull), 1e-300), 1 / DELAY.cutoff_ratio, DELAY.cutoff_ratio)
+    )
     rest = wanted - size * by
     return 0.5 * float(rest @ both.information @ rest)
 

@@ -7,31 +7,28 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import LAW
+from imubench.diagnosis.config.noise import REML
+from imubench.diagnosis.config.shared import DECLARED_NOISE, EVIDENCE, STATISTICS
 from imubench.diagnosis.criteria.conditional_aic import aic_gain, aic_gain_and_freedoms
-from imubench.diagnosis.criteria.trial import NEEDED, Trial
-from imubench.diagnosis.noise.colour_bound import COLOUR, louder_where
+from imubench.diagnosis.criteria.trial import Trial
+from imubench.diagnosis.noise.colour_bound import louder_where
 from imubench.diagnosis.noise.coloured import off_none
 from imubench.diagnosis.noise.nominal import rougher
-from imubench.diagnosis.noise.reml import LAW_FLOOR, with_noise
+from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.process_factors import state_rows
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.traits import FILTER
 
-DOUBTED, LEFT = 4.0, 0.05  # times a law's std, and of what drives it, that may be left; beyond, its state is a spline
-TIGHTER = 0.1  # of a law's level at its floor: tried as well
-DECIDED = 10.0  # times the freedoms: worth so much, a refit is not chosen or refused for them
-SAME = 1.0  # nat, which a tighter law may cost
-DELAYED = 15.0  # nat, that a filter must be worth by its delay alone
 TRIPLES = ("gyro", "accel")  # variants of a filter that delay one against the other: nothing else does
-IMPLAUSIBLE = 4.0  # of its prior's standard deviations, on every axis
 
 
 def trial_beside(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
     """Return a refit beside the fit without its effects; where its freedoms decide, its laws as tight as it bears."""
     loose, freedoms = judged(fit, hypotheses, tried)
-    if not -freedoms < loose.evidence < DECIDED * freedoms:
+    if not -freedoms < loose.evidence < LAW.decided * freedoms:
         return loose
     tight = tightened(tried, hypotheses)
     return loose if tight is None else max(loose, judged(fit, hypotheses, tight)[0], key=lambda t: t.evidence)
@@ -43,7 +40,7 @@ def tightened(fit: Fit, hypotheses: Sequence[Hypothesis]) -> Fit | None:
     There a state still follows some of the samples' noise, and pays for that freedom more than a tighter law would.
     """
     told = law_levels(fit, hypotheses)
-    lower = {n: TIGHTER * fit.noise[n] for n in told if LAW_FLOOR / 2 < fit.noise[n] < 2 * LAW_FLOOR}
+    lower = {n: LAW.tighter * fit.noise[n] for n in told if REML.law_floor / 2 < fit.noise[n] < 2 * REML.law_floor}
     return with_noise(replace(fit, noise=fit.noise | lower), 2) if lower else None
 
 
@@ -57,7 +54,7 @@ def with_tight_laws(fit: Fit) -> Fit:
     for h in [h for h in fit.model.hypotheses if h.effect.lawful]:
         with suppress(NotPositiveDefiniteError):
             tight = tightened(fit, [h])
-            if tight is not None and aic_gain(fit, tight) > -SAME:
+            if tight is not None and aic_gain(fit, tight) > -LAW.tighter_cost_nat:
                 fit = tight
     return fit
 
@@ -71,11 +68,14 @@ def judged(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> tuple[Trial, f
     the fit the freedom to follow noise there (233 freedoms and 14 nat of a clean pendulum, -216 beside the rougher).
     """
     won, freedoms = aic_gain_and_freedoms(fit, tried)
-    if won > NEEDED and any(h.effect.name == FILTER for h in hypotheses):
+    if won > EVIDENCE.needed_nat and any(h.effect.name == FILTER for h in hypotheses):
         beside = aic_gain(rougher(fit), rougher(tried))
-        won = won if beside > NEEDED else min(won, beside)
+        won = won if beside > EVIDENCE.needed_nat else min(won, beside)
     if won > 0 and not any(h.effect.lawful for h in hypotheses):
-        won -= min(of_colour(tried, hypotheses, freedoms), won * 2 * COLOUR / max(taken(fit, tried), COLOUR))
+        won -= min(
+            of_colour(tried, hypotheses, freedoms),
+            won * 2 * DECLARED_NOISE.colour / max(taken(fit, tried), DECLARED_NOISE.colour),
+        )
     return Trial(hypotheses[0], tried, won, tuple(hypotheses[1:])), freedoms
 
 
@@ -91,13 +91,14 @@ def taken(before: Fit, after: Fit) -> float:
 def of_colour(fit: Fit, hypotheses: Sequence[Hypothesis], freedoms: float) -> float:
     """Return the nat that splines may gain of noise as coloured as it may be without being a mismatch.
 
-    Noise of `COLOUR` of the white one's power adds that share of a sample's freedom at each sample and each of their
-    columns, however it is spread; and no more than their freedoms, each as loud as where they move the readings.
+    Noise of `DECLARED_NOISE.colour` of the white one's power adds that share of a sample's freedom at each sample and
+    each of their columns, however it is spread; and no more than their freedoms, each as loud as where they move the
+    readings.
     """
     signals = added(fit, hypotheses)
     width = sum(s.width for h in hypotheses for s in h.effect.states)
     samples = float(np.median([len(time) for _, time, _ in signals]))
-    return min(COLOUR * samples * width, freedoms * (louder_where(signals, {}, {}) - 1))
+    return min(DECLARED_NOISE.colour * samples * width, freedoms * (louder_where(signals, {}, {}) - 1))
 
 
 def added(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[str, Array, Array]]:
@@ -129,11 +130,11 @@ def holds_its_law(trial: Trial) -> bool:
             value = fit.state.values[h.key(p.name)]
             most = rates.get(h.at, np.inf) / (2 if h.effect.name == FILTER else 1)  # above is a delay, which has a name
             unseen = p.unit == "Hz" and float(np.exp(value).min()) > most  # not on any axis
-            if not apart and (unseen or np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std)):
+            if not apart and (unseen or np.all(np.abs(value - p.centre) > STATISTICS.prior_sigmas * p.std)):
                 return False
-            if h.effect.name == FILTER and 0.5 * off_none(fit, h.key(p.name)) ** 2 < DELAYED:
+            if h.effect.name == FILTER and 0.5 * off_none(fit, h.key(p.name)) ** 2 < LAW.delay_nat:
                 return False
-    return all(left < max(DOUBTED, LEFT * drive) for left, drive in laws(fit, found))
+    return all(left < max(LAW.doubted_std, LAW.doubted_share * drive) for left, drive in laws(fit, found))
 
 
 def laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, float]]:

@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import LAW
+from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.noise.coherence import clear_at, slower
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import SUPPORT, Moment, Tracks
@@ -17,14 +19,9 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.narrow_band import solved
 from imubench.diagnosis.solve.normal_equations import Normal
-from imubench.diagnosis.solve.refit import LAWFUL_SMOOTH
 from imubench.diagnosis.solve.retract import shifted
 from imubench.diagnosis.traits import FILTER
 from imubench.jets import Jet
-
-SMALL = 1e-6  # of its plausible size: how weakly a driven state is held where nothing says where it is
-TOLD = 1e-3  # the same of a filter's, and of one that the effect itself tells
-PASSES = 2  # solves of a law, the second where the first has led
 
 
 def with_clear_motion(fit: Fit, imu: str) -> State:
@@ -57,8 +54,8 @@ def solved_by_law(model: Model, state: State, h: Hypothesis, drive: State | None
     if not own.widths:
         return state, np.zeros((model.tracks.knots.count, 0, shared.count))
     begun, (state, passes) = state, followed(model, drive or state, h)
-    levels = {f"smooth.{h.key(s.name)}": LAWFUL_SMOOTH * s.std for s in h.effect.states}
-    smooth, held = ([], TOLD) if h.effect.name == FILTER else (list(own.widths), SMALL)
+    levels = {f"smooth.{h.key(s.name)}": START.lawful_state_roughness * s.std for s in h.effect.states}
+    smooth, held = ([], LAW.told_state) if h.effect.name == FILTER else (list(own.widths), LAW.loose_state)
     for turn in range(passes):
         normal = Normal.empty(own, shared)
         rows = [*state_rows(model, state, h), *smooth_rows(model, state, levels, smooth)]
@@ -90,7 +87,7 @@ def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
     ((_, scene),) = scenes(model, state, h)
     told = h.effect.follow(scene, model.values(h, state))
     if not told:
-        return state, PASSES
+        return state, LAW.passes
     time, coefficients = inside(model), state.coefficients.copy()
     for name, value in told.items():
         own = Tracks(model.tracks.knots, {h.key(name): value.shape[1]})
@@ -98,7 +95,7 @@ def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
         normal = Normal.empty(own, Parameters({}))
         normal.add([linearise(Rows("follow", time, track - value, np.ones(own.width)), own, Parameters({}))])
         normal.fill(own)
-        _held(normal, own, h.key(name), TOLD, 1.0)
+        _held(normal, own, h.key(name), LAW.told_state, 1.0)
         move = -solved(normal, normal.gradient[:, :, None]).reshape(-1, own.width)
         coefficients[:, model.tracks.columns(h.key(name))] = move[: own.knots.count]
     return replace(state, coefficients=coefficients), 1

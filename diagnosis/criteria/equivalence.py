@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import EQUIVALENCE
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.delays import filters, late, left_by
 from imubench.diagnosis.criteria.signatures import MARK, Columns, JointInformation, joint_information, signature
 from imubench.diagnosis.noise.colour_bound import louder_where
@@ -24,10 +26,6 @@ from imubench.diagnosis.solve.refit import extended, guess_of, log_evidence, ref
 from imubench.diagnosis.traits import CLOCKS, FILTER, HUM
 from imubench.effects import EFFECTS, possible
 
-LIKE = 5.0  # nat, up to which a rival counts as equal: odds of 150
-DOUBT = 0.2  # of what an effect explains: a rival that would lose less is refitted, for laws are not linear
-DULL, DULL_DOUBT = 1.5, 0.6  # times white noise, from where on more is in doubt: a rival has its own part of the noise
-REFITTED = 3  # rivals at most
 SCALE = "accel_scale"
 
 
@@ -83,8 +81,8 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
         found.append(Rival(FILTER, slow[0].name, loss))
     if sure:
         shown = noise_spectra(fit)
-        doubt = DULL_DOUBT if louder(fit, added, shown) > DULL else DOUBT
-        close = [one for one in single if one.loss > LIKE and one.share < doubt][:REFITTED]
+        doubt = EQUIVALENCE.dull_doubt if louder(fit, added, shown) > EQUIVALENCE.dull_level else EQUIVALENCE.doubt
+        close = [one for one in single if one.loss > EVIDENCE.needed_nat and one.share < doubt][: EQUIVALENCE.refits]
         asked = {one.hypothesis: one.guess for one in close} | elsewhere(fit, h)
         tried = [_refitted(fit, h, other, guess, shown) for other, guess in asked.items()]
         found += [t for t in tried if t is not None]
@@ -135,11 +133,11 @@ def louder(fit: Fit, signals: Mapping[str, Array], shown: Mapping[str, Spectra])
 
 def equivalents(fit: Fit, h: Hypothesis) -> list[Rival]:
     """Return what the recording cannot tell from `h`, a kept effect of the fit, the closest first."""
-    found = {(r.effect, r.at): r for r in rivals(fit, h) if r.loss < LIKE}
+    found = {(r.effect, r.at): r for r in rivals(fit, h) if r.loss < EVIDENCE.needed_nat}
     scales = [other for other in fit.model.hypotheses if other.effect.name == SCALE]
     if h in scales and len(scales) == len(fit.model.recording.imus):
         loss = _all_scaled(fit, scales)
-        if loss < LIKE:
+        if loss < EVIDENCE.needed_nat:
             found[("gravity", "world")] = Rival("gravity", "world", loss)
     return sorted(found.values(), key=lambda r: r.loss)
 
@@ -180,4 +178,4 @@ def _against(
     return both, wanted, sorted(out, key=lambda one: one.loss)
 
 
-__all__ = ["LIKE", "Replacement", "Rival", "alternatives", "equivalents", "replacements", "rivals"]
+__all__ = ["Replacement", "Rival", "alternatives", "equivalents", "replacements", "rivals"]

@@ -18,7 +18,9 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 
-SIZES = tuple(float(s) for s in 10.0 ** np.arange(-3.0, 3.0, 0.5))  # of an effect's prior, or of a term's weights
+SIZES_OF_PRIOR = tuple(
+    float(s) for s in 10.0 ** np.arange(-3.0, 3.0, 0.5)
+)  # of an effect's prior, or of a term's weights
 
 
 @one_thread
@@ -29,7 +31,7 @@ def scores_at_size(base: Base, some: Sequence[Hypothesis]) -> dict[Hypothesis, t
         std = prior_std(h)
         values, vectors = np.linalg.eigh(information * np.outer(std, std))
         pull = (vectors.T @ (gradient * std)) ** 2
-        out[h] = at_best_size(values, pull, SIZES)
+        out[h] = at_best_size(values, pull, SIZES_OF_PRIOR)
     return out
 
 
@@ -61,4 +63,4 @@ def weighed(values: Array, pull: Array, std: float, louder: float = 1.0) -> tupl
     return won, 0.5 * float(np.sum(np.log(grown / louder)))
 
 
-__all__ = ["SIZES", "at_best_size", "gain_at_size", "scores_at_size", "weighed"]
+__all__ = ["SIZES_OF_PRIOR", "at_best_size", "gain_at_size", "scores_at_size", "weighed"]

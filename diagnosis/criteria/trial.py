@@ -11,12 +11,6 @@ from imubench.diagnosis.samples.rest_noise import quietest
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.traits import FILTER
 
-NEEDED = 5.0  # nat of evidence before an effect is looked at on held-out data: odds of 150 for some 60 candidates
-TRIED = 3  # of the best scores, refitted exactly in each round
-UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a declared noise explains up to 1.6
-SCREENED = 15.0  # s of a recording on which effects with states are tried first
-MOST = 5  # effects in one diagnosis
-
 
 @dataclass(frozen=True)
 class Trial:

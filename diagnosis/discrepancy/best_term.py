@@ -6,18 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.diagnosis.config.discrepancy import TERM
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.discrepancy.drift_tests import SlowErrors
-from imubench.diagnosis.discrepancy.fitted_terms import NEEDED, SHAPE_NEEDED, FittedTerm, fitted_term
+from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm, fitted_term
 from imubench.diagnosis.discrepancy.term_scores import Guess, promising
 from imubench.diagnosis.discrepancy.terms import SERIES
 from imubench.diagnosis.problem.residuals import CHANNELS
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.threads import one_thread
-
-REFITTED = 2  # terms at least, where they promise enough, until one is good
-RIVAL = 0.5  # of the best one's promise, from which the best of another place is fitted too
-SHAPED = 30.0  # nat, that a slow error's shape must be worth where it foretells nothing
 
 
 def best_term(fit: Fit) -> FittedTerm | None:
@@ -30,13 +28,13 @@ def best_term(fit: Fit) -> FittedTerm | None:
     guesses, tried = promising(fit)
     price = float(np.log(max(tried, 1)))
     untold = SERIES if chased(fit) else ()
-    told = [g for g in by_shape(fit, guesses, SHAPE_NEEDED + price) if g.term.goes_with not in untold]
+    told = [g for g in by_shape(fit, guesses, TERM.shape_nat + price) if g.term.goes_with not in untold]
     likely = [g for g in told if believable(g.evidence - price, g.shape)]
     places = [next(g for g in likely if g.term.at == at) for at in dict.fromkeys(g.term.at for g in likely)]
-    rivals = [g for g in places if g.white > RIVAL * likely[0].white]
+    rivals = [g for g in places if g.white > TERM.rival * likely[0].white]
     others = [g for g in likely if g not in rivals]
     good: list[FittedTerm] = []
-    for guess in (*rivals, *others[: max(REFITTED - len(rivals), 0)]):
+    for guess in (*rivals, *others[: max(TERM.refits - len(rivals), 0)]):
         if good and guess not in rivals:
             break
         with suppress(NotPositiveDefiniteError):
@@ -49,7 +47,7 @@ def best_term(fit: Fit) -> FittedTerm | None:
 
 def believable(evidence: float, shape: float) -> bool:
     """Return whether a term is worth enough nat, or its shape is."""
-    return evidence > NEEDED or shape > SHAPE_NEEDED
+    return evidence > EVIDENCE.clear_nat or shape > TERM.shape_nat
 
 
 def tells_itself(done: FittedTerm) -> bool:
@@ -58,7 +56,7 @@ def tells_itself(done: FittedTerm) -> bool:
     A mount that creeps is worth less beside coloured noise than what it gains on left-out seconds may differ by chance,
     so the held-out test cannot decide; without a creep such a turn loses.
     """
-    return done.shape > SHAPED or (done.term.part == "both" and done.heldout.value > 0)
+    return done.shape > TERM.shape_alone_nat or (done.term.part == "both" and done.heldout.value > 0)
 
 
 @one_thread

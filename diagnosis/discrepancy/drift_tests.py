@@ -20,20 +20,23 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.discrepancy import BASIS, DRIFT, TERM
+from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.criteria.score_at_size import at_best_size
 from imubench.diagnosis.criteria.score_test import each
 from imubench.diagnosis.discrepancy.candidate_terms import Maker
-from imubench.diagnosis.discrepancy.term_scores import JUMPS, SIZES, hypothesis_of
+from imubench.diagnosis.discrepancy.term_scores import hypothesis_of
 from imubench.diagnosis.discrepancy.terms import Term
-from imubench.diagnosis.noise.colour_bound import COLOUR, powers
+from imubench.diagnosis.noise.colour_bound import powers
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 
-TOP, MOST = 1.5, 60  # Hz of the quickest cosine, and how many there are at most
-SHARES = (0.15 * COLOUR, 0.5 * COLOUR, COLOUR)  # of the white noise's power, that coloured noise may have
-KNOWN = 1e-6  # of the best known combination of cosines: of one less known the recording says nothing
-FREE = 100.0  # standard deviations of white noise, of a constant
+COLOURED_POWERS = (
+    0.15 * DECLARED_NOISE.colour,
+    0.5 * DECLARED_NOISE.colour,
+    DECLARED_NOISE.colour,
+)  # of the white noise's power, that coloured noise may have
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ class Beside:
         reached = self.reach @ spread
         values, vectors = np.linalg.eigh(reached.T @ reached)
         pull = (vectors.T @ (reached.T @ self.pull)) ** 2
-        return self.alone + at_best_size(values, pull, SIZES)[0]
+        return self.alone + at_best_size(values, pull, BASIS.sizes)[0]
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ class SlowErrors:
     def of(cls, fit: Fit, term: Term) -> "SlowErrors":
         """Return what a fit knows of slow errors of a term's triple."""
         time, seconds = term.time, float(term.time[-1] - term.time[0])
-        cosines = cosines_at((time - time[0]) / seconds, min(int(2 * seconds * TOP), MOST) + 1)
+        cosines = cosines_at((time - time[0]) / seconds, min(int(2 * seconds * DRIFT.most_hz), DRIFT.most_cosines) + 1)
         every = Maker(term.at, term.part, time, fit.noise[f"{term.at}.{term.part}"]).every(term.goes_with, cosines)
         ((_, information, force),) = each(Base.of(fit), [hypothesis_of(every, 1.0)])
         return cls.told(cosines, seconds, information, force)
@@ -73,9 +76,9 @@ class SlowErrors:
         """Return it from the information (3 k, 3 k) of all cosines over so many seconds, and the gradient (3 k,)."""
         n, count = cosines.shape
         values, vectors = np.linalg.eigh(information)
-        seen = vectors[:, values > KNOWN * values[-1]].T
+        seen = vectors[:, values > DRIFT.least_information * values[-1]].T
         reach = seen @ information
-        constants = FREE * reach[:, ::count]
+        constants = DRIFT.free_constant * reach[:, ::count]
         out = []
         for louder in (np.ones(count), *colours(np.arange(count) / (2 * seconds), seconds / (n - 1))):
             noisy = seen * np.sqrt(np.tile(louder, 3))
@@ -90,7 +93,7 @@ class SlowErrors:
 
         In all channels or one.
         """
-        spreads = [np.kron(channels, spread) for channels in ALL_OR_ONE]
+        spreads = [np.kron(channels, spread) for channels in ALL_CHANNELS_OR_ONE]
         return max(beside.worth(s) for beside, s in product(self.beside, spreads))
 
     def none(self) -> float:
@@ -108,7 +111,7 @@ class SlowErrors:
 
     def jump(self, signal: Array) -> float:
         """Return the same of a signal (n,) that is a jump, its moment one of many."""
-        return self.worth(self.projected(signal)) - float(np.log(JUMPS))
+        return self.worth(self.projected(signal)) - float(np.log(TERM.jumps))
 
     def beyond(self, term: Term) -> float:
         """Return by how much more the shape of a term, a jump or a walk, is worth than a drift or nothing."""
@@ -120,7 +123,7 @@ class SlowErrors:
         return np.asarray(self.cosines.T @ signal[:, None] / len(signal))
 
 
-ALL_OR_ONE = (np.eye(3), *np.eye(3)[:, :, None])
+ALL_CHANNELS_OR_ONE = (np.eye(3), *np.eye(3)[:, :, None])
 
 
 @one_thread
@@ -140,7 +143,7 @@ def cosines_at(share: Array, count: int) -> Array:
 
 def colours(frequencies: Array, step: float) -> Iterator[Array]:
     """Yield by how much noise may be louder than white (k,), of samples every `step` s."""
-    for power, share in product(powers(frequencies, step)[::2], SHARES):
+    for power, share in product(powers(frequencies, step)[::2], COLOURED_POWERS):
         yield 1 + share * power
 
 

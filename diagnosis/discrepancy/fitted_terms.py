@@ -4,8 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.discrepancy import TERM
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import BLOCK, SEED, Gain, predicted
+from imubench.diagnosis.criteria.cross_validation import Gain, predicted
 from imubench.diagnosis.criteria.score_at_size import weighed
 from imubench.diagnosis.discrepancy.candidate_terms import sensor_terms, torque_terms
 from imubench.diagnosis.discrepancy.term_scores import Guess, colour, hypothesis_of
@@ -15,12 +18,6 @@ from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
 from imubench.diagnosis.solve.refit import evidence_over, information, refit
-
-NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
-SHAPE_NEEDED = 4.0  # nat of a slow error's shape; in 67 recordings with nothing wrong 1.8 at most
-MOST = 2  # unknowns in one diagnosis
-BENDS, AGAIN = 1000.0, 3  # nat from which on a term's signals are taken again, and how often at most
-BRIEF = 1.0  # s left out at a time under a term that is a function of time
 
 
 @dataclass(frozen=True)
@@ -45,11 +42,11 @@ def fitted_term(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     it leaves, while that explains more.
     """
     found = once(fit, guess, price)
-    for _ in range(AGAIN):
-        if found.evidence < BENDS or guess.term.timed:
+    for _ in range(TERM.retakes):
+        if found.evidence < TERM.bends_nat or guess.term.timed:
             break
         further = once(fit, replace(guess, term=taken_again(fit, found)), price)
-        if not further.heldout.foretells() or aic_gain(found.fit, further.fit) < NEEDED:
+        if not further.heldout.foretells() or aic_gain(found.fit, further.fit) < EVIDENCE.clear_nat:
             break
         found = further
     return found
@@ -76,7 +73,12 @@ def once(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     tried = refit(fit, (*fit.model.hypotheses, h), steps=4)
     better = with_noise(tried, 2)
     ruler = at_noise_of(fit, better)
-    heldout = predicted(ruler, better, np.random.default_rng(SEED), BRIEF if guess.term.timed else BLOCK)
+    heldout = predicted(
+        ruler,
+        better,
+        np.random.default_rng(HELD_OUT.bootstrap_seed),
+        TERM.block_s if guess.term.timed else HELD_OUT.block_s,
+    )
     louder = colour(better, guess.term)
     freer = rougher(better)
     evidence = min(gained(ruler, better, h, louder), gained(rougher(ruler), freer, h, louder)) - price

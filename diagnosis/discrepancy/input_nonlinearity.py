@@ -9,15 +9,13 @@ from contextlib import suppress
 
 import numpy as np
 
+from imubench.diagnosis.config.discrepancy import TERM
 from imubench.diagnosis.criteria.trial import misfit
-from imubench.diagnosis.discrepancy.fitted_terms import BENDS, once
+from imubench.diagnosis.discrepancy.fitted_terms import once
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.discrepancy.terms import OWN
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-
-ABOVE = 2.0  # times what any other term promises
-TAKEN = 0.75  # of the excess misfit, at least, by the first fit of such a law
 
 
 def reads_by_own_law(fit: Fit) -> bool:
@@ -26,12 +24,12 @@ def reads_by_own_law(fit: Fit) -> bool:
     own = [g for g in guesses if g.term.goes_with.startswith(OWN)]
     best = max(own, key=lambda g: g.evidence, default=None)
     rival = max((g.evidence for g in guesses if g not in own), default=0.0)
-    if best is None or best.evidence < max(BENDS, ABOVE * rival):
+    if best is None or best.evidence < max(TERM.bends_nat, TERM.own_law * rival):
         return False
     with suppress(NotPositiveDefiniteError):
         found, before = once(fit, best, float(np.log(tried))), misfit(fit)
-        taken = before - misfit(found.fit) > TAKEN * (before - 1)
-        return taken and found.evidence > BENDS and found.heldout.foretells()
+        taken = before - misfit(found.fit) > TERM.own_law_takes * (before - 1)
+        return taken and found.evidence > TERM.bends_nat and found.heldout.foretells()
     return False
 
 

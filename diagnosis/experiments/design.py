@@ -11,11 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.config.simulation import EXPERIMENT
 from imubench.diagnosis.criteria.signatures import MARK, JointInformation, joint_information, signature
 from imubench.diagnosis.experiments.motion_menu import MENU, Motion, Stage, Swing
 from imubench.diagnosis.experiments.planned_recording import assumed, laid, read, readings, staged
 from imubench.diagnosis.experiments.symmetries import ALWAYS, BUT_IN_SWINGS
-from imubench.diagnosis.problem.dynamics_factors import GROUP, inertia_about_joint
+from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, inertia_about_joint
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE_AXIS
 from imubench.diagnosis.solve.initialize import model_of
@@ -28,10 +30,6 @@ from imubench.links import ZERO
 from imubench.links import Motion as Moved
 from imubench.recording import Recording
 
-SECONDS = 20.0
-CLEAR = 10.0  # nat: a motion that is expected to show less separates nothing
-STEPS = 6  # of the solver, where a promise is checked: as of any refit
-NEARLY = 0.9  # of the best: from there the motion that comes first in the menu, the simpler one, is named
 BORNE = (
     "gyro_", "accel_", "g_sensitivity", "low_pass", "time_offset", "clock_skew", "saturation", "quantisation",
 )  # fmt: skip
@@ -57,7 +55,7 @@ class Separation:
 
 
 def separate(
-    fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], seconds: float = SECONDS
+    fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], seconds: float = EXPERIMENT.recording_s
 ) -> list[Separation | None]:
     """Return for each kept effect and its rival the motion that tells them best, None where none of the menu does."""
     recording = fit.model.recording
@@ -77,11 +75,11 @@ def _best(
     recording = fit.model.recording
     some = {m: gain for m, gain in gains.items() if not any(s.joins(*pair, recording, m) for s in BUT_IN_SWINGS)}
     most = max(some.values(), default=0.0)
-    if most <= CLEAR:
+    if most <= EVIDENCE.clear_nat:
         return None
-    motion = next(m for m, gain in some.items() if gain >= NEARLY * most)
+    motion = next(m for m, gain in some.items() if gain >= EXPERIMENT.nearly * most)
     gain = some[motion] if recording.poses else min(some[motion], at_size(fit, *pair, motion, seconds))
-    return Separation(motion, seconds, gain, recording.body is not None) if gain > CLEAR else None
+    return Separation(motion, seconds, gain, recording.body is not None) if gain > EVIDENCE.clear_nat else None
 
 
 def separation(fit: Fit, h: Hypothesis, rivals: Sequence[Hypothesis]) -> str:
@@ -111,7 +109,7 @@ def playable(recording: Recording) -> list[Motion]:
 
 
 def expected(
-    fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], motion: Motion, seconds: float = SECONDS
+    fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], motion: Motion, seconds: float = EXPERIMENT.recording_s
 ) -> list[float]:
     """Return the log Bayes factor in nat that a motion is expected to show for each effect over its rival."""
     stages = [shown(fit, pairs, s, seconds / len(motion.stages)) for s in motion.stages]
@@ -125,7 +123,7 @@ def shown(fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], stage: Stage
     kept, rivals = ({x.name: x for x in some} for some in zip(*pairs, strict=True))
     recording = staged(fit.model.recording, stage, seconds)
     model = replace(model_of(recording, 1 / fit.model.tracks.knots.step), mounts=fit.model.mounts)
-    noise = {GROUP: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
+    noise = {SWING_EQUATION: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
     swing = _swing(fit, recording, next(iter(kept.values()))) if stage.free else None
     still = laid(model, stage, swing)
     model = read(model, still)
@@ -156,7 +154,9 @@ def placed(fit: Fit, h: Hypothesis, stage: Stage, recording: Recording) -> tuple
     return there, values
 
 
-def at_size(fit: Fit, h: Hypothesis, rival: Hypothesis, motion: Motion, seconds: float = SECONDS) -> float:
+def at_size(
+    fit: Fit, h: Hypothesis, rival: Hypothesis, motion: Motion, seconds: float = EXPERIMENT.recording_s
+) -> float:
     """Return by how many nat a rival fits worse than an effect that is there, by simulating it and fitting both.
 
     The linear prediction holds for a small effect and a motion that the splines follow exactly. Here the motion is laid
@@ -176,7 +176,7 @@ def at_size(fit: Fit, h: Hypothesis, rival: Hypothesis, motion: Motion, seconds:
         recording = staged(fit.model.recording, stage, seconds / len(motion.stages))
         swing = _swing(fit, recording, h, pulled=True) if stage.free else None
         there, values = placed(fit, h, stage, recording)
-        noise = {GROUP: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
+        noise = {SWING_EQUATION: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
         fine, coarse = (
             replace(model_of(recording, k / fit.model.tracks.knots.step), mounts=fit.model.mounts) for k in (2, 1)
         )
@@ -188,7 +188,7 @@ def at_size(fit: Fit, h: Hypothesis, rival: Hypothesis, motion: Motion, seconds:
             begun = extended(bare, (one,), guess)
             turns = model.tracks.columns(ATTITUDE) if model.rig.turns else None
             first = None if turns is None else begun.state.coefficients[0, turns]
-            costs.append(solve(begun.model, begun.state, begun.noise, first, steps=STEPS).cost)
+            costs.append(solve(begun.model, begun.state, begun.noise, first, steps=EXPERIMENT.steps).cost)
         total += costs[1] - costs[0]
     return total
 

@@ -19,9 +19,10 @@ from scipy.sparse import csr_array, identity
 from scipy.sparse.linalg import spsolve
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
 from imubench.diagnosis.noise.coherence import clear_at, clear_in
 from imubench.diagnosis.noise.debias import lawful
-from imubench.diagnosis.noise.reml import FINE, levels
+from imubench.diagnosis.noise.reml import levels
 from imubench.diagnosis.problem.bspline import DEGREE, SUPPORT, Knots, Tracks
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.residuals import Rows
@@ -29,24 +30,12 @@ from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.traits import FILTER
 
-TIMES = (4, 3, 2)  # fewer knots, the fewest first
-SPARED = 0.45  # of the highest frequency of the knots: above, nothing may be more than noise
-BANDS, FLAT = 6, 1.25  # of a residual's spectrum, and how far above the topmost any may be
-BEYOND = 0.7  # of the highest frequency of the knots: from there on they do not follow a residual
-PERIOD = 7  # knots, at least, in that of springs that ring
-RUNG = 0.65  # of their frequency: a motion clear up to there makes them ring
-SHOWN = 0.4  # of a sensor's rate: what rings quicker it does not show
-MORE = 1.1  # times as far apart as the knots are: less is no change
-STEPS = 15  # of the solver, to where fewer knots lead
-WINDOW = 256  # samples of which a spectrum is taken
-TINY = 1e-9  # of a coefficient's weight, for those that no time asks for
-
 
 def coarsest(fit: Fit) -> Fit:
     """Return the fit on as few knots as its recording needs, at the noise levels that it leaves there, or as it is."""
     finest = model_of(fit.model.recording).tracks.knots.step
     step, most = fit.model.tracks.knots.step, widest(fit)
-    for times in (n for n in TIMES if MORE * step < n * finest < most):
+    for times in (n for n in KNOT_SELECTION.fewer if KNOT_SELECTION.change * step < n * finest < most):
         other = coarser(fit, times * finest / step)
         if enough(other):
             return relevelled(other)
@@ -59,13 +48,13 @@ def finer(fit: Fit) -> Fit:
     A spline of three knots a period damps what it follows, and the damping ratios come out wrong.
     """
     times = widest(fit) / fit.model.tracks.knots.step
-    return relevelled(coarser(fit, times)) if times < 1 / MORE else fit
+    return relevelled(coarser(fit, times)) if times < 1 / KNOT_SELECTION.change else fit
 
 
 def widest(fit: Fit) -> float:
     """Return how many seconds knots may be apart for what rings on a fit's motion; inf where nothing does."""
     quickest = ringing(fit)
-    return 1 / (PERIOD * quickest) if quickest else np.inf
+    return 1 / (KNOT_SELECTION.knots_per_period * quickest) if quickest else np.inf
 
 
 def ringing(fit: Fit) -> float:
@@ -80,8 +69,8 @@ def ringing(fit: Fit) -> float:
     for h in springs:
         quick = [np.exp(fit.state.values[h.key(p.name)]) for p in h.effect.parameters if p.unit == "Hz"]
         most = max((float(f.max()) for f in quick), default=0.0)
-        if RUNG * most <= clear_in(fit, imus[h.at], "gyro"):
-            out = max(out, min(most, SHOWN * imus[h.at].rate))
+        if KNOT_SELECTION.rung * most <= clear_in(fit, imus[h.at], "gyro"):
+            out = max(out, min(most, KNOT_SELECTION.shown * imus[h.at].rate))
     return out
 
 
@@ -102,12 +91,12 @@ def coarser(fit: Fit, times: float) -> Fit:
     time = np.linspace(old.start + old.step / 2, old.start + old.step * (old.count - SUPPORT), 3 * old.count)
     time = time[(time > knots.start) & (time < knots.start + knots.step * (knots.count - DEGREE))]
     design, wanted = matrix(knots, time), matrix(old, time) @ fit.state.coefficients
-    normal = (design.T @ design + TINY * identity(knots.count)).tocsc()
+    normal = (design.T @ design + KNOT_SELECTION.unasked_weight * identity(knots.count)).tocsc()
     state = State(np.reshape(spsolve(normal, design.T @ wanted), (knots.count, -1)), fit.state.values)
     held = {name: state.values[name] for _, name, _ in lawful(fit)}
     model = replace(fit.model, tracks=Tracks(knots, fit.model.tracks.widths), tilts=None)
     still = replace(model, fixed=(model.fixed or {}) | held)
-    found = solve(still, state, fit.noise, fit.anchor, steps=STEPS, enough=FINE)
+    found = solve(still, state, fit.noise, fit.anchor, steps=KNOT_SELECTION.steps, enough=REML.fine_gain)
     return solve(model, found.state, fit.noise, fit.anchor, steps=0)
 
 
@@ -120,30 +109,30 @@ def matrix(knots: Knots, time: Array) -> csr_array:
 def enough(fit: Fit) -> bool:
     """Return whether a fit's knots follow all that its recording shows; not where no IMU tells."""
     imus = fit.model.recording.imus
-    most = SPARED / (2 * fit.model.tracks.knots.step)
+    most = KNOT_SELECTION.spared / (2 * fit.model.tracks.knots.step)
     quick = any(clear_at(fit, imu.name) > most for imu in imus)
-    return bool(imus) and not quick and all(peak <= FLAT for peak in peaks(fit))
+    return bool(imus) and not quick and all(peak <= KNOT_SELECTION.flat_power for peak in peaks(fit))
 
 
 def peaks(fit: Fit) -> Iterator[float]:
     """Yield by how much the loudest band of each IMU's residuals beyond the knots is above their topmost ones."""
-    least = BEYOND / (2 * fit.model.tracks.knots.step)
+    least = KNOT_SELECTION.unfollowed / (2 * fit.model.tracks.knots.step)
     imus = {imu.name for imu in fit.model.recording.imus}
     yield from (peak(rows, least) for rows in fit.measured if rows.name.split(".")[0] in imus)
 
 
 def peak(rows: Rows, least: float) -> float:
     """Return that of one group from a frequency in Hz on; inf of so few samples that they have no spectrum there."""
-    window = min(WINDOW, len(rows.time) // 4)
-    if window < BANDS:
+    window = min(KNOT_SELECTION.window_samples, len(rows.time) // 4)
+    if window < KNOT_SELECTION.bands:
         return np.inf
     rate = 1 / float(np.median(np.diff(rows.time)))
     f, power = welch(rows.whitened, rate, nperseg=window, axis=0)
     beyond = power[f >= least].sum(axis=1)
-    if len(beyond) < BANDS:
+    if len(beyond) < KNOT_SELECTION.bands:
         return np.inf
-    bands = [float(band.mean()) for band in np.array_split(beyond, BANDS)]
-    return max(bands) / float(np.mean(bands[-BANDS // 4 :]))
+    bands = [float(band.mean()) for band in np.array_split(beyond, KNOT_SELECTION.bands)]
+    return max(bands) / float(np.mean(bands[-KNOT_SELECTION.bands // 4 :]))
 
 
 __all__ = ["coarser", "coarsest", "finer"]

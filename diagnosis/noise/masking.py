@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from imubench.diagnosis.config.noise import LOOSE_FIT
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.solve.levenberg_marquardt import AGAIN, Fit, at_noise_of, solve
+from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of, solve
 from imubench.diagnosis.windows import covered
-
-PEAK, FITS = 10.0, 1.3  # nat in the moment, and of what is left elsewhere, where an effect's course is its law's
 
 Masks = dict[str, NDArray[np.bool_]]
 """The samples (n,) that count, by group."""
@@ -49,12 +49,12 @@ def shows_in_its_moments(fit: Fit, first: Fit, h: Hypothesis) -> bool:
         won += 0.5 * float(np.sum(before[rows.name].whitened[acts] ** 2) - square[acts].sum())
         left += float(square[acts].sum())
         usual += float(square[~acts].mean() * acts.sum())
-    return won > PEAK and left < FITS * usual
+    return won > LOOSE_FIT.peak_nat and left < LOOSE_FIT.fits * usual
 
 
 def with_mask(fit: Fit, counted: Masks | None) -> Fit:
     """Return the fit on those samples alone, noise levels as they were."""
-    return solve(replace(fit.model, masks=counted), fit.state, fit.noise, fit.anchor, steps=AGAIN)
+    return solve(replace(fit.model, masks=counted), fit.state, fit.noise, fit.anchor, steps=SOLVER.steps_after_noise)
 
 
 __all__ = ["mask_beside", "shows_in_its_moments", "with_mask"]

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from imubench.diagnosis.noise.reml import ALLOWED, declared
+from imubench.diagnosis.config.shared import DECLARED_NOISE
+from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.noise.reml import declared
 from imubench.diagnosis.problem.residuals import CHANNELS
-from imubench.diagnosis.samples.check_findings import OFF
-from imubench.diagnosis.solve.levenberg_marquardt import AGAIN, Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 
-BLAMED = float(np.sqrt(ALLOWED))  # times a declared level, from which on it would be called loud
+BLAMED = float(np.sqrt(DECLARED_NOISE.most_power))  # times a declared level, from which on it would be called loud
 
 
 def with_pooled_noise(fit: Fit) -> Fit:
@@ -21,10 +22,10 @@ def with_pooled_noise(fit: Fit) -> Fit:
     for part in CHANNELS:
         names = [n for n in (f"{i.name}.{part}" for i in fit.model.recording.imus) if n in told and n in noise]
         times = np.array([noise[n] / told[n] for n in names])
-        if len(names) == 2 and times.max() > BLAMED and times.min() < 1 + OFF:
+        if len(names) == 2 and times.max() > BLAMED and times.min() < 1 + DECLARED_NOISE.std_error:
             shared = float(np.sqrt(np.mean(times**2)))
             noise |= {n: shared * told[n] for n in names}
-    return fit if noise == fit.noise else solve(fit.model, fit.state, noise, fit.anchor, steps=AGAIN)
+    return fit if noise == fit.noise else solve(fit.model, fit.state, noise, fit.anchor, steps=SOLVER.steps_after_noise)
 
 
 __all__ = ["with_pooled_noise"]

@@ -2,12 +2,10 @@
 
 from collections.abc import Iterator
 
+from imubench.diagnosis.config.nonsense import STRETCH
+from imubench.diagnosis.config.samples import SCREENING
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Recording
-
-FEWEST = 32  # samples: fewer have no spectrum, and the raw checks say nothing of them either
-LEAST = 0.1  # of the declared rate, and of the recording's length, that samples must make up
-MOMENT = 5.0  # s: longer pieces of a longer recording can be diagnosed by themselves
 
 
 def few(recording: Recording) -> Iterator[Nonsense]:
@@ -19,11 +17,11 @@ def few(recording: Recording) -> Iterator[Nonsense]:
         promised = imu.rate * own
         evidence = {"samples": float(count), "seconds": own}
         advice = f"record {imu.name} at {imu.rate:g} Hz for as long as the rest, or leave it out"
-        if count < FEWEST:
-            what = f"{imu.name} has too few samples: {count}, where {FEWEST} are needed"
-        elif count < LEAST * promised:
+        if count < SCREENING.least_samples:
+            what = f"{imu.name} has too few samples: {count}, where {SCREENING.least_samples} are needed"
+        elif count < STRETCH.least_share * promised:
             what = f"{imu.name} has too few samples: {count} in {own:.1f} s, where {imu.rate:g} Hz are declared"
-        elif own < min(LEAST * seconds, MOMENT):
+        elif own < min(STRETCH.least_share * seconds, STRETCH.moment_s):
             what = f"{imu.name} has samples of {own:.1f} s only, in a recording of {seconds:.1f} s"
         else:
             continue

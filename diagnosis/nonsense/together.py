@@ -6,17 +6,13 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.nonsense import SHARED_MOTION, STRETCH
 from imubench.diagnosis.nonsense.shared_motion import Shared, shared, squares
 from imubench.diagnosis.nonsense.stretch import averaged, grid, liveliest, quick_enough
 from imubench.diagnosis.problem.hypothesis import segment_of
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Encoder, Imu, Pose, Recording
 from imubench.rotations import conjugate, log, multiply
-
-LONGEST = 120.0  # s of a recording that are looked at
-BELOW = 2.0  # Hz: slower than soft mounts ring, quick enough for some strokes in every block
-GRID = 25.0  # Hz: enough for what is below 2 Hz
-TURNS = 0.3  # rad/s RMS that a sensor must turn for what it shares to show
 
 
 def not_together(recording: Recording) -> Iterator[Nonsense]:
@@ -26,7 +22,7 @@ def not_together(recording: Recording) -> Iterator[Nonsense]:
     one axis. On a fixed base the first does not move. A gyroscope shares its rate with the measured attitude of its
     segment, and the rates of a hinge's IMUs make that of its encoder.
     """
-    some = liveliest(recording, LONGEST)
+    some = liveliest(recording, STRETCH.most_s)
     imus = {imu.name: imu for imu in some.moving if quick_enough(imu.time)}
     one, two = imus.get("imu1"), imus.get("imu2")
     if some.rig == "hinge" and one and two and (found := hinged(one, two)):
@@ -48,11 +44,11 @@ def _told(at: str, what: str, found: Shared) -> Nonsense:
 
 def hinged(one: Imu, two: Imu) -> Shared | None:
     """Return what two IMUs on a hinge share, if that is nothing."""
-    edges = grid([one.time, two.time], GRID)
+    edges = grid([one.time, two.time], SHARED_MOTION.grid_hz)
     if edges.size < 2:
         return None
     rates = [smooth(averaged(i.time, i.gyro, edges), edges) for i in (one, two)]
-    if max(across(w) for w in rates) < TURNS:
+    if max(across(w) for w in rates) < SHARED_MOTION.turning_rad_s:
         return None
     return _if_nothing(squares(rates[0]), squares(rates[1]), edges)
 
@@ -62,11 +58,11 @@ def posed(imu: Imu, pose: Pose) -> Shared | None:
     time, rate = rate_of(pose)
     if not quick_enough(time):
         return None
-    edges = grid([imu.time, time], GRID)
+    edges = grid([imu.time, time], SHARED_MOTION.grid_hz)
     if edges.size < 2:
         return None
     rates = [smooth(averaged(t, w, edges), edges) for t, w in ((imu.time, imu.gyro), (time, rate))]
-    if max(float(np.sqrt(np.mean(np.sum(w**2, axis=1)))) for w in rates) < TURNS:
+    if max(float(np.sqrt(np.mean(np.sum(w**2, axis=1)))) for w in rates) < SHARED_MOTION.turning_rad_s:
         return None
     return _if_nothing(rates[0], rates[1], edges)
 
@@ -75,13 +71,13 @@ def encoded(imus: list[Imu], encoder: Encoder) -> Shared | None:
     """Return what a hinge's IMUs share with its encoder, if that is nothing."""
     if not quick_enough(encoder.time):
         return None
-    edges = grid([encoder.time, *(i.time for i in imus)], GRID)
+    edges = grid([encoder.time, *(i.time for i in imus)], SHARED_MOTION.grid_hz)
     if edges.size < 2:
         return None
     rate = np.diff(np.interp(edges, encoder.time, encoder.angle))[:, None] / np.diff(edges)[:, None]
     rates = np.concatenate([smooth(averaged(i.time, i.gyro, edges), edges) for i in imus], axis=1)
     rate = smooth(rate, edges)
-    if float(np.sqrt(np.mean(rate**2))) < TURNS:
+    if float(np.sqrt(np.mean(rate**2))) < SHARED_MOTION.turning_rad_s:
         return None
     return _if_nothing(rates, rate, edges)
 
@@ -92,8 +88,8 @@ def _if_nothing(one: Array, two: Array, edges: Array) -> Shared | None:
 
 
 def smooth(values: Array, edges: Array) -> Array:
-    """Return values (n, k) on even edges (n + 1,) s without what is quicker than `BELOW`."""
-    width = np.sqrt(np.log(2) / 2) / (np.pi * BELOW)  # s: a Gaussian's half-power frequency is BELOW
+    """Return values (n, k) on even edges (n + 1,) s without what is quicker than `SHARED_MOTION.below_hz`."""
+    width = np.sqrt(np.log(2) / 2) / (np.pi * SHARED_MOTION.below_hz)  # s: a Gaussian's half-power frequency is BELOW
     return np.asarray(gaussian_filter1d(values, width / (edges[1] - edges[0]), axis=0))
 
 

@@ -4,17 +4,18 @@ import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from imubench.diagnosis.config.report import PAGE
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
 from imubench.diagnosis.evidence import Comparison, Evidence
 from imubench.diagnosis.report import headline, words
 from imubench.diagnosis.report.compared import changed_power, is_seen, title
 from imubench.diagnosis.report.html import term
 from imubench.diagnosis.report.numbers import fixed
-from imubench.diagnosis.result import SURE, Diagnosis, Finding
+from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.estimators import ESTIMATORS
 from imubench.reproduce.report import escape
 
-WORST = 3  # channels
-PLACES_SHOWN = 2  # sentences of where they differ; the others stand at the map
 OFFERED = {"hinge": "olsson2020", "pendulum": "sliding"}
 """Which estimator a reader is offered for a rig: the axis of a hinge, the joint centre of a pendulum."""
 
@@ -75,7 +76,7 @@ def what(d: Diagnosis, evidence: Evidence) -> str:
         change = before if before == after else f"{before} as declared, {after} with what was found"
         parts.append(f"<p>What the fitted motion leaves, {term('misfit')}: {change} (1: only noise).</p>")
     share = headline.explained_percent(d)
-    if share and any(f.named and f.confidence >= SURE for f in d.findings):
+    if share and any(f.named and f.confidence >= CONFIDENCE.counts for f in d.findings):
         parts.append(f"<p>What was found explains <b>{share}</b> of the power of what differs.</p>")
     usual = headline.usual_noise(d, {i.name: i.rate for i in evidence.recording.imus})
     if usual:
@@ -97,10 +98,10 @@ def _bars(d: Diagnosis) -> str:
     """Return the channels that differ most, as declared and with what was found, in figures."""
     assert d.simulation is not None
     rows = []
-    for off in headline.offs(d.simulation)[:WORST]:
+    for off in headline.offs(d.simulation)[: SIMULATED_BESIDE.channels]:
         change = f"<b>{off.before}</b>" if off.before == off.after else f"<b>{off.before}</b> → <b>{off.after}</b>"
         times = f"{_times(off.times_before)} → {_times(off.times_after)} times the noise"
-        if not any(f.named and f.confidence >= SURE for f in d.findings):
+        if not any(f.named and f.confidence >= CONFIDENCE.counts for f in d.findings):
             change, times = f"<b>{off.before}</b>", f"{_times(off.times_before)} times the noise"
         known = not any(name.startswith(off.channel.partition(".")[0]) for name in d.noise_unknown)
         note = f"noise {off.noise}, {times}" if known else "its noise is not known"
@@ -118,7 +119,7 @@ def _times(value: float) -> str:
 def where(d: Diagnosis, evidence: Evidence) -> str:
     """Return where the recording differs from the declared model."""
     texts = headline.places(d, evidence.span)
-    return "".join(f"<p>{escape(words.sentence(text))}</p>" for text in texts[:PLACES_SHOWN])
+    return "".join(f"<p>{escape(words.sentence(text))}</p>" for text in texts[: PAGE.places])
 
 
 def because(d: Diagnosis) -> str:
@@ -215,7 +216,7 @@ def steps(d: Diagnosis, evidence: Evidence) -> Iterator[str]:
 
 def correctable(d: Diagnosis, evidence: Evidence) -> bool:
     """Return whether `estimate --with` can take out what was found."""
-    named = [f for f in d.findings if f.named and f.confidence >= SURE]
+    named = [f for f in d.findings if f.named and f.confidence >= CONFIDENCE.counts]
     if d.rig not in OFFERED or not named or d.doubts:
         return False
     return len(evidence.recording.imus) >= ESTIMATORS[OFFERED[d.rig]].imus

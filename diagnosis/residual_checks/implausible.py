@@ -5,14 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from imubench.diagnosis.config.residuals import EXCESS_NOISE
 from imubench.diagnosis.residual_checks.excess_noise import unexplained
 from imubench.diagnosis.result import Finding, Where
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.traits import POSE
-
-STRAINED = 5.0  # of its prior's standard deviations, beyond which a number is none that a sensor has
-ALONE = 8.0  # of them, where nothing else makes up for it
-STRAINED_SURE = 0.2  # of a name at such a place: of seven in 900 blind trials each was named falsely
 
 
 def implausible_places(fit: Fit) -> set[str]:
@@ -26,7 +23,7 @@ def implausible_places(fit: Fit) -> set[str]:
     beside = Counter(h.at for h in sensors)
     out = set()
     for h in sensors:
-        most = ALONE if beside[h.at] == 1 and not h.effect.states else STRAINED
+        most = EXCESS_NOISE.strained_alone if beside[h.at] == 1 and not h.effect.states else EXCESS_NOISE.strained
         for p in (p for p in h.effect.parameters if not p.log):
             if np.any(np.abs(fit.state.values[h.key(p.name)] - p.centre) > most * p.std):
                 out.add(h.at)
@@ -38,4 +35,4 @@ def lawless(at: str, where: Sequence[Where]) -> Finding:
     return unexplained(next((w for w in where if w.at == at), Where(at, {}, (), (), "", 1.0)))
 
 
-__all__ = ["STRAINED_SURE", "implausible_places", "lawless"]
+__all__ = ["implausible_places", "lawless"]

@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.criteria.cross_validation import Gain, by_halves, heldout_gain
-from imubench.diagnosis.criteria.trial import MOST, Kept, Passed, Trial
+from imubench.diagnosis.criteria.trial import Kept, Passed, Trial
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.rounds import Round, akin, asked, with_a_clock
@@ -46,7 +47,7 @@ def admitted(
     kept = [*kept, *(Kept(h, best.evidence, won, others) for h in (best.hypothesis, *best.also))]
     for trial in now.together if best is now.tried[0] else []:
         won = heldout_gain(better, trial.fit, rng)
-        if not won.foretells() or len(kept) == MOST - 1:
+        if not won.foretells() or len(kept) == ADMISSION.most_effects - 1:
             break
         kept, better = [*kept, Kept(trial.hypothesis, trial.evidence, won, ())], trial.fit
     return better, kept, refused
@@ -65,7 +66,7 @@ def all_together(
     skew: a misalignment of 1,145 nat, the best beside it, gained 819 on held-out data and might as well have lost.
     """
     together = now.together or with_a_clock(now, say)
-    if not together or len(kept) + 1 + len(together) > MOST:
+    if not together or len(kept) + 1 + len(together) > ADMISSION.most_effects:
         return now.fit, kept, refused
     best, last = now.tried[0], together[-1]
     some = [best.hypothesis, *(t.hypothesis for t in together)]

@@ -6,7 +6,8 @@ from contextlib import suppress
 import numpy as np
 
 from imubench.diagnosis.budget import OutOfTime
-from imubench.diagnosis.criteria.trial import MOST, Kept
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.masking import with_mask
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.admission import Refused, admitted
@@ -32,7 +33,7 @@ def forward_selection(
     vain: Vain = {}
     asked_for, heard = everything, set[str]()
     with suppress(OutOfTime):
-        while len(kept) < MOST:
+        while len(kept) < ADMISSION.most_effects:
             now, before, masks = try_round(fit, asked_for, say, vain, heard), len(kept), fit.model.masks
             fit, kept, refused = admitted(now, kept, rng, say)
             if now.fit.model.masks is not masks and not any(k.hypothesis.effect.name == SLIP for k in kept[before:]):

@@ -8,7 +8,7 @@ import numpy as np
 
 from imubench.diagnosis.budget import OutOfTime, check
 from imubench.diagnosis.candidates.both_mounts import gives_way
-from imubench.diagnosis.criteria.cross_validation import SEED
+from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.criteria.dynamic_aic import law_levels, with_tight_laws
 from imubench.diagnosis.criteria.trial import Kept, kind
 from imubench.diagnosis.noise.debiased_fit import debiased
@@ -84,7 +84,7 @@ def select(nominal: Fit, say: Callable[[str], None] = tell, rounding: Mapping[st
             return Selection(fit, tuple(kept), tuple(dropped))
         fit, kept = clocks_to_backlash(fit, kept, say)
         fit, kept = clock_to_quick_filter(fit, kept, say)
-        rng = np.random.default_rng(SEED)
+        rng = np.random.default_rng(HELD_OUT.bootstrap_seed)
         everything = candidates(nominal.model)
         fit, kept, rejected = forward_selection(fit, kept, everything, rng, say)
         check()

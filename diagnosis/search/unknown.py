@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.diagnosis.candidates.both_mounts import gives_way
+from imubench.diagnosis.config.discrepancy import TERM
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.discrepancy.best_term import best_term
-from imubench.diagnosis.discrepancy.fitted_terms import MOST, NEEDED, SHAPE_NEEDED, FittedTerm
-from imubench.diagnosis.discrepancy.term_scores import ENOUGH
+from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm
 from imubench.diagnosis.discrepancy.terms import Term, Unknown, channels_of, signals_of
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.noise.pooled import with_pooled_noise
@@ -64,7 +65,7 @@ def unknowns(fit: Fit, where: Sequence[Where] = (), say: Callable[[str], None] =
     springs, unsure = nonlinear_springs(fit, say)
     held = swapped_for_terms(with_pooled_noise(springs[-1].fit if springs else fit), say)
     found, fit = held.terms, held.fit
-    while len(found) < MOST:
+    while len(found) < TERM.most_terms:
         say("looking for something without a name")
         best = best_term(with_pooled_noise(fit))
         if best is None:
@@ -99,7 +100,7 @@ def superseded(before: Fit, new: FittedTerm, terms: Sequence[Term], say: Callabl
         say(f"trying to do without {h.name}")
         with suppress(NotPositiveDefiniteError):
             nat, without = price_of_dropping(fit, h)
-            if nat < ENOUGH and MUCH * price_of_dropping(before, h)[0] < new.evidence:
+            if nat < EVIDENCE.needed_nat and MUCH * price_of_dropping(before, h)[0] < new.evidence:
                 fit = without
     return fit
 
@@ -120,7 +121,7 @@ def negligible_names(fit: Fit, say: Callable[[str], None] = lambda _: None) -> l
 
 def finding(found: FittedTerm) -> Finding:
     """Return a fitted term as a finding, with the names that it equals."""
-    sure = confidence(max(found.evidence - NEEDED, found.shape - SHAPE_NEEDED), 0.0)
+    sure = confidence(max(found.evidence - EVIDENCE.clear_nat, found.shape - TERM.shape_nat), 0.0)
     said = nameless(found.term.at, sure, sizes(found), found.heldout, place(found))
     equal = tuple(Rejected(h.effect.name, h.at, said.heldout_gain.value) for h in found.equal)
     return replace(said, equivalent=equal)

@@ -11,11 +11,12 @@ from contextlib import suppress
 
 import numpy as np
 
+from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
 from imubench.diagnosis.criteria.conditional_aic import aic_gain, aic_gain_and_freedoms
-from imubench.diagnosis.criteria.cross_validation import SEED, Gain, heldout_gain
+from imubench.diagnosis.criteria.cross_validation import Gain, heldout_gain
 from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
-from imubench.diagnosis.criteria.trial import MOST, TRIED, Kept, Trial
+from imubench.diagnosis.criteria.trial import Kept, Trial
 from imubench.diagnosis.discrepancy.terms import SERIES, Unknown
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -42,13 +43,17 @@ def named_by_law(selection: Selection, strange: Unknowns, say: Callable[[str], N
     gone = [h for h in selection.fit.model.hypotheses if h not in strange.fit.model.hypotheses]
     back = [h for h in gone if not h.effect.states]
     for term in strange.fit.model.hypotheses if not selection.fit.model.wander else ():
-        if isinstance(term.effect, Unknown) and term.effect.term.goes_with in SERIES and len(selection.kept) < MOST:
+        if (
+            isinstance(term.effect, Unknown)
+            and term.effect.term.goes_with in SERIES
+            and len(selection.kept) < ADMISSION.most_effects
+        ):
             say(f"looking whether a law says what {term.name} is")
             fit = with_noise(refit_without(selection.fit, gone)) if gone else selection.fit
             best = by_law(fit, term.at)
             if best is None or best.evidence < SPLINES:
                 continue
-            won = heldout_gain(fit, best.fit, np.random.default_rng(SEED))
+            won = heldout_gain(fit, best.fit, np.random.default_rng(HELD_OUT.bootstrap_seed))
             if won.low > aic_gain_and_freedoms(fit, best.fit)[1] and as_good(best, won, fit, with_series(fit, term)):
                 new, now = Kept(best.hypothesis, best.evidence, won, ()), best.fit
                 dropped: Refused = []
@@ -69,7 +74,7 @@ def as_good(best: Trial, won: Gain, fit: Fit, series: Fit) -> bool:
         return True
     return (
         best.evidence * (1 + NEARLY) > other
-        and won.value > heldout_gain(fit, series, np.random.default_rng(SEED)).value
+        and won.value > heldout_gain(fit, series, np.random.default_rng(HELD_OUT.bootstrap_seed)).value
     )
 
 
@@ -79,7 +84,7 @@ def by_law(fit: Fit, at: str) -> Trial | None:
         return None
     asked = [h for h in candidates(fit.model) if h.at == at and h.effect.states and h.effect.lawful]
     trials = []
-    for some in screen(fit, [h for h in asked if h.effect.variant != "isotropic"])[:TRIED]:
+    for some in screen(fit, [h for h in asked if h.effect.variant != "isotropic"])[: ADMISSION.refits]:
         with suppress(NotPositiveDefiniteError):
             trials.append(refit_from_screening(fit, [some], rounds=ROUNDS + MORE))
     return max((t for t in trials if holds_its_law(t) and rings(t)), key=lambda t: t.evidence, default=None)

@@ -12,10 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.criteria.cross_validation import SEED, heldout_gain
-from imubench.diagnosis.criteria.equivalence import LIKE
+from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.score_at_size import scores_at_size
-from imubench.diagnosis.criteria.trial import MOST, NEEDED, Kept
+from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -35,7 +36,7 @@ def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], 
     """
     terms = [h for h in strange.fit.model.hypotheses if isinstance(h.effect, Unknown)]
     for term in terms:
-        if len(selection.kept) == MOST:
+        if len(selection.kept) == ADMISSION.most_effects:
             break
         say(f"looking whether an effect is as small as {term.name}")
         fit = selection.fit
@@ -43,12 +44,12 @@ def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], 
         likely = [h for h in every if h.at == term.at and nearly_straight(h) and h.name not in taken]
         nat = scores_at_size(Base.of(fit), [term, *likely])
         best = max(likely, key=lambda h: nat[h], default=term)
-        if best is term or nat[best][0] < max(nat[term][0], NEEDED + np.log(len(every))):
+        if best is term or nat[best][0] < max(nat[term][0], EVIDENCE.needed_nat + np.log(len(every))):
             continue
         worth, size = nat[best]
         small = replace(best, effect=best.effect.as_large(size))
         better = with_noise(refit(fit, (*fit.model.hypotheses, small)))
-        won = heldout_gain(fit, better, np.random.default_rng(SEED))
+        won = heldout_gain(fit, better, np.random.default_rng(HELD_OUT.bootstrap_seed))
         if won.foretells():
             fit, kept, dropped = prune(better, [*selection.kept, Kept(small, worth, won, ())], say)
             selection = Selection(fit, tuple(kept), (*selection.rejected, *dropped))
@@ -56,7 +57,9 @@ def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], 
 
 
 def with_equals(strange: Unknowns) -> Unknowns:
-    """Return what has no name, each with the effects, anywhere, that explain as much within `LIKE` at their size."""
+    """Return what has no name, each with the effects, anywhere, that explain as much within `EVIDENCE.needed_nat` at
+    their size.
+    """
     fit, found = strange.fit, list(strange.findings)
     taken = {h.name for h in fit.model.hypotheses}
     likely = [h for h in candidates(fit.model) if nearly_straight(h) and h.name not in taken]
@@ -65,7 +68,10 @@ def with_equals(strange: Unknowns) -> Unknowns:
         if i is None:
             continue
         nat = scores_at_size(Base.of(refit_without(fit, [term], steps=4)), [term, *likely])
-        near = sorted((h for h in likely if nat[h][0] > max(nat[term][0] - LIKE, NEEDED)), key=lambda h: -nat[h][0])
+        near = sorted(
+            (h for h in likely if nat[h][0] > max(nat[term][0] - EVIDENCE.needed_nat, EVIDENCE.needed_nat)),
+            key=lambda h: -nat[h][0],
+        )
         beyond = found[i].heldout_gain.value - nat[term][0]
         found[i] = found[i].equalled_by(Rejected(h.effect.name, h.at, nat[h][0] + beyond) for h in near)
     return replace(strange, findings=tuple(found))

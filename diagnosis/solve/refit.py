@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.problem.batch_model import Model, started
 from imubench.diagnosis.problem.bspline import Tracks
 from imubench.diagnosis.problem.dynamics_factors import is_data
@@ -19,10 +20,6 @@ from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.threads import one_thread
 
-STATE_SMOOTH = 1e3  # roughness of an effect's states without a law, before it is estimated
-LAWFUL_SMOOTH = 1e9  # of a state's size, per s^4 and root Hz: a law alone says how it moves
-LOOSE_LAW = 1.0  # of the std of a law that states obey, before it is estimated
-
 
 def extended(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Array] | None = None) -> Fit:
     """Return the fit's state in a model with these effects, parameters at `guess` or their start, not yet solved."""
@@ -32,9 +29,12 @@ def extended(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Arra
     noise = dict(fit.noise)
     for h in hypotheses:
         for s in h.effect.states:
-            noise.setdefault(f"smooth.{h.key(s.name)}", LAWFUL_SMOOTH * s.std if h.effect.lawful else STATE_SMOOTH)
+            noise.setdefault(
+                f"smooth.{h.key(s.name)}",
+                START.lawful_state_roughness * s.std if h.effect.lawful else START.free_state_roughness,
+            )
     for rows in equation_rows(model, state):
-        noise.setdefault(rows.name, LOOSE_LAW)
+        noise.setdefault(rows.name, START.law_level)
     return replace(fit, model=model, state=state, noise=noise)
 
 

@@ -2,8 +2,7 @@
 
 from collections.abc import Collection, Sequence
 
-from imubench.diagnosis.criteria.equivalence import LIKE
-from imubench.diagnosis.criteria.trial import NEEDED
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.result import Finding, Rejected
 
 
@@ -33,7 +32,7 @@ def with_refused(
     names = [r for r in refused if (r.effect, r.at) not in found]
 
     def as_good(u: Finding) -> list[Rejected]:
-        least = max(u.heldout_gain.value - LIKE, NEEDED)
+        least = max(u.heldout_gain.value - EVIDENCE.needed_nat, EVIDENCE.needed_nat)
         return [r for r in names if r.at == u.at and r.heldout_gain > least]
 
     return tuple(u.equalled_by(as_good(u)) for u in rest)

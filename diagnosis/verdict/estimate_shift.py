@@ -29,6 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.problem.hypothesis import segment_of
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS
 from imubench.diagnosis.result import Move
@@ -37,8 +38,7 @@ from imubench.diagnosis.verdict.reference_motion import apart, mean_angle, rms
 from imubench.recording import Recording
 from imubench.rotations import angle_between
 
-MOST = 2000  # times at most: an RMS over a minute does not change by more
-DEG, MM = 180 / np.pi, 1e3
+DEG_PER_RAD, MM_PER_M = 180 / np.pi, 1e3
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,9 @@ class Asked:
 def times(fit: Fit) -> Array:
     """Return times (n,) s, as stamped, that are spread over what a fit has measured."""
     first, last = fit.span
-    return np.asarray(fit.model.start + np.linspace(first, last, min(fit.model.tracks.knots.count, MOST)))
+    return np.asarray(
+        fit.model.start + np.linspace(first, last, min(fit.model.tracks.knots.count, FINDINGS.most_times))
+    )
 
 
 def asked(fit: Fit, time: Array) -> Asked:
@@ -91,22 +93,22 @@ def moved(one: Asked, other: Asked, recording: Recording) -> dict[str, Move]:
     out: dict[str, Move] = {}
     pairs = list(zip(one.mounts, other.mounts, strict=True))
     if pairs and recording.rig == "hinge":
-        out["joint_axis"] = Move(_each(angle_between, one.axes, other.axes) * DEG, "deg")
+        out["joint_axis"] = Move(_each(angle_between, one.axes, other.axes) * DEG_PER_RAD, "deg")
     if pairs and recording.rig == "free":
-        out["mount_rotation"] = Move(np.array([rms(turned(a[0], b[0])) for a, b in pairs]) * DEG, "deg")
-        out["lever"] = Move(np.array([rms(norm(a[1] - b[1])) for a, b in pairs]) * MM, "mm")
+        out["mount_rotation"] = Move(np.array([rms(turned(a[0], b[0])) for a, b in pairs]) * DEG_PER_RAD, "deg")
+        out["lever"] = Move(np.array([rms(norm(a[1] - b[1])) for a, b in pairs]) * MM_PER_M, "mm")
     elif pairs:
         between = [a - b for a, b in zip(one.centres, other.centres, strict=True)]
         if recording.rig == "hinge":
             between = [x - a * np.sum(a * x, axis=1, keepdims=True) for x, a in zip(between, one.axes, strict=True)]
-        out["joint_centre"] = Move(np.array([rms(norm(x)) for x in between]) * MM, "mm")
+        out["joint_centre"] = Move(np.array([rms(norm(x)) for x in between]) * MM_PER_M, "mm")
     if one.angle is not None and other.angle is not None:
         off = apart(one.angle, other.angle)
         mean = mean_angle(off)
-        out["hinge_angle"] = Move(np.array(rms(apart(off, mean)) * DEG), "deg RMS")
-        out["hinge_angle_constant"] = Move(np.array(abs(mean) * DEG), "deg")
+        out["hinge_angle"] = Move(np.array(rms(apart(off, mean)) * DEG_PER_RAD), "deg RMS")
+        out["hinge_angle_constant"] = Move(np.array(abs(mean) * DEG_PER_RAD), "deg")
     differing = turned if heading_known(recording) else tilted
-    out["orientation"] = Move(_each(differing, one.segments, other.segments) * DEG, "deg RMS")
+    out["orientation"] = Move(_each(differing, one.segments, other.segments) * DEG_PER_RAD, "deg RMS")
     return out
 
 

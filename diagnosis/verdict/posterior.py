@@ -4,6 +4,9 @@ from collections.abc import Collection
 
 import numpy as np
 
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.solve import SWING
+from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.discrepancy.terms import LATE
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import CHANNELS
@@ -16,12 +19,7 @@ from imubench.effects import EFFECTS
 from imubench.effects.soft_mounts import Sprung
 from imubench.recording import Recording
 
-LOUD = "accel_noise"
-FOUND = 0.5  # the confidence from which on a name is one
-STILL = 0.05  # rad/s RMS, under which a sensor does not turn
-SHORT = 5.0  # s
-MUCH = 0.1  # of what a name is worth on held-out data
-SURELY = 0.9  # confidence from which on a finding stands before what is doubted
+ACCEL_NOISE = "accel_noise"
 
 
 def with_samples(
@@ -64,12 +62,14 @@ def beside(
     def sure(f: Finding) -> float:
         if f.effect in certain:
             return 1.0
-        worth = [(u.heldout_gain.value, MUCH if _free(f) or u.at == f.at else 1.0) for u in rest]
+        worth = [(u.heldout_gain.value, FINDINGS.much if _free(f) or u.at == f.at else 1.0) for u in rest]
         if any(gain > share * f.heldout_gain.value for gain, share in worth):
             return STRANGE
         held = isinstance(EFFECTS.get(f.effect), Sprung) or f.effect in MOVED
         spared = any(u.at == f.at and u.heldout_gain.value < 0 for u in rest)
-        part = any(gain > MUCH * f.heldout_gain.value for gain, _ in worth) or (held and loose > f.heldout_gain.value)
+        part = any(gain > FINDINGS.much * f.heldout_gain.value for gain, _ in worth) or (
+            held and loose > f.heldout_gain.value
+        )
         return DOUBTFUL if part or spared or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
 
     return tuple(at_most(f, sure(f)) for f in named)
@@ -78,7 +78,7 @@ def beside(
 def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
     """Return louder noises, doubted at an accelerometer that hums: a steady line leaves what of a hum wanders."""
     humming = {f.at for f in named if f.effect == HUM}
-    return tuple(at_most(f, DOUBTFUL) if f.effect == LOUD and f.at in humming else f for f in noises)
+    return tuple(at_most(f, DOUBTFUL) if f.effect == ACCEL_NOISE and f.at in humming else f for f in noises)
 
 
 def _late(f: Finding, rest: tuple[Finding, ...]) -> bool:
@@ -101,7 +101,7 @@ def surest_first(named: tuple[Finding, ...]) -> tuple[Finding, ...]:
     What stands in for something without a name, or for another name, gains whatever that would: the gain alone does not
     rank them.
     """
-    return tuple(sorted(named, key=lambda f: f.confidence < SURELY))
+    return tuple(sorted(named, key=lambda f: f.confidence < CONFIDENCE.sure))
 
 
 def verdict_of(
@@ -112,7 +112,7 @@ def verdict_of(
     Beside sensors whose noise nobody knows (`noise_unknown`) what is left cannot be said to be noise alone. A model
     that is `doubted` explains nothing to the end.
     """
-    if any(f.confidence >= FOUND for f in named):
+    if any(f.confidence >= CONFIDENCE.counts for f in named):
         return "partly explained" if rest or noise_unknown or doubted else "explained"
     return "unexplained" if rest else "no mismatch"
 
@@ -142,19 +142,11 @@ def missing(recording: Recording) -> tuple[Unseen, ...]:
         )
     stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     seconds = max(t[-1] for t in stamps) - min(t[0] for t in stamps)
-    if seconds < SHORT:
+    if seconds < FINDINGS.short_s:
         out.append(Unseen(f"anything that takes longer than {seconds:.1f} s to show", "20 s or more of motion"))
-    if recording.imus and all(np.sqrt(np.mean(np.sum(i.gyro**2, axis=1))) < STILL for i in recording.imus):
+    if recording.imus and all(np.sqrt(np.mean(np.sum(i.gyro**2, axis=1))) < SWING.still_rad_s for i in recording.imus):
         out.append(Unseen("mounts, scales and everything that shows with motion", "turns about every axis, 2 rad/s"))
     return tuple(out)
 
 
-__all__ = [
-    "FOUND",
-    "beside",
-    "beside_hum",
-    "missing",
-    "noise_not_shown",
-    "verdict_of",
-    "with_samples",
-]
+__all__ = ["beside", "beside_hum", "missing", "noise_not_shown", "verdict_of", "with_samples"]

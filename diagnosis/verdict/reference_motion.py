@@ -10,7 +10,7 @@ from imubench.diagnosis.result import Change, Diagnosis
 from imubench.reference import Reference
 from imubench.rotations import conjugate, log, multiply
 
-UNIT = "rad RMS"
+DIFFERENCE_UNIT = "rad RMS"
 
 
 def judged(d: Diagnosis, evidence: Evidence, reference: Reference | None) -> Diagnosis:
@@ -19,7 +19,7 @@ def judged(d: Diagnosis, evidence: Evidence, reference: Reference | None) -> Dia
         return d
     first = evidence.motion if evidence.motion_before is None else evidence.motion_before
     before, after = (errors(motion, reference, evidence.span) for motion in (first, evidence.motion))
-    return replace(d, fit=replace(d.fit, reference=Change(before, after, UNIT)))
+    return replace(d, fit=replace(d.fit, reference=Change(before, after, DIFFERENCE_UNIT)))
 
 
 def errors(motion: Played, reference: Reference, span: tuple[float, float]) -> dict[str, float]:

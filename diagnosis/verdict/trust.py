@@ -3,7 +3,8 @@
 A fit in the wrong basin has a low residual, and numbers that one half of the recording takes from another cause than
 the other half does. Each half's numbers are one Gauss-Newton step from those of the whole (`heldout`), with the
 covariance of that half, as wide as the residuals' colour makes it. With d the difference of the halves' numbers and s
-its standard deviation, a number is doubted where |d| > `APART` s and |d| is more than it could be off and still serve.
+its standard deviation, a number is doubted where |d| > `rare_sigmas` s and |d| is more than it could be off and still
+serve.
 
 A number is doubted as well where it is far outside what nature has, and the model as a whole where the declared one
 predicts better what neither was fitted to. That it predicts worse than noise allows is no doubt: it does not explain
@@ -15,6 +16,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.shared import DECLARED_NOISE, STATISTICS
+from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.criteria.cross_validation import block_of
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.noise.coloured import parameter_std
@@ -29,14 +32,9 @@ from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.solve.threads import one_thread
 
-APART = 4.0  # standard deviations: of fifty numbers, one recording in 300 has one that far apart by chance
 PREDICTION = "prediction"  # of the model as a whole
-UNNATURAL = 4.0  # standard deviations of a number's prior, which holds what is plausible
-SERVES = {"rotation": 0.05, "translation": 0.02}  # rad, m, of a mount: in the end the whole counts, not a half
-SHARE = 0.3  # of an effect's number, or vector: one that is so far off still takes away 0.9 of the effect's power
+SERVES_MOUNT = {"rotation": 0.05, "translation": 0.02}  # rad, m, of a mount: in the end the whole counts, not a half
 DAMPING = "damping_ratio"  # may be as near to none as it likes: springs without are no oddity, only overdamped ones are
-HELD_OUT = 1.2  # misfit of samples each predicted from all others; 1 is noise, coloured noise adds up to 0.2
-MISDECLARED = 1 / 0.85**2  # times the power that is declared: a declared std is right within 15 %
 
 
 def doubts(fit: Fit, before: Weighed, after: Weighed) -> tuple[Doubt, ...]:
@@ -54,7 +52,9 @@ def doubts(fit: Fit, before: Weighed, after: Weighed) -> tuple[Doubt, ...]:
 
 def allowed(after: Weighed) -> float:
     """Return the misfit that noise may have on samples that are each predicted from all others."""
-    return HELD_OUT * (MISDECLARED if any(level.declared is not None for level in after.levels) else 1.0)
+    return DECLARED_NOISE.held_out_misfit * (
+        DECLARED_NOISE.misdeclared_power if any(level.declared is not None for level in after.levels) else 1.0
+    )
 
 
 def implausible(fit: Fit) -> tuple[Doubt, ...]:
@@ -65,7 +65,7 @@ def implausible(fit: Fit) -> tuple[Doubt, ...]:
             prior, value = fit.model.priors[h.key(p.name)], fit.state.values[h.key(p.name)]
             away = (value - prior.start) / prior.std
             off = float(np.max(away if p.name == DAMPING else np.abs(away)))
-            if off > UNNATURAL:
+            if off > STATISTICS.prior_sigmas:
                 found.append(Doubt(h.key(p.name), f"{off:.1f} standard deviations from what is plausible"))
     return tuple(found)
 
@@ -81,9 +81,15 @@ def of_two_minds(fit: Fit) -> tuple[Doubt, ...]:
         if "@" in name and name not in named:
             continue  # of a term without a name: it may be anything
         wide = std * np.maximum(coloured[name] / white[name], 1.0)
-        serves = SHARE if name in logarithms else SHARE * np.linalg.norm(fit.state.values[name]) if "@" in name else 0.0
-        serves = np.maximum(serves, SERVES.get(name.rpartition(".")[2], 0.0))
-        beyond = np.abs(apart) / np.maximum(APART * wide, serves)
+        serves = (
+            FINDINGS.serves
+            if name in logarithms
+            else FINDINGS.serves * np.linalg.norm(fit.state.values[name])
+            if "@" in name
+            else 0.0
+        )
+        serves = np.maximum(serves, SERVES_MOUNT.get(name.rpartition(".")[2], 0.0))
+        beyond = np.abs(apart) / np.maximum(STATISTICS.rare_sigmas * wide, serves)
         k = int(np.argmax(beyond))
         if beyond[k] > 1:
             found.append(Doubt(name, f"the halves of the recording differ by {apart[k]:.3g} +- {wide[k]:.2g}"))

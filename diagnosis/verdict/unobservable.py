@@ -19,8 +19,8 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.effects.effect import Parameter as Number
 
 IN_SEGMENT = ("translation", "slide")
-TURNS = ("rotation", "twist")
-ENTRIES = {6: ("xy", "xz", "yx", "yz", "zx", "zy"), 9: tuple(a + b for a in "xyz" for b in "xyz")}
+TURN_PARAMETERS = ("rotation", "twist")
+MATRIX_ENTRIES = {6: ("xy", "xz", "yx", "yz", "zx", "zy"), 9: tuple(a + b for a in "xyz" for b in "xyz")}
 OF_SEGMENT = {
     "hinge": ("along the segment", "along the hinge axis", "across the segment and the hinge axis"),
     "pendulum": ("along x of the limb", "along y of the limb", "along the limb"),
@@ -82,16 +82,16 @@ def unseen_in_words(fit: Fit, h: Hypothesis, seen: Mapping[str, Directions]) -> 
 def named_axes(fit: Fit, h: Hypothesis, name: str, width: int) -> tuple[dict[str, Array], str]:
     """Return the directions of a parameter's numbers that have a name, and what frame the numbers are in."""
     rig = fit.model.recording.rig
-    if width in ENTRIES:
+    if width in MATRIX_ENTRIES:
         return {
-            f"entry {entry}": axis for entry, axis in zip(ENTRIES[width], np.eye(width), strict=True)
+            f"entry {entry}": axis for entry, axis in zip(MATRIX_ENTRIES[width], np.eye(width), strict=True)
         }, "its entries"
     if width != 3:
         return {f"number {i + 1}": axis for i, axis in enumerate(np.eye(width))}, "its numbers"
     segment = name in IN_SEGMENT or (name == "frequency" and h.effect.name == "soft_mount")
     if segment:
         return dict(zip(OF_SEGMENT[rig], np.eye(3), strict=True)), "segment axes"
-    word = "about" if name in TURNS or h.effect.name == "rocking_mount" else "along"
+    word = "about" if name in TURN_PARAMETERS or h.effect.name == "rocking_mount" else "along"
     own = {f"{word} {axis} of the sensor": e for axis, e in zip("xyz", np.eye(3), strict=True)}
     hinge = {}
     if rig == "hinge" and h.at in fit.model.mounts and word == "about":

@@ -27,12 +27,13 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.dynamics_factors import equation_of
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Move, Pair, is_material
-from imubench.diagnosis.samples.check_findings import UNITS, declared
+from imubench.diagnosis.samples.check_findings import UNIT_OF_PART, declared
 from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
@@ -42,8 +43,7 @@ from imubench.diagnosis.verdict.estimate_shift import Asked, asked, moved, times
 from imubench.effects.effect import Effect
 from imubench.recording import Recording
 
-STEPS = 4  # of the solver, as where the search asks whether an effect is needed
-LEFT_OUT = ("saturation", "dropouts")
+LOST_AND_CLIPPED = ("saturation", "dropouts")
 DRIVING = ("torque", "lighter", "gravity")  # what enters the equation of motion of a free swing
 
 
@@ -103,7 +103,7 @@ def together(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, Move]
         return {}
     with suppress(NotPositiveDefiniteError):
         time, mounts = times(fit), [h for h in gone if on_mount(h)]
-        said = _said_by(refit_without(fit, gone, STEPS), fit, mounts, time)
+        said = _said_by(refit_without(fit, gone, FINDINGS.steps_without), fit, mounts, time)
         return worth_telling(moved(asked(fit, time), said, recording), tolerance)
     return {}
 
@@ -126,20 +126,22 @@ def fit_without(fit: Fit, finding: Finding, samples: SampleChecks, recording: Re
     """Return the fit solved again without a finding; None where that cannot be said."""
     gone = in_fit(fit, finding)
     if gone:
-        return None if any(drives(fit, h) for h in gone) else refit_without(fit, gone, STEPS)
+        return None if any(drives(fit, h) for h in gone) else refit_without(fit, gone, FINDINGS.steps_without)
     if not finding.at.startswith("imu"):
         return None
-    if finding.effect in (*LEFT_OUT, "impacts"):
+    if finding.effect in (*LOST_AND_CLIPPED, "impacts"):
         return _counting(fit, finding, samples)
     if finding.effect == HUM:
-        return _reading(fit, finding.at, {part: getattr(recording.imu(finding.at), part) for part in UNITS})
+        return _reading(fit, finding.at, {part: getattr(recording.imu(finding.at), part) for part in UNIT_OF_PART})
     if finding.effect == "quantisation":
         return _unrounded(fit, finding)
     part = finding.effect.removesuffix("_noise")
-    told = declared(recording.imu(finding.at), part) if part in UNITS else None
+    told = declared(recording.imu(finding.at), part) if part in UNIT_OF_PART else None
     if not told:
         return None
-    return solve(fit.model, fit.state, fit.noise | {f"{finding.at}.{part}": told}, fit.anchor, steps=STEPS)
+    return solve(
+        fit.model, fit.state, fit.noise | {f"{finding.at}.{part}": told}, fit.anchor, steps=FINDINGS.steps_without
+    )
 
 
 def in_fit(fit: Fit, finding: Finding) -> list[Hypothesis]:
@@ -169,7 +171,7 @@ def _counting(fit: Fit, finding: Finding, samples: SampleChecks) -> Fit:
     """Return the fit with samples counted that a finding of the raw samples left out; the fit where there are none."""
     masks = dict(fit.model.masks or {})
     changed = False
-    for part in UNITS:
+    for part in UNIT_OF_PART:
         name = f"{finding.at}.{part}"
         if name in masks and name in samples.masks:
             peaks = samples.struck.get(finding.at, np.zeros(masks[name].size, dtype=bool))
@@ -178,7 +180,7 @@ def _counting(fit: Fit, finding: Finding, samples: SampleChecks) -> Fit:
             masks[name] = masks[name] | back
     if not changed:
         return fit
-    return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=STEPS)
+    return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=FINDINGS.steps_without)
 
 
 def _reading(fit: Fit, at: str, readings: Mapping[str, Array]) -> Fit:
@@ -188,12 +190,12 @@ def _reading(fit: Fit, at: str, readings: Mapping[str, Array]) -> Fit:
     imu = replace(imu, gyro=readings.get("gyro", imu.gyro), accel=readings.get("accel", imu.accel))
     imus = tuple(imu if i.name == at else i for i in model.recording.imus)
     model = replace(model, recording=replace(model.recording, imus=imus))
-    return solve(model, fit.state, fit.noise, fit.anchor, steps=STEPS)
+    return solve(model, fit.state, fit.noise, fit.anchor, steps=FINDINGS.steps_without)
 
 
 def _unrounded(fit: Fit, finding: Finding) -> Fit | None:
     step = finding.parameters.get("step")
-    part = next((part for part, unit in UNITS.items() if step is not None and step.unit == unit), None)
+    part = next((part for part, unit in UNIT_OF_PART.items() if step is not None and step.unit == unit), None)
     rows = next((r for r in fit.measured if r.name == f"{finding.at}.{part}"), None)
     if step is None or part is None or rows is None:
         return None

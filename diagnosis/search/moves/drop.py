@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import SEED, predicted
+from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.dynamic_aic import tightened
-from imubench.diagnosis.criteria.trial import NEEDED, SCREENED, Kept
+from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.coloured import off_none, parameter_std
 from imubench.diagnosis.noise.nominal import rougher
 from imubench.diagnosis.noise.reml import with_noise
@@ -50,7 +52,7 @@ def weakest(
     fit: Fit, kept: list[Kept], covariance: Array, say: Callable[[str], None]
 ) -> tuple[list[Kept], tuple[Kept, Fit] | None]:
     """Return the effects with what they are worth now, and the weakest one to spare with the fit without it."""
-    if len(kept) <= 1 and all(NEEDED < k.evidence < np.inf and natural(fit, k.hypothesis) for k in kept):
+    if len(kept) <= 1 and all(EVIDENCE.needed_nat < k.evidence < np.inf and natural(fit, k.hypothesis) for k in kept):
         return kept, None
     judged = []
     for k in kept:
@@ -68,7 +70,7 @@ def weakest(
 def weakest_in_colour(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tuple[Kept, Fit] | None:
     """Return the weakest effect that the noise's colour may be, and the fit without it."""
     k = min(kept, key=lambda k: k.evidence, default=None)
-    if k is None or k.evidence > NEEDED:
+    if k is None or k.evidence > EVIDENCE.needed_nat:
         return None
     say(f"doing without {k.hypothesis.name}, which the noise's colour may be")
     return k, _without(fit, k.hypothesis)
@@ -133,7 +135,7 @@ def natural(fit: Fit, h: Hypothesis) -> bool:
 
 def needed(h: Hypothesis) -> float:
     """Return the nat that an effect must be worth to stay; splines of its own fit more, and by a Gaussian's price."""
-    return SPLINES if h.effect.states else NEEDED
+    return SPLINES if h.effect.states else EVIDENCE.needed_nat
 
 
 def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | None]:
@@ -147,7 +149,7 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
         if linear:
             loss = about_zero(fit, [h], covariance)
         else:
-            short = excerpt(fit, *loudest(fit, SCREENED))
+            short = excerpt(fit, *loudest(fit, ADMISSION.screened_s))
             loss = aic_gain(_without(short, h), short)
         if loss > CERTAIN:
             return loss, None
@@ -200,6 +202,6 @@ def spare(kept: Kept, without: Fit | None) -> float:
 
 def _judged(kept: Kept, without: Fit | None, fit: Fit) -> Kept:
     """Return an effect that was in the model from the start with what it gains on held-out data."""
-    if kept.heldout.value or kept.evidence < NEEDED or without is None:
+    if kept.heldout.value or kept.evidence < EVIDENCE.needed_nat or without is None:
         return kept
-    return replace(kept, heldout=predicted(without, fit, np.random.default_rng(SEED)))
+    return replace(kept, heldout=predicted(without, fit, np.random.default_rng(HELD_OUT.bootstrap_seed)))

@@ -10,11 +10,13 @@ from contextlib import suppress
 
 import numpy as np
 
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import SEED, heldout_gain
+from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
-from imubench.diagnosis.criteria.trial import NEEDED, Kept, Passed
+from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
@@ -38,8 +40,8 @@ def clocks_to_backlash(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -
     with suppress(NotPositiveDefiniteError):
         bare = with_noise(refit(fit, tuple(k.hypothesis for k in others)))
         trial = refit_from_screening(bare, screen(bare, asked))
-        if holds_its_law(trial) and aic_gain(fit, trial.fit) > NEEDED:
-            won = heldout_gain(bare, trial.fit, np.random.default_rng(SEED))
+        if holds_its_law(trial) and aic_gain(fit, trial.fit) > EVIDENCE.needed_nat:
+            won = heldout_gain(bare, trial.fit, np.random.default_rng(HELD_OUT.bootstrap_seed))
             if won.foretells():
                 passed = tuple(Passed(k.hypothesis, k.evidence) for k in clocks)
                 return trial.fit, [*others, Kept(trial.hypothesis, trial.evidence, won, passed)]

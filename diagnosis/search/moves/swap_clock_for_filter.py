@@ -16,11 +16,12 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.delays import late, quick
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
-from imubench.diagnosis.criteria.equivalence import LIKE
-from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Kept, Passed, Trial, misfit
+from imubench.diagnosis.criteria.trial import Kept, Passed, Trial, misfit
 from imubench.diagnosis.noise.nominal import rougher
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -58,7 +59,7 @@ def clock_to_filter(
     slow = k and late(fit, k.hypothesis)
     if k is None or not slow or fit.model.wander:  # a pose whose errors last was smoothed: it is no ruler for a filter
         return fit, kept
-    puzzling = misfit(fit) > UNEXPLAINED
+    puzzling = misfit(fit) > ADMISSION.unexplained_misfit
     rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
     settled = at_the_late(fit, k.hypothesis, *slow)
     if settled is None:
@@ -82,9 +83,13 @@ def clock_to_filter(
             tried, h = taken_again(tried, h) if effect is known else (tried, h)
             smooth, rough = gains((fit, plain), tried)
             tries.append(Trial(h, tried, min(smooth, rough)))
-            ties += [Passed(h, tries[-1].evidence)] if max(smooth, rough) > -LIKE else []
+            ties += [Passed(h, tries[-1].evidence)] if max(smooth, rough) > -EVIDENCE.needed_nat else []
     best = max(tries, key=lambda t: t.evidence, default=None)
-    if best is None or best.evidence <= NEEDED or (puzzling and misfit(best.fit) > UNEXPLAINED):
+    if (
+        best is None
+        or best.evidence <= EVIDENCE.needed_nat
+        or (puzzling and misfit(best.fit) > ADMISSION.unexplained_misfit)
+    ):
         tied = k if puzzling else replace(k, ties=tuple(ties))
         return fit, [tied if other is k else other for other in kept]
     rivals = (Passed(k.hypothesis, k.evidence), *k.rivals)
@@ -113,7 +118,7 @@ def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
             break
         new = Hypothesis(effect, h.at)
         tried = refit(found, (*rest, new), {new.key("cutoff"): cutoff})
-        if found.cost - tried.cost < NEEDED:
+        if found.cost - tried.cost < EVIDENCE.needed_nat:
             break
         found, h = tried, new
     return (fit if found is fit else with_noise(found, ROUNDS)), h

@@ -12,10 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.dynamic_aic import TRIPLES
-from imubench.diagnosis.criteria.trial import MOST, NEEDED, Kept, Passed
+from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add import plain_scores, plain_trials
@@ -38,7 +40,7 @@ def filter_to_one_triple(
 
     Where these two together predict the samples better. `everything` is what could come in.
     """
-    for k in [k for k in kept if k.hypothesis.effect.name == FILTER and len(kept) < MOST]:
+    for k in [k for k in kept if k.hypothesis.effect.name == FILTER and len(kept) < ADMISSION.most_effects]:
         half = of_one(fit, k.hypothesis, everything)
         if half is None:
             continue
@@ -49,11 +51,11 @@ def filter_to_one_triple(
             alone = with_noise(refit(fit, (*rest, half), begun))
             left = [h for h in everything if h.name not in {o.name for o in alone.model.hypotheses}]
             tried = plain_trials(alone, plain_scores(alone, left)[1], say, 1)
-            if not tried or tried[0].evidence < NEEDED:
+            if not tried or tried[0].evidence < EVIDENCE.needed_nat:
                 continue
             both = with_noise(tried[0].fit)
             won = heldout_gain(alone, both, rng)
-            if won.foretells() and aic_gain(fit, both) > NEEDED:
+            if won.foretells() and aic_gain(fit, both) > EVIDENCE.needed_nat:
                 new = replace(k, hypothesis=half, rivals=(Passed(k.hypothesis, k.evidence), *k.rivals))
                 kept = [new if other is k else other for other in kept]
                 kept, fit = [*kept, Kept(tried[0].hypothesis, tried[0].evidence, won, ())], both

@@ -6,7 +6,8 @@ took the place of a gyroscope's bias, 45 bounds of whose drift were to come. So 
 
 from collections.abc import Callable, Sequence
 
-from imubench.diagnosis.criteria.trial import NEEDED, Kept, Passed
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add import plain_scores, plain_trials
@@ -35,9 +36,9 @@ def swapped_for_rivals(
             tried = refit(fit, names)
             more = log_evidence(tried) - log_evidence(fit)
             further = t.hypothesis.effect.numbers - k.hypothesis.effect.numbers
-            if more > NEEDED and more > beside(fit, further, everything, say):
+            if more > EVIDENCE.needed_nat and more > beside(fit, further, everything, say):
                 fit = with_noise(tried)
-                k = Kept(t.hypothesis, k.evidence, k.heldout, (Passed(k.hypothesis, k.evidence - NEEDED),))
+                k = Kept(t.hypothesis, k.evidence, k.heldout, (Passed(k.hypothesis, k.evidence - EVIDENCE.needed_nat),))
         out.append(k)
     return fit, out
 

@@ -12,8 +12,10 @@ from itertools import combinations
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.cross_validation import SEED, predicted
-from imubench.diagnosis.criteria.trial import NEEDED, Kept
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.cross_validation import predicted
+from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.nominal import as_smooth
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -48,7 +50,7 @@ def best_friction(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tup
             return fit, kept
         tried = refit(fit, (*rest, *best))
         smooth = [refit(whole, (*rest, *some), steps=4) for some in (now, best)]
-        better = evidence_over(fit, tried) > -NEEDED and evidence_over(*smooth) > NEEDED
+        better = evidence_over(fit, tried) > -EVIDENCE.needed_nat and evidence_over(*smooth) > EVIDENCE.needed_nat
         if better and all(natural(tried, h) for h in best):
             new = [Kept.unjudged(h) for h in best if h not in now]
             return with_noise(tried), [*(k for k in kept if k.hypothesis not in now or k.hypothesis in best), *new]
@@ -65,7 +67,7 @@ def together(fit: Fit, kept: list[Kept]) -> list[Kept]:
         return kept
     gone = {k.hypothesis for k in rubbing}
     bare = refit_without(fit, gone, steps=4)
-    won = predicted(bare, fit, np.random.default_rng(SEED))
+    won = predicted(bare, fit, np.random.default_rng(HELD_OUT.bootstrap_seed))
     return [replace(k, heldout=won) if k in rubbing else k for k in kept]
 
 
