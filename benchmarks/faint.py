@@ -22,7 +22,7 @@ from scipy.special import logsumexp
 from benchmarks.silence import Silence, recordings
 from benchmarks.table import Row
 from imubench.diagnosis.candidates.begin import begin
-from imubench.diagnosis.candidates.grids import placed
+from imubench.diagnosis.candidates.grids import placed_at_best_start
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.score_test import each, prior_std
 from imubench.diagnosis.search.moves.swap_for_term import NAMES
@@ -81,7 +81,9 @@ def asked(one: Faint) -> Faint:
         fit = begin(read(out)[0]).fit
     base, promised = Base.of(fit), {}
     taken = {h.name for h in fit.model.hypotheses}
-    plain, _ = placed(base, [h for h in candidates(fit.model) if not h.effect.states and h.name not in taken])
+    plain, _ = placed_at_best_start(
+        base, [h for h in candidates(fit.model) if not h.effect.states and h.name not in taken]
+    )
     for h, information, force in each(base, [h for h in plain if h.effect.name != REFITTED]):
         nat = [promise(information, force, s * prior_std(h)).evidence for s in SIZES]
         promised[f"{h.effect.name}@{h.at}"] = (nat[0], float(logsumexp(nat) - np.log(len(SIZES))))

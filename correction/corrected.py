@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.band import banded
-from imubench.correction.explained import Told, explained_fit, moving, told
+from imubench.correction.explained import StartedEffect, explained_fit, off_its_law, started_effects
 from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Moment
@@ -94,7 +94,7 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
         )
     every = whole(diagnosis)
     found = tuple(f for f in every if f.named and f.confidence >= CONFIDENCE.counts)
-    laws = [settings for f in found if (settings := told(f, recording))]
+    laws = [settings for f in found if (settings := started_effects(f, recording))]
     done = tuple(Done(f.effect, f.at, words(f)) for f in every)
     loose = springs_that_leave_more(diagnosis)
     out, keep = recording, {i.name: np.ones(i.time.size, dtype=bool) for i in recording.imus}
@@ -113,7 +113,7 @@ def corrected(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -
         out = taken_out(recording, fit, loose)
         for t, *_ in laws:
             if t.hypothesis.at in keep:
-                keep[t.hypothesis.at] &= ~moving(t, fit.model)
+                keep[t.hypothesis.at] &= ~off_its_law(t, fit.model)
     out = redeclared(with_sample_noise(out, found), [t for t, *_ in laws])
     out = replace(out, imus=tuple(some(i, keep[i.name]) for i in out.imus))
     if (hz := lowest(diagnosis, loose)) is not None:
@@ -195,7 +195,7 @@ def readings(model: Model, imu: Imu, state: State, moment: Moment) -> tuple[Arra
     return reading.gyro.value, reading.accel.value
 
 
-def redeclared(recording: Recording, effects: Sequence[Told]) -> Recording:
+def redeclared(recording: Recording, effects: Sequence[StartedEffect]) -> Recording:
     """Return a recording with the stamps, mounts and gravity that effects say are the right ones."""
     start, imus, gravity = model_of(recording).start, [], Jet(np.array([[0.0, 0.0, -recording.gravity]]))
     for t in (t for t in effects if t.hypothesis.at == "world"):

@@ -30,7 +30,7 @@ from imubench.recording import Recording
 
 
 @dataclass(frozen=True)
-class Told:
+class StartedEffect:
     """An effect as a diagnosis tells it: where a fit starts, and what of it is held."""
 
     hypothesis: Hypothesis
@@ -47,7 +47,7 @@ class Told:
         return out
 
 
-def told(finding: Finding, recording: Recording) -> tuple[Told, ...]:
+def started_effects(finding: Finding, recording: Recording) -> tuple[StartedEffect, ...]:
     """Return a finding as effects of a fit: one for each setting (the channels of a filter) that it leaves open.
 
     None where the effect is one of single samples. Raises `InputError` for an effect that does not exist, that this
@@ -75,7 +75,7 @@ def _shapes(effect: Effect) -> dict[str, tuple[int, ...]]:
     return {p.name: p.shape for p in effect.parameters if p.reported}
 
 
-def _started(effect: Effect, finding: Finding) -> Told:
+def _started(effect: Effect, finding: Finding) -> StartedEffect:
     h = Hypothesis(effect, finding.at)
     start = {}
     for p in (p for p in effect.parameters if p.reported):
@@ -84,10 +84,10 @@ def _started(effect: Effect, finding: Finding) -> Told:
     whole = all(p.reported for p in effect.parameters)
     if not whole:
         h = replace(h, effect=effect.starting(**{name: finding.parameters[name].value for name in _shapes(effect)}))
-    return Told(h, start, start if whole else {})
+    return StartedEffect(h, start, start if whole else {})
 
 
-def explained_fit(recording: Recording, findings: Sequence[Sequence[Told]]) -> Fit:
+def explained_fit(recording: Recording, findings: Sequence[Sequence[StartedEffect]]) -> Fit:
     """Return the fit of a recording's motion with these effects, their diagnosed numbers held.
 
     Of each finding one setting is taken, that of the best evidence. Samples that are no measurement (clipped,
@@ -104,7 +104,7 @@ def explained_fit(recording: Recording, findings: Sequence[Sequence[Told]]) -> F
 
 
 @one_thread
-def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
+def refitted(nominal: Fit, effects: Sequence[StartedEffect]) -> Fit:
     """Return the fit with effects, begun where their laws put their states.
 
     The noise of the sensors is estimated, that of a law is at its floor: estimated too, it may let go of the law. A
@@ -114,7 +114,7 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
     begun = extended(nominal, tuple(t.hypothesis for t in effects), {k: v for t in effects for k, v in t.start.items()})
     masks = dict(begun.model.masks or {})
     for t in (t for t in effects if t.hypothesis.effect.place == "imu"):
-        counts = ~moving(t, begun.model)
+        counts = ~off_its_law(t, begun.model)
         for name in (f"{t.hypothesis.at}.gyro", f"{t.hypothesis.at}.accel"):
             masks[name] = masks.get(name, counts) & counts
     held = {k: v for t in effects for k, v in t.held.items()}
@@ -138,7 +138,7 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
     return loose if aic_gain_of(tight.noise, tally(tight), loose.noise, tally(loose)) > 0 else tight
 
 
-def moving(t: Told, model: Model) -> NDArray[np.bool_]:
+def off_its_law(t: StartedEffect, model: Model) -> NDArray[np.bool_]:
     """Return the samples (n,) of an effect's sensor in which it moves as its law does not say."""
     time = next(i.time for i in model.recording.imus if i.name == t.hypothesis.at) - model.start
     out = np.zeros(time.size, dtype=bool)

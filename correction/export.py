@@ -15,7 +15,7 @@ import tomli_w
 from imubench.arrays import Array
 from imubench.correction.found_chain import chain_of
 from imubench.correction.found_rig import rig_of
-from imubench.correction.replay import told_play
+from imubench.correction.replay import play_of_motion
 from imubench.correction.sensor_chain import Link, chained
 from imubench.correction.swing_file import KEY, swing_tables
 from imubench.diagnosis.evidence import Evidence, Played
@@ -133,7 +133,7 @@ def motion_columns(motion: Played, play: Play | None = None) -> dict[str, Array]
         columns |= dict(zip("xyz", motion.position.T, strict=True))
     if motion.hinge_angle is not None:
         columns["hinge_angle"] = motion.hinge_angle
-    if play is not None and (told := told_play(motion, play)) is not None:
+    if play is not None and (told := play_of_motion(motion, play)) is not None:
         columns |= dict(zip(PLAY_COLUMNS, told, strict=True))
     return columns
 

@@ -86,14 +86,16 @@ def _torques(known: Mapping[str, Numbers]) -> dict[str, Any]:
         "spring_angle": number("joint_spring", "q0"),
     }
     if "end_stop" in known:
-        told = {key: float(known["end_stop"].get(key, usual(("end_stop", key)))) for key in ("stiffness", "damping")}
+        told = {
+            key: float(known["end_stop"].get(key, usual_start(("end_stop", key)))) for key in ("stiffness", "damping")
+        }
         found["stop"] = Stop(float(known["end_stop"]["angle"]), **told)
     if "inertia" in known:
         found["inertia_scale"] = float(known["inertia"]["scale"])
     return found
 
 
-def usual(key: tuple[str, str]) -> float:
+def usual_start(key: tuple[str, str]) -> float:
     """Return where a fit of an effect's number begins: what stands for one that nobody tells."""
     effect, name = key
     return float(next(p.start for p in EFFECTS[effect].parameters if p.name == name))  # type: ignore[arg-type]

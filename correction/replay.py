@@ -72,7 +72,7 @@ class SplineMotion:
         )
 
 
-class ToldSignal:
+class GivenSignal:
     """A signal between its rows: a quintic spline through them, from the first to the last, give or take one."""
 
     def __init__(self, time: Array, values: Array) -> None:
@@ -87,10 +87,10 @@ class ToldSignal:
         return first, second, third
 
 
-def played_through(rig: Rig, motion: Played, start: float, seconds: float, rate: float) -> Truth:
+def truth_of_motion(rig: Rig, motion: Played, start: float, seconds: float, rate: float) -> Truth:
     """Return MuJoCo's truth of a recovered motion on a rig, dense enough for IMUs of `rate` Hz."""
     dense = dense_rows(rate)
-    rig = with_told_play(rig, motion, start)
+    rig = with_play_of_motion(rig, motion, start)
     return play(rig, SplineMotion(motion, start, rig.gravity), seconds + REPLAY.end_rows / dense, dense)
 
 
@@ -99,7 +99,7 @@ def dense_rows(rate: float) -> float:
     return rate * max(1, int(np.ceil(REPLAY.least_rate_hz / rate)))
 
 
-def told_play(motion: Played, play: Play) -> Array | None:
+def play_of_motion(motion: Played, play: Play) -> Array | None:
     """Return how a limb turned in its play, (2, n) rad about e and beside it (`sim.joints`), at a motion's rows.
 
     None where the motion does not tell, or the play is on springs: that follows by its law. What falls from side to
@@ -116,9 +116,9 @@ def told_play(motion: Played, play: Play) -> Array | None:
     return None
 
 
-def with_told_play(rig: Rig, motion: Played, start: float) -> Rig:
+def with_play_of_motion(rig: Rig, motion: Played, start: float) -> Rig:
     """Return a rig whose play does what a motion says of it, if it says anything."""
-    if rig.loose is None or (told := told_play(motion, rig.loose)) is None:
+    if rig.loose is None or (told := play_of_motion(motion, rig.loose)) is None:
         return rig
-    path = ToldSignal(motion.time - start, told[0]), ToldSignal(motion.time - start, told[1])
+    path = GivenSignal(motion.time - start, told[0]), GivenSignal(motion.time - start, told[1])
     return replace(rig, play=replace(rig.loose, path=path))

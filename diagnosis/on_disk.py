@@ -18,7 +18,7 @@ from imubench.diagnosis.result import TOLERANCE, Diagnosis, Pair
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.sensor_errors.baseline import check_same_sensors, check_usable
-from imubench.diagnosis.verdict.reference_motion import judged
+from imubench.diagnosis.verdict.reference_motion import with_reference_errors
 from imubench.progress import Step, silent
 from imubench.recording import Recording
 from imubench.reference import Reference
@@ -94,7 +94,7 @@ def diagnosed(
         check_same_sensors(baseline, recording)
     diagnosis, evidence = diagnose(recording, step, budget, tolerance, baseline)
     diagnosis = with_shares(diagnosis, evidence)
-    return (judged(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis), evidence
+    return (with_reference_errors(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis), evidence
 
 
 def _told(

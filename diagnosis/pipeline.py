@@ -9,7 +9,7 @@ from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Evidence
-from imubench.diagnosis.noise.nominal import certain
+from imubench.diagnosis.noise.nominal import certain_effects
 from imubench.diagnosis.noise.reml import declared, declared_by
 from imubench.diagnosis.nonsense import nonsense
 from imubench.diagnosis.nonsense.dead_end import dead_end
@@ -43,24 +43,24 @@ from imubench.diagnosis.sensor_errors.baseline import Learned, check_same_sensor
 from imubench.diagnosis.sensor_errors.own_errors import own_errors
 from imubench.diagnosis.simulation.step import judged_by_simulation
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.verdict.equals import with_likes, with_refused
+from imubench.diagnosis.verdict.equals import with_equivalents, with_refused_equivalents
 from imubench.diagnosis.verdict.findings import findings, rejected
-from imubench.diagnosis.verdict.impacts import struck_again
+from imubench.diagnosis.verdict.impacts import unseen_knocks
 from imubench.diagnosis.verdict.left_out_sensor import left_out_change
 from imubench.diagnosis.verdict.play_impacts import impacts_of_play
 from imubench.diagnosis.verdict.posterior import (
-    beside,
-    beside_hum,
-    missing,
+    doubted_beside_hum,
+    doubted_beside_unknown,
     noise_not_shown,
-    surest_first,
+    not_observable,
+    ranked_by_confidence,
     verdict_of,
     with_samples,
 )
 from imubench.diagnosis.verdict.timed_out import NAMELESS_TERMS as UNNAMED
-from imubench.diagnosis.verdict.timed_out import doubted, not_fitted, verdict_when_stopped, with_rest
+from imubench.diagnosis.verdict.timed_out import doubted_as_stopped, not_fitted, verdict_when_stopped, with_rest
 from imubench.diagnosis.verdict.trust import allowed, doubts
-from imubench.diagnosis.verdict.without_finding import moves_of, together, with_moves
+from imubench.diagnosis.verdict.without_finding import moves_of, moves_of_all, with_moves
 from imubench.effects.effect import Effect
 from imubench.progress import Step, silent
 from imubench.recording import Recording, require_known_rig
@@ -100,7 +100,7 @@ def diagnose(
         return replace(said, tolerance=tolerance), shown
     start = begin(recording, step, budget, learned)
     samples, first, fit = start.samples, start.first, start.fit
-    unseen = missing(recording) if start.finished else not_fitted(budget)
+    unseen = not_observable(recording) if start.finished else not_fitted(budget)
     chosen = None
     with step("find what was left out"), budget.part(BUDGET.search, FURTHER):
         chosen = select(fit, rounding=sharp(samples.findings, recording)) if not unseen else None
@@ -123,14 +123,16 @@ def diagnose(
         rest = with_rest(rest, after) if partly else rest
         kept = {(h.effect.name, h.at) for h in best.model.hypotheses}
         told, plain = in_numbers(chosen, kept, best, recording, budget) if chosen else ((), best)
-        fitted = tuple(f for f in (doubted(told) if partly else told) if (f.effect, f.at) in kept)
+        fitted = tuple(f for f in (doubted_as_stopped(told) if partly else told) if (f.effect, f.at) in kept)
         refused = rejected(chosen) if chosen else ()
-        rest = with_refused(with_likes(rest, fitted), fitted, refused)
-        noises = beside_hum(noises, (*fitted, *samples.findings))
-        named = with_samples((*beside(fitted, rest, strange.doubted, certain(fit.model)), *noises), samples, rest)
+        rest = with_refused_equivalents(with_equivalents(rest, fitted), fitted, refused)
+        noises = doubted_beside_hum(noises, (*fitted, *samples.findings))
+        named = with_samples(
+            (*doubted_beside_unknown(fitted, rest, strange.doubted, certain_effects(fit.model)), *noises), samples, rest
+        )
         with budget.part(BUDGET.numbers, "knocks that the raw samples doubt"):
-            named += struck_again(best, samples.struck, named, chosen.springs_refused) if chosen else ()
-        named = surest_first(impacts_of_play(beside_rounding(named, recording, samples.humming), recording))
+            named += unseen_knocks(best, samples.struck, named, chosen.springs_refused) if chosen else ()
+        named = ranked_by_confidence(impacts_of_play(beside_rounding(named, recording, samples.humming), recording))
         named = named if learned is None else learned.new(named)
         if chosen and not partly and any(f.confidence >= CONFIDENCE.counts for f in named):
             rest = not_told(with_rest(rest, after, allowed(after)), samples.findings)
@@ -140,7 +142,7 @@ def diagnose(
         named, rest = material(named, rest, best, samples, recording, budget, tolerance, without)
     all_moves: Moves = {}
     with budget.part(BUDGET.numbers, "what all findings move together"):
-        all_moves = together(best, recording, tolerance)
+        all_moves = moves_of_all(best, recording, tolerance)
     with step("ask whether the halves agree"):
         doubted_by = speaking_against(plain, before, after, named, budget)
     noise = fit_summary.noise_of(before.levels, recording, samples.rest)

@@ -90,7 +90,7 @@ def print_fit(d: Diagnosis, evidence: Evidence, console: Terminal) -> None:
     found = any(f.named and f.confidence >= CONFIDENCE.counts for f in d.findings)
     if d.simulation is not None and d.simulation.channels:
         console.say(f"MuJoCo's simulation, {d.simulation.how}, is off by (RMS):")
-        for off in headline.offs(d.simulation)[:CHANNELS]:
+        for off in headline.deviations(d.simulation)[:CHANNELS]:
             change = f"{off.before} as declared, {off.after} with what was found" if found else off.before
             console.say(f"  {words.spelled(off.channel)}: {change} ({off.unit}; noise {off.noise})")
     elif d.fitted:

@@ -118,7 +118,7 @@ def say_answer(answer: Answer, console: Terminal) -> None:
         return
     console.say("MuJoCo's simulation is off by (RMS):")
     table = table_of(("channel", "unit"), ("as declared", "with what was found", "sensor noise"))
-    for one in headline.offs(d.simulation)[:CHANNELS]:
+    for one in headline.deviations(d.simulation)[:CHANNELS]:
         table.add_row(words.spelled(one.channel), one.unit, one.before, one.after, one.noise)
     console.print(table)
     for done in answer.after.done:

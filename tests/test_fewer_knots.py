@@ -11,9 +11,9 @@ from imubench.diagnosis.config.noise import KNOT_SELECTION
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.coherence import clear_at
 from imubench.diagnosis.noise.coloured import parameter_std
-from imubench.diagnosis.noise.debias import lawful
+from imubench.diagnosis.noise.debias import law_parameters
 from imubench.diagnosis.noise.debiased_fit import debiased, settled
-from imubench.diagnosis.noise.knot_selection import coarser, coarsest, enough, finer, matrix, peaks, ringing
+from imubench.diagnosis.noise.knot_selection import coarser, coarsest, finer, knots_suffice, matrix, peaks, ringing
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import declared, with_noise
 from imubench.diagnosis.problem.bspline import Knots
@@ -78,7 +78,7 @@ def test_so_few_samples_that_they_have_no_spectrum_keep_the_knots(hardly_countin
 def test_a_recording_without_an_imu_keeps_its_knots(tmp_path):
     make_case(tmp_path / "r", "free", [], 5, seconds=3.0, pose=True, band=1.0)
     fit = nominal_fit(replace(read(tmp_path / "r")[0], imus=()))
-    assert not enough(fit)
+    assert not knots_suffice(fit)
     assert coarsest(fit) is fit
 
 
@@ -109,7 +109,7 @@ def test_a_quick_motion_has_as_many_knots_as_it_needs(tmp_path):
     fit = nominal_fit(read(tmp_path / "r")[0])
     assert coarsest(fit) is fit
     lost = coarser(fit, 4)  # 6 Hz at most
-    assert not enough(lost)
+    assert not knots_suffice(lost)
     assert max(peaks(lost)) > 3
 
 
@@ -148,10 +148,10 @@ def test_springs_on_fewer_knots_have_the_noise_that_was_put_in_and_their_numbers
 def test_numbers_of_a_law_stay_while_its_motion_goes_to_fewer_knots(tmp_path):
     fit, true = sprung(tmp_path, "soft_mount", 912, seconds=6.0)
     few = coarser(fit, 2)
-    for _, name, _ in lawful(fit):
+    for _, name, _ in law_parameters(fit):
         assert few.state.values[name] == pytest.approx(fit.state.values[name], abs=1e-4)
     assert not few.model.fixed  # and are free again
-    assert true.keys() == {name for _, name, _ in lawful(few)}
+    assert true.keys() == {name for _, name, _ in law_parameters(few)}
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.delays import late, met
+from imubench.diagnosis.criteria.delays import clear_readings, late_imu
 from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
 from imubench.diagnosis.criteria.equivalence import equivalents
@@ -102,7 +102,7 @@ def test_a_filter_above_a_slow_motion_is_not_worse_than_its_delay(tmp_path, gaps
 @pytest.mark.slow
 def test_a_filter_far_above_the_motion_is_equal_to_a_delay_at_the_imu_that_is_late(tmp_path):
     fit = with_an_offset(tmp_path, [("low_pass", "imu1", {"cutoff": 400.0, "channels": BOTH})], 62)
-    imu, delay = late(fit, OFFSET)
+    imu, delay = late_imu(fit, OFFSET)
     assert imu.name == "imu1"
     assert delay == pytest.approx(1 / (2 * np.pi * 400.0), rel=0.1)
     assert ("low_pass", "imu1") in {(r.effect, r.at) for r in equivalents(fit, OFFSET)}
@@ -156,7 +156,7 @@ def test_an_imu_that_stands_still_can_be_asked_for_its_delay(tmp_path):
     """On a base that is fixed a reading is one row for all times, and must be there at each of them."""
     make_case(tmp_path / "r", "hinge", [], seed=17, seconds=6.0, base="fixed")
     fit = nominal_fit(read(tmp_path / "r")[0])
-    time, x = met(fit.model, fit.state, fit.model.recording.imus[0], fit.noise)
+    time, x = clear_readings(fit.model, fit.state, fit.model.recording.imus[0], fit.noise)
     assert x["gyro"].shape == x["accel"].shape == (len(time), 3)
     assert np.abs(x["gyro"]).max() < 1e-9
     assert np.linalg.norm(x["accel"], axis=1) == pytest.approx(np.full(len(time), 9.81), abs=0.01)

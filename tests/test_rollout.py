@@ -143,7 +143,8 @@ def test_the_start_of_a_swing_is_found_from_its_first_second(family):
     turned = Rotation.from_rotvec([0.7, 0.4, 0.2]).as_quat()[[3, 0, 1, 2]]
     true = Swing(0.0, 5.0, Start(angle=1.2, angle_rate=0.4, quaternion=turned, rate=np.array([0.3, -1.0, 1.5])))
     near = replace(
-        true, state=rollout.beside(rig, true.state, 0.02 * np.array([1, -1, 1, 1, -1, 1])[: rollout.freedoms(rig)])
+        true,
+        state=rollout.state_beside(rig, true.state, 0.02 * np.array([1, -1, 1, 1, -1, 1])[: rollout.freedoms(rig)]),
     )
     found = refined(rig, near, misfit_of(rig, true, 1e-3)).state
     off = [found.angle - 1.2, found.angle_rate - 0.4] if family == "hinge" else found.rate - true.state.rate

@@ -9,7 +9,7 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.solve.gauss_newton import Step, all_rows
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.retract import moved, paced
+from imubench.diagnosis.solve.retract import moved, with_centre_velocity
 from imubench.diagnosis.solve.schur import Base, promise
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -34,7 +34,7 @@ def disturbed(fit, size=0.02):
 
 @pytest.mark.long
 def test_a_pace_is_where_nothing_else_in_it_costs_less(fit):
-    state = paced(fit.model, disturbed(fit))
+    state = with_centre_velocity(fit.model, disturbed(fit))
     best, own = cost(fit, state), fit.model.tracks.columns("velocity")
     rng = np.random.default_rng(5)
     for _ in range(5):
@@ -44,10 +44,10 @@ def test_a_pace_is_where_nothing_else_in_it_costs_less(fit):
 
 
 def test_a_step_gains_what_it_promises_once_the_pace_has_followed(fit):
-    begun = paced(fit.model, disturbed(fit, 1e-3))
+    begun = with_centre_velocity(fit.model, disturbed(fit, 1e-3))
     step = Step.of(fit.model, all_rows(fit.model, begun, fit.noise, fit.anchor))
     whole = moved(fit.model, begun, step.splines, step.values)
-    gained = cost(fit, begun) - cost(fit, paced(fit.model, whole))
+    gained = cost(fit, begun) - cost(fit, with_centre_velocity(fit.model, whole))
     assert gained == pytest.approx(step.promised, rel=0.01)
 
 

@@ -20,7 +20,7 @@ from imubench.diagnosis.search.selection import candidates
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import extended
 from imubench.diagnosis.traits import FILTER
-from imubench.diagnosis.verdict.findings import like
+from imubench.diagnosis.verdict.findings import laws_as_good
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -93,4 +93,4 @@ def test_springs_are_asked_beside_a_rival_without_states_and_filters_are_not(cle
 def test_springs_of_another_kind_that_were_worth_as_much_are_their_like(clean, evidence, at, rival):
     h, other = Hypothesis(EFFECTS["rocking_mount"], "imu2"), Hypothesis(EFFECTS["soft_mount"], at)
     kept = Kept(h, 58.0, Gain(100.0, 50.0, 150.0, np.full(8, 12.0)), (Passed(other, evidence),))
-    assert [t.hypothesis.name for t in like(kept)] == (["soft_mount@imu2"] if rival else [])
+    assert [t.hypothesis.name for t in laws_as_good(kept)] == (["soft_mount@imu2"] if rival else [])

@@ -19,7 +19,7 @@ from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.search.selection import FURTHER, STAGES, WITHOUT, select
 from imubench.diagnosis.solve.threads import side_by_side
-from imubench.diagnosis.verdict.timed_out import doubted, verdict_when_stopped, with_rest
+from imubench.diagnosis.verdict.timed_out import doubted_as_stopped, verdict_when_stopped, with_rest
 from imubench.format1 import read, write_recording
 from imubench.proof.case import make_case
 from imubench.reproduce.report import escape
@@ -148,7 +148,7 @@ def named(effect: str = "gyro_bias", sure: float = 0.96) -> Finding:
 
 
 def test_findings_of_a_search_that_was_stopped_are_doubted():
-    assert [f.confidence for f in doubted((named(), named(sure=0.5)))] == [0.6, 0.5]
+    assert [f.confidence for f in doubted_as_stopped((named(), named(sure=0.5)))] == [0.6, 0.5]
 
 
 def test_no_mismatch_is_never_said_of_a_search_that_was_stopped(fit):

@@ -18,7 +18,7 @@ from imubench.diagnosis.result import Diagnosis, Doubt
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.solve.refit import refit
-from imubench.diagnosis.verdict.trust import PREDICTION, allowed, doubts, implausible, of_two_minds
+from imubench.diagnosis.verdict.trust import PREDICTION, allowed, doubts, halves_that_differ, implausible
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.format1 import read
@@ -68,14 +68,14 @@ def spliced(tmp_path, first, second):
 
 
 def test_a_scale_that_is_another_in_either_half_is_doubted(tmp_path):
-    said = of_two_minds(spliced(tmp_path, [0.02] * 3, [0.05] * 3))
+    said = halves_that_differ(spliced(tmp_path, [0.02] * 3, [0.05] * 3))
     assert [doubt.of for doubt in said] == ["gyro_scale@imu2.scale"]
     assert "the halves of the recording differ by 0.03" in said[0].why
 
 
 def test_a_small_part_of_a_vector_that_is_another_in_either_half_is_not_doubted(tmp_path):
     """A tenth of the whole: what is taken out with it is right but for a hundredth of its power."""
-    assert of_two_minds(spliced(tmp_path, [0.1, 0.004, 0.1], [0.1, 0.018, 0.1])) == ()
+    assert halves_that_differ(spliced(tmp_path, [0.1, 0.004, 0.1], [0.1, 0.018, 0.1])) == ()
 
 
 def test_a_number_far_from_what_is_plausible_is_doubted_and_springs_without_damping_are_not(fits):

@@ -8,7 +8,7 @@ import pytest
 from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.discrepancy.basis_functions import curve, drifts, kinked, play
-from imubench.diagnosis.discrepancy.best_term import best_term, chased
+from imubench.diagnosis.discrepancy.best_term import best_term, follows_lone_accelerometer
 from imubench.diagnosis.discrepancy.candidate_terms import jumps, terms
 from imubench.diagnosis.discrepancy.fitted_terms import fitted_term as in_the_fit
 from imubench.diagnosis.discrepancy.term_scores import colour, promising
@@ -233,8 +233,8 @@ def _with(fit, name, at):
 def test_a_spline_follows_all_that_a_lone_accelerometer_reads(tmp_path, rig, joint, taken):
     make_case(tmp_path / "r", rig, [], 3, seconds=4.0)
     fit = nominal_fit(read(tmp_path / "r")[0])
-    assert not chased(fit)
-    assert chased(extended(fit, (Hypothesis(EFFECTS[joint], "joint"),))) == taken
+    assert not follows_lone_accelerometer(fit)
+    assert follows_lone_accelerometer(extended(fit, (Hypothesis(EFFECTS[joint], "joint"),))) == taken
 
 
 @pytest.mark.slow

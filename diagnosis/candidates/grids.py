@@ -24,18 +24,18 @@ REST_ANGLES_RAD = np.arange(-1.5, 1.6, 0.25)  # rad, angles of rest of a joint's
 
 
 @one_thread
-def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
+def placed_at_best_start(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
     """Return hypotheses at their best starts, ready to be scored, and the scores of those that a score cannot judge."""
     fit = base.fit
     out, judged = [], []
     for h in hypotheses:
         if h.effect.name == HUM:
-            if found := hummed(fit, h.at):
+            if found := hum_frequency(fit, h.at):
                 out.append(replace(h, effect=h.effect.starting(frequency=found)))
         elif h.effect.name == SLIP:
             out.append(replace(h, effect=h.effect.starting(time=slip(base, h.at))))
         elif h.effect.name == "joint_spring":
-            judged.append(rested(base, h))
+            judged.append(at_best_rest_angle(base, h))
         elif h.effect.name == "end_stop":
             found_stop = lawful_score(base, h)
             if found_stop is not None:
@@ -48,7 +48,7 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
     return out, judged
 
 
-def rested(base: Base, h: Hypothesis) -> Score:
+def at_best_rest_angle(base: Base, h: Hypothesis) -> Score:
     """Return the score of a joint's spring at the best of some angles of rest, from which its refit begins.
 
     Where the stiffness is zero the angle of rest has no effect on the cost, so a refit gets no slope for it: begun at a
@@ -59,16 +59,16 @@ def rested(base: Base, h: Hypothesis) -> Score:
     return replace(best, hypothesis=replace(best.hypothesis, tag=""))
 
 
-def hummed(fit: Fit, at: str) -> float:
+def hum_frequency(fit: Fit, at: str) -> float:
     """Return where a hum begins, in Hz: in the residual, but where the raw samples hum elsewhere.
 
     A motion with 128 knots a second follows 53 Hz, and what it leaves of that is their image at 75 Hz.
     """
-    left, raw = hum(fit, at), fit.model.humming.get(at)
+    left, raw = strongest_line(fit, at), fit.model.humming.get(at)
     return raw if left and raw and abs(left - raw) > MOUNT_START.other_line_hz else left
 
 
-def hum(fit: Fit, at: str) -> float:
+def strongest_line(fit: Fit, at: str) -> float:
     """Return the frequency in Hz of the strongest line in an accelerometer's residual; 0 where there is none to see."""
     rows = next((r for r in fit.measured if r.name == f"{at}.accel"), None)
     if rows is None or len(rows.time) < 4 * MOUNT_START.line_bins:
@@ -83,4 +83,4 @@ def hum(fit: Fit, at: str) -> float:
     return float(frequency[np.argmax(ratio)])
 
 
-__all__ = ["hum", "hummed", "placed", "rested"]
+__all__ = ["at_best_rest_angle", "hum_frequency", "placed_at_best_start", "strongest_line"]

@@ -83,7 +83,7 @@ def held_out(
     for half in (0, 1):
         own = [part.of(block % 2 == half) for part, block in zip(parts, blocks, strict=True)]
         normal = Normal.of(model.tracks, model.parameters, own + priors)
-        halves.append(told_by(normal)[:3])
+        halves.append(half_step(normal)[:3])
         del normal  # with its factors, before the other half's: memory
     cost = np.zeros(count)
     for half, (motion, own_step, follow) in enumerate(halves):
@@ -133,7 +133,7 @@ def gain(before: Array, after: Array, rng: np.random.Generator) -> Gain:
     return Gain(float(blocks.sum()), float(low), float(high), blocks)
 
 
-def told_by(normal: Normal) -> tuple[Array, Array, Array, Array]:
+def half_step(normal: Normal) -> tuple[Array, Array, Array, Array]:
     """Return the steps of the splines (m, b) and the parameters (p,) that a half alone asks for.
 
     With them what the splines do (m, b, p) when a parameter takes another step, and the parameters' information (p, p).
@@ -154,4 +154,4 @@ def heldout_gain(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
     return predicted(at_noise_of(fit, better), better, rng)
 
 
-__all__ = ["Gain", "block_of", "by_halves", "gain", "held_out", "heldout_gain", "predicted", "told_by"]
+__all__ = ["Gain", "block_of", "by_halves", "gain", "half_step", "held_out", "heldout_gain", "predicted"]

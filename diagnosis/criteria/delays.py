@@ -35,7 +35,7 @@ from imubench.recording import Imu
 Readings = dict[str, Array]
 
 
-def late(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
+def late_imu(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
     """Return the IMU that reads late where an effect is a clock's offset, its own or the other of two, and by what."""
     if h.effect.name != CLOCK:
         return None
@@ -55,8 +55,8 @@ def filters(bare: Model, still: State, imu: Imu, delay: float, noise: Mapping[st
     delayed = list(
         moved.measured(State(still.coefficients, still.values | {clock.key("offset"): np.array([delay])}), {imu.name})
     )
-    time, x = straight_on(*met(bare, still, imu, noise), delay)
-    c = beside(time, x, delay)
+    time, x = extrapolated(*clear_readings(bare, still, imu, noise), delay)
+    c = beyond_delay(time, x, delay)
     return {
         "low_pass": {
             r.name: r.residual.value - at_once[r.name] + interpolated(r.time, time, c[r.name.split(".")[1]])
@@ -65,20 +65,20 @@ def filters(bare: Model, still: State, imu: Imu, delay: float, noise: Mapping[st
     }
 
 
-def quick(fit: Fit, imu: Imu, delay: float) -> QuickLowPass | None:
+def filter_beyond_delay(fit: Fit, imu: Imu, delay: float) -> QuickLowPass | None:
     """Return a filter in the place of a late clock's delay in s, None where it is not far quicker than the motion."""
     if FILTER not in EFFECTS:
         return None
-    time, x = straight_on(*met(fit.model, fit.state, imu, fit.noise), delay)
+    time, x = extrapolated(*clear_readings(fit.model, fit.state, imu, fit.noise), delay)
     moved = {part: np.gradient(x[part], time, axis=0) * delay for part in x}
-    c = beside(time, x, delay)
+    c = beyond_delay(time, x, delay)
     if any(np.std(c[part]) > DELAY.quick * np.std(moved[part]) for part in x):
         return None
-    low, high = (beside(time, x, delay * (1 + change)) for change in (-DELAY.difference, DELAY.difference))
+    low, high = (beyond_delay(time, x, delay * (1 + change)) for change in (-DELAY.difference, DELAY.difference))
     return QuickLowPass(time, c, {part: (high[part] - low[part]) / (2 * DELAY.difference * delay) for part in x}, delay)
 
 
-def met(model: Model, state: State, imu: Imu, noise: Mapping[str, float]) -> tuple[Array, Readings]:
+def clear_readings(model: Model, state: State, imu: Imu, noise: Mapping[str, float]) -> tuple[Array, Readings]:
     """Return times (n,) s and what an IMU would read there, (n, 3), without what is only the fit's noise.
 
     At even times of the world, through the gaps of its samples too.
@@ -88,11 +88,13 @@ def met(model: Model, state: State, imu: Imu, noise: Mapping[str, float]) -> tup
     reading = model.reading(imu, state, moment, segment)
     many = (len(moment.time.value), 3)  # on a base that stands still a reading is one for all times
     x = {n: np.broadcast_to(j.value, many) for n, j in (("gyro", reading.gyro), ("accel", reading.accel))}
-    cut = {n: clear_of_noise(v, max(noise[f"{imu.name}.{n}"], plateau(v, imu.rate)), imu.rate) for n, v in x.items()}
+    cut = {
+        n: clear_of_noise(v, max(noise[f"{imu.name}.{n}"], high_band_std(v, imu.rate)), imu.rate) for n, v in x.items()
+    }
     return moment.time.value[:, 0], {part: slower(v, cut[part], imu.rate) for part, v in x.items()}
 
 
-def plateau(signal: Array, sampling: float) -> float:
+def high_band_std(signal: Array, sampling: float) -> float:
     """Return the std of white noise as loud as a signal (n, 3) is in the upper third of its frequencies.
 
     A gyroscope that also follows from another's accelerometer is fitted with several times its own noise there.
@@ -106,7 +108,7 @@ def is_short(time: Array, delay: float) -> bool:
     return bool(delay < DELAY.short * (time[1] - time[0]))
 
 
-def straight_on(time: Array, x: Readings, delay: float) -> tuple[Array, Readings]:
+def extrapolated(time: Array, x: Readings, delay: float) -> tuple[Array, Readings]:
     """Return fine times and readings (n, 3) there, which go straight on before the first one and after the last.
 
     A filter that begins at the first reading, which is moving, would be wrong there by all that it delays. With a delay
@@ -121,7 +123,7 @@ def straight_on(time: Array, x: Readings, delay: float) -> tuple[Array, Readings
     return fine, {part: s(inside) + (fine - inside)[:, None] * s(inside, 1) for part, s in splines.items()}
 
 
-def beside(time: Array, x: Mapping[str, Array], delay: float) -> Readings:
+def beyond_delay(time: Array, x: Mapping[str, Array], delay: float) -> Readings:
     """Return c (n, 3): what a filter reads beside one that only delays, at the world's times (n,), evenly spaced."""
     if is_short(time, delay):
         splines = {part: CubicSpline(time, y) for part, y in x.items()}
@@ -141,4 +143,4 @@ def left_by(both: JointInformation, wanted: Array, by: Array) -> float:
     return 0.5 * float(rest @ both.information @ rest)
 
 
-__all__ = ["filters", "late", "left_by", "quick"]
+__all__ = ["filter_beyond_delay", "filters", "late_imu", "left_by"]

@@ -73,13 +73,13 @@ def judged(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> tuple[Trial, f
         won = won if beside > EVIDENCE.needed_nat else min(won, beside)
     if won > 0 and not any(h.effect.lawful for h in hypotheses):
         won -= min(
-            of_colour(tried, hypotheses, freedoms),
-            won * 2 * DECLARED_NOISE.colour / max(taken(fit, tried), DECLARED_NOISE.colour),
+            coloured_noise_gain(tried, hypotheses, freedoms),
+            won * 2 * DECLARED_NOISE.colour / max(noise_power_taken(fit, tried), DECLARED_NOISE.colour),
         )
     return Trial(hypotheses[0], tried, won, tuple(hypotheses[1:])), freedoms
 
 
-def taken(before: Fit, after: Fit) -> float:
+def noise_power_taken(before: Fit, after: Fit) -> float:
     """Return how much noise power a sensor has lost at most from one fit to the other, over what is left.
 
     What a spline gains grows faster than the power that it takes: noise that is at most half as coloured gives it at
@@ -88,7 +88,7 @@ def taken(before: Fit, after: Fit) -> float:
     return max((before.noise[r.name] / after.noise[r.name]) ** 2 - 1 for r in after.measured)
 
 
-def of_colour(fit: Fit, hypotheses: Sequence[Hypothesis], freedoms: float) -> float:
+def coloured_noise_gain(fit: Fit, hypotheses: Sequence[Hypothesis], freedoms: float) -> float:
     """Return the nat that splines may gain of noise as coloured as it may be without being a mismatch.
 
     Noise of `DECLARED_NOISE.colour` of the white one's power adds that share of a sample's freedom at each sample and

@@ -14,7 +14,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import EQUIVALENCE
 from imubench.diagnosis.config.shared import EVIDENCE
-from imubench.diagnosis.criteria.delays import filters, late, left_by
+from imubench.diagnosis.criteria.delays import filters, late_imu, left_by
 from imubench.diagnosis.criteria.signatures import MARK, Columns, JointInformation, joint_information, signature
 from imubench.diagnosis.noise.colour_bound import louder_where
 from imubench.diagnosis.noise.coloured import Spectra, noise_spectra
@@ -67,7 +67,7 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     `sure`: the closest few are refitted exactly, for a law far from linear seems to lose more than it does.
     """
     bare, still, added = signature(fit, fit.state, [h])
-    slow = late(fit, h)
+    slow = late_imu(fit, h)
     stands = State(still.coefficients, fit.state.values)
     smooth = filters(bare, stands, *slow, fit.noise) if slow else {}
     both, wanted, single = _against(fit, (bare, still, added), alternatives(fit.model, h), smooth)

@@ -48,11 +48,11 @@ def gain_at_size(without: Fit, gone: Sequence[Hypothesis], lost: float) -> float
 
 def at_best_size(values: Array, pull: Array, sizes: Iterable[float], louder: float = 1.0) -> tuple[float, float]:
     """Return the nat that weights win less the price of their freedom, and the size of their prior, that have most."""
-    told = ((weighed(values, pull, size, louder), size) for size in sizes)
+    told = ((gain_of_weights(values, pull, size, louder), size) for size in sizes)
     return max(((won - price, size) for (won, price), size in told), key=lambda t: t[0])
 
 
-def weighed(values: Array, pull: Array, std: float, louder: float = 1.0) -> tuple[float, float]:
+def gain_of_weights(values: Array, pull: Array, std: float, louder: float = 1.0) -> tuple[float, float]:
     """Return the nat that weights with a prior `std` win, and the price of their freedom.
 
     `values`, `pull` (k,): eigenvalues of their information, squares of the gradient along its eigenvectors, with white
@@ -63,4 +63,4 @@ def weighed(values: Array, pull: Array, std: float, louder: float = 1.0) -> tupl
     return won, 0.5 * float(np.sum(np.log(grown / louder)))
 
 
-__all__ = ["SIZES_OF_PRIOR", "at_best_size", "gain_at_size", "scores_at_size", "weighed"]
+__all__ = ["SIZES_OF_PRIOR", "at_best_size", "gain_at_size", "gain_of_weights", "scores_at_size"]

@@ -27,8 +27,8 @@ def best_term(fit: Fit) -> FittedTerm | None:
     """
     guesses, tried = promising(fit)
     price = float(np.log(max(tried, 1)))
-    untold = SERIES if chased(fit) else ()
-    told = [g for g in by_shape(fit, guesses, TERM.shape_nat + price) if g.term.goes_with not in untold]
+    untold = SERIES if follows_lone_accelerometer(fit) else ()
+    told = [g for g in with_shape_gains(fit, guesses, TERM.shape_nat + price) if g.term.goes_with not in untold]
     likely = [g for g in told if believable(g.evidence - price, g.shape)]
     places = [next(g for g in likely if g.term.at == at) for at in dict.fromkeys(g.term.at for g in likely)]
     rivals = [g for g in places if g.white > TERM.rival * likely[0].white]
@@ -39,7 +39,7 @@ def best_term(fit: Fit) -> FittedTerm | None:
             break
         with suppress(NotPositiveDefiniteError):
             done = fitted_term(fit, guess, price)
-            if believable(done.evidence, done.shape) and (done.heldout.foretells() or tells_itself(done)):
+            if believable(done.evidence, done.shape) and (done.heldout.foretells() or needs_no_cross_validation(done)):
                 good.append(done)
     best = max(good, key=lambda f: f.heldout.value, default=None)
     return max((f for f in good if f.term.drift), key=lambda f: f.shape) if best and best.term.drift else best
@@ -50,7 +50,7 @@ def believable(evidence: float, shape: float) -> bool:
     return evidence > EVIDENCE.clear_nat or shape > TERM.shape_nat
 
 
-def tells_itself(done: FittedTerm) -> bool:
+def needs_no_cross_validation(done: FittedTerm) -> bool:
     """Return whether a term need not be foretold: a slow error of a clear shape, or a mount that turns and loses none.
 
     A mount that creeps is worth less beside coloured noise than what it gains on left-out seconds may differ by chance,
@@ -60,7 +60,7 @@ def tells_itself(done: FittedTerm) -> bool:
 
 
 @one_thread
-def by_shape(fit: Fit, guesses: Sequence[Guess], least: float) -> list[Guess]:
+def with_shape_gains(fit: Fit, guesses: Sequence[Guess], least: float) -> list[Guess]:
     """Return the guesses, slow errors that are worth `least` beside white noise also weighed by their shape.
 
     It is one of two of each triple. Noise as coloured as it may be is that everywhere, also where a walk is not: the
@@ -78,7 +78,7 @@ def by_shape(fit: Fit, guesses: Sequence[Guess], least: float) -> list[Guess]:
     return out
 
 
-def chased(fit: Fit) -> bool:
+def follows_lone_accelerometer(fit: Fit) -> bool:
     """Return whether a spline follows all that a lone accelerometer reads.
 
     Nothing but its gyroscope says then how the IMU turns, and what its noise adds to a turn's acceleration goes with
@@ -88,4 +88,4 @@ def chased(fit: Fit) -> bool:
     return alone and any(h.effect.free and h.effect.place == "joint" for h in fit.model.hypotheses)
 
 
-__all__ = ["best_term", "chased"]
+__all__ = ["best_term", "follows_lone_accelerometer"]

@@ -40,7 +40,7 @@ COLOURED_POWERS = (
 
 
 @dataclass(frozen=True)
-class Beside:
+class ShapeTest:
     """The same beside noise of one colour, and a constant, that have been made white."""
 
     alone: float  # log likelihood of no slow error at all
@@ -60,7 +60,7 @@ class SlowErrors:
     """What a fit knows of slow errors of one triple, in r combinations of 3 k cosines that it knows anything of."""
 
     cosines: Array  # (n, k) at the sensor's samples
-    beside: tuple[Beside, ...]  # beside noise of each colour
+    beside: tuple[ShapeTest, ...]  # beside noise of each colour
 
     @classmethod
     def of(cls, fit: Fit, term: Term) -> "SlowErrors":
@@ -80,12 +80,12 @@ class SlowErrors:
         reach = seen @ information
         constants = DRIFT.free_constant * reach[:, ::count]
         out = []
-        for louder in (np.ones(count), *colours(np.arange(count) / (2 * seconds), seconds / (n - 1))):
+        for louder in (np.ones(count), *noise_colours(np.arange(count) / (2 * seconds), seconds / (n - 1))):
             noisy = seen * np.sqrt(np.tile(louder, 3))
             factor = np.linalg.cholesky(noisy @ information @ noisy.T + constants @ constants.T)
             pull = solve_triangular(factor, seen @ force, lower=True)
             alone = -float(np.log(np.diag(factor)).sum()) - 0.5 * float(pull @ pull)
-            out.append(Beside(alone, solve_triangular(factor, reach, lower=True), pull))
+            out.append(ShapeTest(alone, solve_triangular(factor, reach, lower=True), pull))
         return cls(cosines, tuple(out))
 
     def worth(self, spread: Array) -> float:
@@ -141,7 +141,7 @@ def cosines_at(share: Array, count: int) -> Array:
     return np.asarray(np.cos(np.pi * share[:, None] * wave) * np.where(wave > 0, np.sqrt(2), 1.0))
 
 
-def colours(frequencies: Array, step: float) -> Iterator[Array]:
+def noise_colours(frequencies: Array, step: float) -> Iterator[Array]:
     """Yield by how much noise may be louder than white (k,), of samples every `step` s."""
     for power, share in product(powers(frequencies, step)[::2], COLOURED_POWERS):
         yield 1 + share * power

@@ -9,7 +9,7 @@ from imubench.diagnosis.config.discrepancy import TERM
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import Gain, predicted
-from imubench.diagnosis.criteria.score_at_size import weighed
+from imubench.diagnosis.criteria.score_at_size import gain_of_weights
 from imubench.diagnosis.discrepancy.candidate_terms import sensor_terms, torque_terms
 from imubench.diagnosis.discrepancy.term_scores import Guess, colour, hypothesis_of
 from imubench.diagnosis.discrepancy.terms import Term
@@ -41,11 +41,11 @@ def fitted_term(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     What is worth much has bent the motion that its signals were taken from: they are taken again from the motion that
     it leaves, while that explains more.
     """
-    found = once(fit, guess, price)
+    found = refit_once(fit, guess, price)
     for _ in range(TERM.retakes):
         if found.evidence < TERM.bends_nat or guess.term.timed:
             break
-        further = once(fit, replace(guess, term=taken_again(fit, found)), price)
+        further = refit_once(fit, replace(guess, term=taken_again(fit, found)), price)
         if not further.heldout.foretells() or aic_gain(found.fit, further.fit) < EVIDENCE.clear_nat:
             break
         found = further
@@ -63,7 +63,7 @@ def taken_again(fit: Fit, found: FittedTerm) -> Term:
     return term if len(term.channel) == len(old.channel) else term.only(old.channel[0])
 
 
-def once(fit: Fit, guess: Guess, price: float) -> FittedTerm:
+def refit_once(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     """Return a term's exact refit with its signals as they are.
 
     The evidence is the lesser one of the motion as rough as the fit has it, and of a rougher: what a motion held too
@@ -81,12 +81,12 @@ def once(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     )
     louder = colour(better, guess.term)
     freer = rougher(better)
-    evidence = min(gained(ruler, better, h, louder), gained(rougher(ruler), freer, h, louder)) - price
+    evidence = min(gain_of_term(ruler, better, h, louder), gain_of_term(rougher(ruler), freer, h, louder)) - price
     evidence = max(evidence, guess.shape)
     return FittedTerm(h, guess.term, better, freer, evidence, heldout, louder, guess.shape)
 
 
-def gained(before: Fit, after: Fit, h: Hypothesis, louder: float) -> float:
+def gain_of_term(before: Fit, after: Fit, h: Hypothesis, louder: float) -> float:
     """Return the nat that a term is worth at equal noise levels, where noise is so many times louder than white.
 
     Beside louder noise its weights win less, and their freedom costs less.
@@ -98,12 +98,12 @@ def gained(before: Fit, after: Fit, h: Hypothesis, louder: float) -> float:
     pull = (values * (vectors.T @ after.state.values[h.key("weight")])) ** 2
     (parameter,) = h.effect.parameters
     own = values - 1 / parameter.std**2
-    (white, price), (left, lower) = (weighed(own, pull, parameter.std, times) for times in (1.0, louder))
+    (white, price), (left, lower) = (gain_of_weights(own, pull, parameter.std, times) for times in (1.0, louder))
     share = left / white if white > 0 else 1 / louder
-    return (won - eased(before, after)) * share - freedom + price - lower
+    return (won - smoothness_gain(before, after)) * share - freedom + price - lower
 
 
-def eased(before: Fit, after: Fit) -> float:
+def smoothness_gain(before: Fit, after: Fit) -> float:
     """Return the nat by which the motion of a fit is smoother than before; 0 where it is rougher.
 
     A term in what the sensor itself reads may be the motion: the less of it is in the splines, the less their prior

@@ -11,7 +11,7 @@ import numpy as np
 
 from imubench.diagnosis.config.discrepancy import TERM
 from imubench.diagnosis.criteria.trial import misfit
-from imubench.diagnosis.discrepancy.fitted_terms import once
+from imubench.diagnosis.discrepancy.fitted_terms import refit_once
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.discrepancy.terms import OWN
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
@@ -27,7 +27,7 @@ def reads_by_own_law(fit: Fit) -> bool:
     if best is None or best.evidence < max(TERM.bends_nat, TERM.own_law * rival):
         return False
     with suppress(NotPositiveDefiniteError):
-        found, before = once(fit, best, float(np.log(tried))), misfit(fit)
+        found, before = refit_once(fit, best, float(np.log(tried))), misfit(fit)
         taken = before - misfit(found.fit) > TERM.own_law_takes * (before - 1)
         return taken and found.evidence > TERM.bends_nat and found.heldout.foretells()
     return False

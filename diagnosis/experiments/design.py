@@ -15,7 +15,13 @@ from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.config.simulation import EXPERIMENT
 from imubench.diagnosis.criteria.signatures import MARK, JointInformation, joint_information, signature
 from imubench.diagnosis.experiments.motion_menu import MENU, Motion, Stage, Swing
-from imubench.diagnosis.experiments.planned_recording import assumed, laid, read, readings, staged
+from imubench.diagnosis.experiments.planned_recording import (
+    assumed_forearm,
+    measured_model,
+    readings,
+    state_of_stage,
+    unmeasured_recording,
+)
 from imubench.diagnosis.experiments.symmetries import ALWAYS, BUT_IN_SWINGS
 from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, inertia_about_joint
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -121,12 +127,12 @@ def expected(
 def shown(fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], stage: Stage, seconds: float) -> JointInformation:
     """Return the information of every rival and of every effect's mark in one way to move."""
     kept, rivals = ({x.name: x for x in some} for some in zip(*pairs, strict=True))
-    recording = staged(fit.model.recording, stage, seconds)
+    recording = unmeasured_recording(fit.model.recording, stage, seconds)
     model = replace(model_of(recording, 1 / fit.model.tracks.knots.step), mounts=fit.model.mounts)
     noise = {SWING_EQUATION: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
     swing = _swing(fit, recording, next(iter(kept.values()))) if stage.free else None
-    still = laid(model, stage, swing)
-    model = read(model, still)
+    still = state_of_stage(model, stage, swing)
+    model = measured_model(model, still)
     bare = replace(fit, model=model, state=still, noise=noise)
     marks = {}
     for name, h in kept.items():
@@ -173,16 +179,18 @@ def at_size(
     """
     total = 0.0
     for stage in motion.stages:
-        recording = staged(fit.model.recording, stage, seconds / len(motion.stages))
+        recording = unmeasured_recording(fit.model.recording, stage, seconds / len(motion.stages))
         swing = _swing(fit, recording, h, pulled=True) if stage.free else None
         there, values = placed(fit, h, stage, recording)
         noise = {SWING_EQUATION: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
         fine, coarse = (
             replace(model_of(recording, k / fit.model.tracks.knots.step), mounts=fit.model.mounts) for k in (2, 1)
         )
-        truth = extended(replace(fit, model=fine, state=laid(fine, stage, swing), noise=noise), (there,), values)
+        truth = extended(
+            replace(fit, model=fine, state=state_of_stage(fine, stage, swing), noise=noise), (there,), values
+        )
         model = replace(coarse, recording=readings(truth.model, truth.state))
-        bare = replace(fit, model=model, state=laid(model, stage, swing), noise=noise)
+        bare = replace(fit, model=model, state=state_of_stage(model, stage, swing), noise=noise)
         costs = []
         for one, guess in ((there, values), (_carried(rival, stage), None)):
             begun = extended(bare, (one,), guess)
@@ -238,5 +246,5 @@ def _crossed(noise: dict[str, float]) -> dict[str, float]:
 
 def _lighter(before: Recording, after: Recording) -> float:
     """Return by what a relative error of the inertia shrinks with the mass that was added."""
-    one, two = (inertia_about_joint(r.body or assumed(r))[HINGE_AXIS, HINGE_AXIS] for r in (before, after))
+    one, two = (inertia_about_joint(r.body or assumed_forearm(r))[HINGE_AXIS, HINGE_AXIS] for r in (before, after))
     return float(one / two)

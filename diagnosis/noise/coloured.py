@@ -16,7 +16,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.noise import COLOUR
 from imubench.diagnosis.config.solve import ALGEBRA
-from imubench.diagnosis.noise.debias import wider
+from imubench.diagnosis.noise.debias import widened_by_noise
 from imubench.diagnosis.problem.dynamics_factors import is_data
 from imubench.diagnosis.problem.motion_prior import TILT
 from imubench.diagnosis.problem.residuals import Rows
@@ -24,7 +24,7 @@ from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import factored
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import Linear
-from imubench.diagnosis.solve.marginals import Spread
+from imubench.diagnosis.solve.marginals import Marginals
 from imubench.diagnosis.solve.refit import covariance_of
 from imubench.diagnosis.solve.threads import one_thread
 
@@ -50,8 +50,8 @@ _known: WeakKeyDictionary[Fit, dict[str, Spectra]] = WeakKeyDictionary()
 def parameter_std(fit: Fit) -> dict[str, Array]:
     """Return every parameter's standard deviations, colour of the residuals and noise in a law's states counted in."""
     fit, solution, parts = _solved(fit)
-    measured, doubts = _measured(fit, parts), wider(fit, solution, parts)
-    spread = replace(Spread.of(solution, fit.model.tracks.width), shared=covariance_of(fit.model, solution.schur))
+    measured, doubts = _measured(fit, parts), widened_by_noise(fit, solution, parts)
+    spread = replace(Marginals.of(solution, fit.model.tracks.width), shared=covariance_of(fit.model, solution.schur))
     variance = np.diag(spread.shared).copy()
     for (r, part), white in zip(measured, white_residuals(solution, measured, fit.model.tracks.width), strict=True):
         found = spectra(r.whitened, white)
@@ -93,7 +93,7 @@ def _measured(fit: Fit, parts: list[Linear]) -> list[tuple[Rows, Linear]]:
     return [(r, part) for r, part in zip(fit.rows, parts, strict=True) if r.counts]
 
 
-def influence(spread: Spread, part: Linear) -> Array:
+def influence(spread: Marginals, part: Linear) -> Array:
     """Return how far a whitened residual of 1 moves the parameters (n, m, p)."""
     return np.asarray((part.border - part.along(spread.reach)) @ spread.shared)
 

@@ -38,7 +38,7 @@ Residuals = dict[str, Array]
 
 
 @dataclass(frozen=True)
-class Driven:
+class NoiseOnLaws:
     """What the measurements' noise does to laws, for k of their numbers."""
 
     pull: Array  # (k,) the slope of the cost to be expected
@@ -54,14 +54,14 @@ class Driven:
         return np.asarray(root @ (axes / (1 - np.clip(shares, 0.0, most))) @ axes.T @ back)
 
 
-def tilts(
+def noise_pull(
     fit: Fit, normal: Normal, solution: Solution, parts: list[Linear], every: bool = False, share: float = 1.0
 ) -> dict[str, Prior]:
     """Return the pull on a law's logarithmic parameters, or on all, as a place and how weakly it is held there.
 
     `normal`, `solution` and `parts` are those of the fit's rows; `share`: of the whole step, how much is taken.
     """
-    logs = {name: log for _, name, log in lawful(fit) if log or every}
+    logs = {name: log for _, name, log in law_parameters(fit) if log or every}
     names = list(logs)
     if not names:
         return {}
@@ -82,9 +82,9 @@ def tilts(
     return out
 
 
-def wider(fit: Fit, solution: Solution, parts: list[Linear]) -> dict[str, Array]:
+def widened_by_noise(fit: Fit, solution: Solution, parts: list[Linear]) -> dict[str, Array]:
     """Return by what the standard deviations of the laws' numbers are larger than the fit's own information says."""
-    names = [name for _, name, _ in lawful(fit)]
+    names = [name for _, name, _ in law_parameters(fit)]
     if not names:
         return {}
     driven = driven_by_noise(fit, solution, parts, names)
@@ -94,16 +94,16 @@ def wider(fit: Fit, solution: Solution, parts: list[Linear]) -> dict[str, Array]
     return dict(zip(names, np.split(np.maximum(ratio, 1.0), np.cumsum(widths)[:-1]), strict=True))
 
 
-def lawful(fit: Fit) -> list[tuple[Hypothesis, str, bool]]:
+def law_parameters(fit: Fit) -> list[tuple[Hypothesis, str, bool]]:
     """Return every parameter of a law with a state: whose, its name in the fit, and whether it is a logarithm."""
     laws = [h for h in fit.model.hypotheses if h.effect.lawful and any(p.log for p in h.effect.parameters)]
     free = fit.model.fixed or {}
     return [(h, h.key(p.name), p.log) for h in laws for p in h.effect.parameters if h.key(p.name) not in free]
 
 
-def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Sequence[str]) -> Driven:
+def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Sequence[str]) -> NoiseOnLaws:
     """Return what noise does to laws, for all numbers of the named parameters."""
-    moved, drawn = noisy(fit, solution.factor, parts)
+    moved, drawn = noise_draws(fit, solution.factor, parts)
     groups = {r.name: part for r, part in zip(fit.rows, parts, strict=True)}
     blocks, width = len(solution.factor.lower), fit.model.tracks.width
     count = sum(len(fit.state.values[n]) for n in names)
@@ -121,10 +121,10 @@ def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Se
     noise = solution.complements(columns, np.stack(across, axis=1), own) / DEBIAS.draws
     places = fit.model.parameters.places(list(names))
     whole = np.linalg.inv(np.linalg.inv(solution.schur)[np.ix_(places, places)])
-    return Driven(np.array(pull), noise, (whole + whole.T) / 2)
+    return NoiseOnLaws(np.array(pull), noise, (whole + whole.T) / 2)
 
 
-def noisy(fit: Fit, factor: Factor, parts: list[Linear]) -> tuple[Array, Residuals]:
+def noise_draws(fit: Fit, factor: Factor, parts: list[Linear]) -> tuple[Array, Residuals]:
     """Return what draws of the measurements' noise do to the splines (knots, width, DRAWS), and the draws by group."""
     rng = np.random.default_rng(DEBIAS.seed)
     width = fit.model.tracks.width
@@ -145,7 +145,7 @@ def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> I
     another number (a lever arm) may be in what the law's sensor reads as well.
     """
     model, state = fit.model, fit.state
-    for h, own in groupby(lawful(fit), key=lambda one: one[0]):
+    for h, own in groupby(law_parameters(fit), key=lambda one: one[0]):
         ((_, scene),) = scenes(model, state, h)
         asked = [(name, log) for _, name, log in own if name in names]
         read = {} if all(log for _, log in asked) else _read(fit, state, h, moved)

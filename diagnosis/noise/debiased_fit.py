@@ -11,7 +11,7 @@ import numpy as np
 
 from imubench.diagnosis.config.noise import DEBIAS
 from imubench.diagnosis.config.solve import SOLVER
-from imubench.diagnosis.noise.debias import lawful, tilts
+from imubench.diagnosis.noise.debias import law_parameters, noise_pull
 from imubench.diagnosis.noise.knot_selection import coarsest, finer
 from imubench.diagnosis.solve.gauss_newton import factored
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, search
@@ -20,7 +20,7 @@ from imubench.diagnosis.solve.threads import one_thread
 
 def debiased(fit: Fit) -> Fit:
     """Return the fit with its laws' numbers pulled off what noise makes of them."""
-    return settled(finer(coarsest(fit))) if lawful(fit) else fit
+    return settled(finer(coarsest(fit))) if law_parameters(fit) else fit
 
 
 @one_thread
@@ -33,7 +33,7 @@ def settled(fit: Fit) -> Fit:
     share, last = 1.0, np.zeros(1)
     for turn in range(DEBIAS.rounds):
         normal, solution, parts = factored(fit.model, fit.rows)
-        model = replace(fit.model, tilts=tilts(fit, normal, solution, parts, every=True, share=share))
+        model = replace(fit.model, tilts=noise_pull(fit, normal, solution, parts, every=True, share=share))
         names = list(model.tilts or {})
         std = np.sqrt(np.diag(np.linalg.inv(solution.schur))[fit.model.parameters.places(names)])
         del normal, solution, parts  # memory

@@ -21,7 +21,7 @@ from scipy.sparse.linalg import spsolve
 from imubench.arrays import Array
 from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
 from imubench.diagnosis.noise.coherence import clear_at, clear_in
-from imubench.diagnosis.noise.debias import lawful
+from imubench.diagnosis.noise.debias import law_parameters
 from imubench.diagnosis.noise.reml import levels
 from imubench.diagnosis.problem.bspline import DEGREE, SUPPORT, Knots, Tracks
 from imubench.diagnosis.problem.hypothesis import State
@@ -34,10 +34,10 @@ from imubench.diagnosis.traits import FILTER
 def coarsest(fit: Fit) -> Fit:
     """Return the fit on as few knots as its recording needs, at the noise levels that it leaves there, or as it is."""
     finest = model_of(fit.model.recording).tracks.knots.step
-    step, most = fit.model.tracks.knots.step, widest(fit)
+    step, most = fit.model.tracks.knots.step, widest_spacing(fit)
     for times in (n for n in KNOT_SELECTION.fewer if KNOT_SELECTION.change * step < n * finest < most):
         other = coarser(fit, times * finest / step)
-        if enough(other):
+        if knots_suffice(other):
             return relevelled(other)
     return fit
 
@@ -47,11 +47,11 @@ def finer(fit: Fit) -> Fit:
 
     A spline of three knots a period damps what it follows, and the damping ratios come out wrong.
     """
-    times = widest(fit) / fit.model.tracks.knots.step
+    times = widest_spacing(fit) / fit.model.tracks.knots.step
     return relevelled(coarser(fit, times)) if times < 1 / KNOT_SELECTION.change else fit
 
 
-def widest(fit: Fit) -> float:
+def widest_spacing(fit: Fit) -> float:
     """Return how many seconds knots may be apart for what rings on a fit's motion; inf where nothing does."""
     quickest = ringing(fit)
     return 1 / (KNOT_SELECTION.knots_per_period * quickest) if quickest else np.inf
@@ -93,7 +93,7 @@ def coarser(fit: Fit, times: float) -> Fit:
     design, wanted = matrix(knots, time), matrix(old, time) @ fit.state.coefficients
     normal = (design.T @ design + KNOT_SELECTION.unasked_weight * identity(knots.count)).tocsc()
     state = State(np.reshape(spsolve(normal, design.T @ wanted), (knots.count, -1)), fit.state.values)
-    held = {name: state.values[name] for _, name, _ in lawful(fit)}
+    held = {name: state.values[name] for _, name, _ in law_parameters(fit)}
     model = replace(fit.model, tracks=Tracks(knots, fit.model.tracks.widths), tilts=None)
     still = replace(model, fixed=(model.fixed or {}) | held)
     found = solve(still, state, fit.noise, fit.anchor, steps=KNOT_SELECTION.steps, enough=REML.fine_gain)
@@ -106,7 +106,7 @@ def matrix(knots: Knots, time: Array) -> csr_array:
     return BSpline.design_matrix(time, places, DEGREE)
 
 
-def enough(fit: Fit) -> bool:
+def knots_suffice(fit: Fit) -> bool:
     """Return whether a fit's knots follow all that its recording shows; not where no IMU tells."""
     imus = fit.model.recording.imus
     most = KNOT_SELECTION.spared / (2 * fit.model.tracks.knots.step)

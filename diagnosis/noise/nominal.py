@@ -42,7 +42,7 @@ def nominal_fit(
     start = first_fit(model.with_effects((*known, *biases(model))))
     model, anchor = start.model, start.anchor
     fit = fit_with_noise(model, start.state, start.noise | declared(model), anchor, motion=True)
-    fit = freed(fit)
+    fit = with_freer_motion(fit)
     laws = {r.name for r in equation_rows(model, start.state)}
     if not laws:
         return fit
@@ -59,7 +59,7 @@ def first_fit(model: Model, steps: int = SOLVER.steps) -> Fit:
     return solve(model, state, noise, anchor, steps, enough=1e-3)
 
 
-def certain(model: Model) -> tuple[str, ...]:
+def certain_effects(model: Model) -> tuple[str, ...]:
     """Return the effects that are there whatever else is: beside a pose whose errors wander, what every sensor has.
 
     A curve without a name that does as much as a clock's offset or a gyroscope's bias would be the pose's own errors.
@@ -92,7 +92,7 @@ def roughness(model: Model, state: State, anchor: Array | None) -> dict[str, flo
     return guess
 
 
-def freed(fit: Fit) -> Fit:
+def with_freer_motion(fit: Fit) -> Fit:
     """Return the fit with its motion held less smooth, where that is all that its residuals had against it.
 
     One roughness for rests and quick strokes may be too small for the strokes; what a sensor does of its own shows
@@ -119,10 +119,10 @@ def rougher(fit: Fit) -> Fit:
     return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=SOLVER.steps_after_noise)
 
 
-def as_smooth(fit: Fit) -> Fit:
+def at_estimated_roughness(fit: Fit) -> Fit:
     """Return the fit, not solved again, with its motion held as smooth as it was estimated to be."""
     own = {f"smooth.{name}" for name in START_SMOOTH}
     return replace(fit, noise={name: std / (REML.loosened if name in own else 1.0) for name, std in fit.noise.items()})
 
 
-__all__ = ["as_smooth", "first_fit", "freed", "nominal_fit", "rougher"]
+__all__ = ["at_estimated_roughness", "first_fit", "nominal_fit", "rougher", "with_freer_motion"]

@@ -15,7 +15,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
-from imubench.diagnosis.noise.debias import lawful, tilts
+from imubench.diagnosis.noise.debias import law_parameters, noise_pull
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, is_data
 from imubench.diagnosis.problem.hypothesis import Prior, State
@@ -23,7 +23,7 @@ from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import Step, factored
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, search
 from imubench.diagnosis.solve.linearize import Linear
-from imubench.diagnosis.solve.marginals import Spread
+from imubench.diagnosis.solve.marginals import Marginals
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.recording import Recording
 
@@ -51,15 +51,15 @@ def _estimated(fit: Fit, step: Step | None, names: Collection[str]) -> tuple[dic
 
     `step` led to the fit, where one did: its equations are as good as the fit's own, but for how laws lean.
     """
-    if step and step.damping < REML.faint_damping and not lawful(fit):
+    if step and step.damping < REML.faint_damping and not law_parameters(fit):
         return _levels(fit, step.solution, step.linear, names)[0], {}
     normal, solution, parts = factored(fit.model, fit.rows)
-    return _levels(fit, solution, parts, names)[0], tilts(fit, normal, solution, parts)
+    return _levels(fit, solution, parts, names)[0], noise_pull(fit, normal, solution, parts)
 
 
 def _levels(fit: Fit, solution: Solution, parts: list[Linear], names: Collection[str]) -> Levels:
     chosen = [(rows, part) for rows, part in zip(fit.rows, parts, strict=True) if rows.name in names]
-    covariance = Spread.of(solution, fit.model.tracks.width)
+    covariance = Marginals.of(solution, fit.model.tracks.width)
     out, hats = {}, {}
     for (rows, _), hat in zip(chosen, covariance.leverages([part for _, part in chosen]), strict=True):
         hats[rows.name] = hat
@@ -134,7 +134,7 @@ def fit_with_noise(
     now = search(model, state, noise, anchor, steps=4)
     for free, last in plan:
         asked = named if free else named - rough
-        fit, step = now[0], None if lawful(now[0]) else now[1]
+        fit, step = now[0], None if law_parameters(now[0]) else now[1]
         del now  # with the equations of a step that nobody asks for: memory
         found, leaning = _estimated(fit, step, asked)
         new = noise | {n: max(found.get(n, noise[n]), floor.get(n, 0.0)) for n in asked}

@@ -14,7 +14,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.nonsense import AXIS_ORDER, STRETCH
 from imubench.diagnosis.nonsense.handedness import SIGNED_PERMUTATIONS, Handedness, handedness
 from imubench.diagnosis.nonsense.rough_fit import mounts_known, rough_misfit
-from imubench.diagnosis.nonsense.stretch import grid, gridded, liveliest, quick_enough
+from imubench.diagnosis.nonsense.stretch import dense_enough, grid, gridded, stretch_of_most_motion
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Imu, Recording
 
@@ -76,10 +76,10 @@ def faults() -> Iterator[Fault]:
 
 def mirrored(recording: Recording) -> Iterator[Nonsense]:
     """Yield every IMU whose axes cannot be what they are called."""
-    some = liveliest(recording, STRETCH.most_s)
+    some = stretch_of_most_motion(recording, STRETCH.most_s)
     wrong: dict[str, Handedness] = {}
     for imu in some.moving:
-        if quick_enough(imu.time) and (edges := grid([imu.time])).size > 1:
+        if dense_enough(imu.time) and (edges := grid([imu.time])).size > 1:
             found = handedness(gridded(imu, edges))
             if found is not None and found.wrong:
                 wrong[imu.name] = found

@@ -6,7 +6,7 @@ import numpy as np
 
 from imubench.diagnosis.config.nonsense import STRETCH
 from imubench.diagnosis.noise.nominal import first_fit
-from imubench.diagnosis.nonsense.stretch import grid, gridded, liveliest
+from imubench.diagnosis.nonsense.stretch import grid, gridded, stretch_of_most_motion
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.recording import Imu, Pose, Recording
@@ -17,7 +17,7 @@ def rough_misfit(recording: Recording) -> float:
 
     0.1 to 0.2 for a recording that goes with its rig, 0.3 beside strong effects, up to 1.7 on real foam.
     """
-    some = thinned(liveliest(recording, STRETCH.rough_s))
+    some = thinned(stretch_of_most_motion(recording, STRETCH.rough_s))
     try:
         fit = first_fit(model_of(some), STRETCH.rough_steps)
     except (NotPositiveDefiniteError, np.linalg.LinAlgError):

@@ -55,12 +55,12 @@ def gridded(imu: Imu, edges: Array) -> Samples:
     return Samples(edges[:-1] + step / 2, gyro, accel, step)
 
 
-def quick_enough(time: Array) -> bool:
+def dense_enough(time: Array) -> bool:
     """Return whether a clock's stamps (n,) s are near enough to each other for the checks."""
     return len(time) > 1 and float(np.median(np.diff(time))) <= 1 / STRETCH.least_rate_hz
 
 
-def liveliest(recording: Recording, seconds: float) -> Recording:
+def stretch_of_most_motion(recording: Recording, seconds: float) -> Recording:
     """Return the stretch of at most so many seconds in which the IMUs turn most.
 
     A shorter recording is returned as it is, and one without an IMU.
@@ -109,4 +109,4 @@ def _pose(pose: Pose, k: Mask) -> Pose:
     return replace(pose, time=pose.time[k], position=position, quaternion=quaternion)
 
 
-__all__ = ["Samples", "averaged", "cut", "grid", "gridded", "liveliest", "quick_enough"]
+__all__ = ["Samples", "averaged", "cut", "dense_enough", "grid", "gridded", "stretch_of_most_motion"]

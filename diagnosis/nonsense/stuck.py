@@ -15,7 +15,7 @@ from scipy.ndimage import uniform_filter1d
 from imubench.arrays import Array
 from imubench.diagnosis.config.nonsense import SHARED_MOTION, STUCK
 from imubench.diagnosis.nonsense.stretch import grid
-from imubench.diagnosis.nonsense.together import across, rate_of
+from imubench.diagnosis.nonsense.together import rate_across_axis, rate_of
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Imu, Recording
 
@@ -62,7 +62,11 @@ def _whole(recording: Recording, imu: Imu, at: Mask) -> Iterator[Nonsense]:
 def carried(recording: Recording, imu: Imu) -> bool:
     """Return whether another sensor shows that an IMU's segment turns: what turns about two axes takes both along."""
     for other in recording.imus:
-        if other.name != imu.name and recording.rig == "hinge" and across(other.gyro) > SHARED_MOTION.turning_rad_s:
+        if (
+            other.name != imu.name
+            and recording.rig == "hinge"
+            and rate_across_axis(other.gyro) > SHARED_MOTION.turning_rad_s
+        ):
             return True
     poses = [rate_of(p)[1] for p in recording.poses if p.quaternion is not None]
     turning = [float(np.sqrt(np.mean(np.sum(w**2, axis=1)))) for w in poses if len(w)]

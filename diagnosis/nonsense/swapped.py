@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from imubench.diagnosis.config.nonsense import AXIS_ORDER
 from imubench.diagnosis.nonsense.rough_fit import mounts_known, rough_misfit
-from imubench.diagnosis.nonsense.stretch import quick_enough
+from imubench.diagnosis.nonsense.stretch import dense_enough
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Imu, Recording
 
@@ -15,7 +15,7 @@ def swapped(recording: Recording) -> Iterator[Nonsense]:
     if recording.rig != "hinge" or len(recording.imus) != 2 or not mounts_known(recording):
         return
     one, two = recording.imus
-    if not (quick_enough(one.time) and quick_enough(two.time)):
+    if not (dense_enough(one.time) and dense_enough(two.time)):
         return
     alone = replace(recording, encoders=(), poses=(), free_swings=(), body=None, motion="hand")
     if (declared := rough_misfit(alone)) < AXIS_ORDER.odd_misfit:

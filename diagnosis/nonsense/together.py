@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter1d
 from imubench.arrays import Array
 from imubench.diagnosis.config.nonsense import SHARED_MOTION, STRETCH
 from imubench.diagnosis.nonsense.shared_motion import Shared, shared, squares
-from imubench.diagnosis.nonsense.stretch import averaged, grid, liveliest, quick_enough
+from imubench.diagnosis.nonsense.stretch import averaged, dense_enough, grid, stretch_of_most_motion
 from imubench.diagnosis.problem.hypothesis import segment_of
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Encoder, Imu, Pose, Recording
@@ -22,17 +22,17 @@ def not_together(recording: Recording) -> Iterator[Nonsense]:
     one axis. On a fixed base the first does not move. A gyroscope shares its rate with the measured attitude of its
     segment, and the rates of a hinge's IMUs make that of its encoder.
     """
-    some = liveliest(recording, STRETCH.most_s)
-    imus = {imu.name: imu for imu in some.moving if quick_enough(imu.time)}
+    some = stretch_of_most_motion(recording, STRETCH.most_s)
+    imus = {imu.name: imu for imu in some.moving if dense_enough(imu.time)}
     one, two = imus.get("imu1"), imus.get("imu2")
-    if some.rig == "hinge" and one and two and (found := hinged(one, two)):
+    if some.rig == "hinge" and one and two and (found := shared_on_hinge(one, two)):
         yield _told("joint", "the two IMUs do not move together", found)
     for i, pose in enumerate(some.poses):
         for imu in (m for m in imus.values() if segment_of(m.name) == pose.segment):
-            if pose.quaternion is not None and (found := posed(imu, pose)):
+            if pose.quaternion is not None and (found := shared_with_pose(imu, pose)):
                 yield _told(f"pose{i + 1}", f"{imu.name} and the measured pose do not move together", found)
     for encoder in some.encoders if some.rig == "hinge" and two and len(imus) == len(some.moving) else ():
-        if found := encoded(list(imus.values()), encoder):
+        if found := shared_with_encoder(list(imus.values()), encoder):
             yield _told("encoder", "the IMUs and the encoder do not move together", found)
 
 
@@ -42,21 +42,21 @@ def _told(at: str, what: str, found: Shared) -> Nonsense:
     return Nonsense(at, what, evidence, advice=advice)
 
 
-def hinged(one: Imu, two: Imu) -> Shared | None:
+def shared_on_hinge(one: Imu, two: Imu) -> Shared | None:
     """Return what two IMUs on a hinge share, if that is nothing."""
     edges = grid([one.time, two.time], SHARED_MOTION.grid_hz)
     if edges.size < 2:
         return None
     rates = [smooth(averaged(i.time, i.gyro, edges), edges) for i in (one, two)]
-    if max(across(w) for w in rates) < SHARED_MOTION.turning_rad_s:
+    if max(rate_across_axis(w) for w in rates) < SHARED_MOTION.turning_rad_s:
         return None
     return _if_nothing(squares(rates[0]), squares(rates[1]), edges)
 
 
-def posed(imu: Imu, pose: Pose) -> Shared | None:
+def shared_with_pose(imu: Imu, pose: Pose) -> Shared | None:
     """Return what an IMU shares with the measured attitude of its segment, if that is nothing."""
     time, rate = rate_of(pose)
-    if not quick_enough(time):
+    if not dense_enough(time):
         return None
     edges = grid([imu.time, time], SHARED_MOTION.grid_hz)
     if edges.size < 2:
@@ -67,9 +67,9 @@ def posed(imu: Imu, pose: Pose) -> Shared | None:
     return _if_nothing(rates[0], rates[1], edges)
 
 
-def encoded(imus: list[Imu], encoder: Encoder) -> Shared | None:
+def shared_with_encoder(imus: list[Imu], encoder: Encoder) -> Shared | None:
     """Return what a hinge's IMUs share with its encoder, if that is nothing."""
-    if not quick_enough(encoder.time):
+    if not dense_enough(encoder.time):
         return None
     edges = grid([encoder.time, *(i.time for i in imus)], SHARED_MOTION.grid_hz)
     if edges.size < 2:
@@ -93,7 +93,7 @@ def smooth(values: Array, edges: Array) -> Array:
     return np.asarray(gaussian_filter1d(values, width / (edges[1] - edges[0]), axis=0))
 
 
-def across(rate: Array) -> float:
+def rate_across_axis(rate: Array) -> float:
     """Return the RMS of rates (n, 3) without their main axis: what is turned across a hinge is at least that."""
     power = np.linalg.eigvalsh(rate.T @ rate / len(rate))
     return float(np.sqrt(max(power[0] + power[1], 0.0)))

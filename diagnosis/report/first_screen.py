@@ -98,7 +98,7 @@ def _bars(d: Diagnosis) -> str:
     """Return the channels that differ most, as declared and with what was found, in figures."""
     assert d.simulation is not None
     rows = []
-    for off in headline.offs(d.simulation)[: SIMULATED_BESIDE.channels]:
+    for off in headline.deviations(d.simulation)[: SIMULATED_BESIDE.channels]:
         change = f"<b>{off.before}</b>" if off.before == off.after else f"<b>{off.before}</b> → <b>{off.after}</b>"
         times = f"{_times(off.times_before)} → {_times(off.times_after)} times the noise"
         if not any(f.named and f.confidence >= CONFIDENCE.counts for f in d.findings):

@@ -13,7 +13,7 @@ from imubench.sim.profiles import PROFILES
 
 
 @dataclass(frozen=True)
-class Off:
+class Deviation:
     """How far the simulation is from one channel, in the laboratory's unit."""
 
     channel: str
@@ -25,20 +25,20 @@ class Off:
     times_after: float
 
 
-def offs(s: Simulation) -> list[Off]:
+def deviations(s: Simulation) -> list[Deviation]:
     """Return how far each channel is off, the farthest over its noise as declared first."""
     found = []
     for name, c in s.channels.items():
         factor, unit = printed(c.unit)
         noise = max(c.noise, 1e-300)
         before, after, level = (brief(factor * v) for v in (c.before, c.after, c.noise))
-        found.append(Off(name, before, after, level, unit, c.before / noise, c.after / noise))
+        found.append(Deviation(name, before, after, level, unit, c.before / noise, c.after / noise))
     return sorted(found, key=lambda off: -off.times_before)
 
 
 def times_noise(s: Simulation) -> tuple[float, float]:
     """Return the RMS over all channels of how far both models are off, over the noise."""
-    every = offs(s)
+    every = deviations(s)
     before, after = (np.array([getattr(o, key) for o in every]) for key in ("times_before", "times_after"))
     return float(np.sqrt(np.mean(before**2))), float(np.sqrt(np.mean(after**2)))
 
@@ -114,7 +114,7 @@ def _off(d: Diagnosis, with_it: bool = True) -> str:
     """Return how far the simulations are off in the channel that differs most over its noise; empty if not played."""
     if d.simulation is None or not d.simulation.channels or (with_it and not shown_by(d.simulation)):
         return ""
-    worst = offs(d.simulation)[0]
+    worst = deviations(d.simulation)[0]
     at = words.spelled(worst.channel)
     if not with_it:
         return f"MuJoCo's simulation is off by {worst.before} {worst.unit} RMS at the {at}."
@@ -180,7 +180,7 @@ def places(d: Diagnosis, span: tuple[float, float], zero: float | None = None) -
     if d.where:
         return [words.location(w, span, zero) for w in d.where]
     if d.simulation is not None and d.simulation.channels and times_noise(d.simulation)[0] > PAGE.at_noise:
-        worst = offs(d.simulation)[:3]
+        worst = deviations(d.simulation)[:3]
         told = [
             f"the {words.spelled(o.channel)} ({o.before} {o.unit} RMS)" for o in worst if o.times_before > PAGE.at_noise
         ]
@@ -191,11 +191,11 @@ def places(d: Diagnosis, span: tuple[float, float], zero: float | None = None) -
 
 
 __all__ = [
-    "Off",
+    "Deviation",
     "against_reference",
+    "deviations",
     "explained_percent",
     "headline",
-    "offs",
     "places",
     "shown_by",
     "times_noise",

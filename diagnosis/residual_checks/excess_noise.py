@@ -30,17 +30,26 @@ def excess_noise(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Find
     if max(abs(np.log(found[n] / fit.noise[n])) for n in told) > EXCESS_NOISE.own_level:
         fit = with_noise(fit, 2)
         found, leverage = levels(fit)
-    over = {n for n, std in told.items() if (found[n] / std) ** 2 > DECLARED_NOISE.most_power and tells(leverage[n])}
+    over = {
+        n
+        for n, std in told.items()
+        if (found[n] / std) ** 2 > DECLARED_NOISE.most_power and tells_its_level(leverage[n])
+    }
     if not over:
         return []
     spectra = noise_spectra(fit)
     out = []
     for rows in fit.measured:
         name, at = rows.name, rows.name.split(".")[0]
-        if name not in over or at not in imus or not steady(fit, rows, leverage[name]) or tailed(rows, leverage[name]):
+        if (
+            name not in over
+            or at not in imus
+            or not steady(fit, rows, leverage[name])
+            or has_heavy_tails(rows, leverage[name])
+        ):
             continue
         if flat(spectra[name], (found[name] / fit.noise[name]) ** 2):
-            out.append(louder(name, found[name], leverage[name]))
+            out.append(louder_noise(name, found[name], leverage[name]))
             over.remove(name)
     sensors = {n.split(".")[0] for n in over}
     chosen = next((w for w in where if w.at in sensors), None)
@@ -84,14 +93,14 @@ def refuted(raw: Sequence[Finding], fit: Fit, known: set[str]) -> tuple[Finding,
         name = f"{f.at}.{f.effect.removesuffix('_noise')}"
         return (
             name in leverage
-            and tells(leverage[name])
+            and tells_its_level(leverage[name])
             and found[name] < EXCESS_NOISE.quieter * float(f.parameters["std"].value)
         )
 
     return tuple(f for f in some if less(f))
 
 
-def tells(leverage: Array) -> bool:
+def tells_its_level(leverage: Array) -> bool:
     """Return whether the fit leaves enough of a sensor's noise for its level to say anything; leverage (n, 3)."""
     return float(np.mean(1 - leverage)) > EXCESS_NOISE.visible
 
@@ -126,7 +135,7 @@ def steady(fit: Fit, rows: Rows, leverage: Array) -> bool:
     return 1 / EXCESS_NOISE.steady_power < ratio < EXCESS_NOISE.steady_power
 
 
-def tailed(rows: Rows, leverage: Array) -> bool:
+def has_heavy_tails(rows: Rows, leverage: Array) -> bool:
     """Return whether an IMU's residuals have a heavier tail than noise has, which is normal; leverage (n, 3).
 
     By their fourth moment: of six louder noises that is within 0.2 of the normal one's 3, once each residual is over
@@ -137,7 +146,7 @@ def tailed(rows: Rows, leverage: Array) -> bool:
     return over > max(EXCESS_NOISE.tail, EXCESS_NOISE.tail_sigmas * np.sqrt(24 / z.size))
 
 
-def louder(name: str, std: float, leverage: Array) -> Finding:
+def louder_noise(name: str, std: float, leverage: Array) -> Finding:
     """Return a louder white noise of an IMU's triple as a finding; std and `leverage` (n, 3) as `levels` has them."""
     at, part = name.split(".")
     error = std / np.sqrt(2 * max(float(np.sum(1 - leverage)), 1.0))
@@ -149,7 +158,7 @@ __all__ = [
     "excess_noise",
     "flat",
     "left_over",
-    "louder",
+    "louder_noise",
     "off_its_equation",
     "refuted",
     "steady",

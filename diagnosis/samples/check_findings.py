@@ -10,7 +10,7 @@ from imubench.diagnosis.config.samples import SCREENING
 from imubench.diagnosis.config.shared import CONFIDENCE, DECLARED_NOISE, STATISTICS
 from imubench.diagnosis.samples.impacts import Knocks
 from imubench.diagnosis.samples.noise_floor import Level, Rest
-from imubench.diagnosis.samples.sample_faults import Lost, Mask, enough
+from imubench.diagnosis.samples.sample_faults import Lost, Mask, more_than_odd
 from imubench.diagnosis.samples.tones import Line
 from imubench.recording import Imu
 
@@ -86,7 +86,7 @@ def dropouts_finding(imu: Imu, lost: Lost) -> list[RawFinding]:
         ("missing", lost.fraction_missing, lost.events_missing, n, lost.after, "are missing between the stamps"),
     )
     for mode, fraction, events, count, times, said in cases:
-        if count and enough(events, count):
+        if count and more_than_odd(events, count):
             error = float(np.sqrt(max(fraction * (1 - fraction), 1 / n) / count))
             evidence = f"{100 * fraction:.1f} % of {imu.name}'s samples {said}, {events} times."
             parameters = {"fraction": value(fraction, error, "1")}

@@ -76,7 +76,7 @@ def lost(time: Array, channels: Array, step: Array) -> Lost:
     counts = np.round(interval / usual)
     jitter = 1.4826 * float(np.median(np.abs(interval / usual - 1)))
     gap = (counts >= 2) & (jitter < DROPOUT.jitter)
-    odd = short_of(counts[gap] - 1, time.size)
+    odd = missing_in_a_row(counts[gap] - 1, time.size)
     missing = int(odd.sum())
 
     held = np.zeros(time.size, dtype=bool)
@@ -108,7 +108,7 @@ def lost(time: Array, channels: Array, step: Array) -> Lost:
     )
 
 
-def short_of(runs: Array, count: int) -> Array:
+def missing_in_a_row(runs: Array, count: int) -> Array:
     """Return how many samples are missing in a row (k,), of `count`, without runs too long for single ones to be lost.
 
     A share f of samples lost one by one has count f^k runs of k: one of which there would be no more than
@@ -123,7 +123,7 @@ def short_of(runs: Array, count: int) -> Array:
     return runs
 
 
-def enough(events: int, count: int) -> bool:
+def more_than_odd(events: int, count: int) -> bool:
     """Return whether so many gaps or repeats in `count` samples are more than the odd one."""
     return events >= max(DROPOUT.events, DROPOUT.share * count)
 

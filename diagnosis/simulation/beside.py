@@ -22,7 +22,7 @@ from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import Simulation
 from imubench.diagnosis.simulation.channels import Channel, channels
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
-from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, without_slack
+from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, with_laws_held
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
 from imubench.diagnosis.simulation.swing_windows import free
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
@@ -131,7 +131,7 @@ def motion_of(told: Fit, smooth: Fit) -> Played:
     taught = np.concatenate([told.state.values[name] - smooth.state.values[name] for name in names])
     start = followed(smooth, taught)
     held = replace(told.model, fixed=dict(told.state.values))
-    return fit_summary.played(solve(held, start, without_slack(smooth), smooth.anchor, steps=SOLVER.steps))
+    return fit_summary.played(solve(held, start, with_laws_held(smooth), smooth.anchor, steps=SOLVER.steps))
 
 
 def with_levels(fit: Fit, told: dict[str, float]) -> Fit:

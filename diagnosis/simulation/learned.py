@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
-from imubench.diagnosis.criteria.cross_validation import told_by
+from imubench.diagnosis.criteria.cross_validation import half_step
 from imubench.diagnosis.problem.dynamics_factors import is_data
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.process_factors import law_rows, scenes
@@ -59,7 +59,7 @@ class Learned:
 
 def parts_of(recording: Recording, swings: tuple[Window, ...]) -> tuple[Part, ...]:
     """Return the parts of a recording with free `swings` (s) from its first to its last stamp, in their order."""
-    time, power = motion(recording)
+    time, power = squared_rates(recording)
     span = float(time[0]), float(time[-1])
     swings = tuple(sorted((max(a, span[0]), min(b, span[1])) for a, b in swings if b > span[0] and a < span[1]))
 
@@ -75,7 +75,7 @@ def parts_of(recording: Recording, swings: tuple[Window, ...]) -> tuple[Part, ..
     return tuple(sorted(out, key=lambda part: part.start))
 
 
-def motion(recording: Recording) -> tuple[Array, Array]:
+def squared_rates(recording: Recording) -> tuple[Array, Array]:
     """Return times (n,) s from the first to the last stamp, and the squared rates that are measured there (n,)."""
     time = np.linspace(*span_of(recording), SIMULATED_BESIDE.most_times)
     power = np.zeros(SIMULATED_BESIDE.most_times)
@@ -121,11 +121,11 @@ def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
     for half in (0, 1):
         own = [part.of(half_at(parts, time) == half) if data else part for data, time, part in linear]
         normal = Normal.of(model.tracks, model.parameters, own)
-        _, step, _, known = told_by(normal)
+        _, step, _, known = half_step(normal)
         steps.append(step)
         stds.append(np.sqrt(np.diag(np.linalg.inv(known))))
         del normal  # with its factors, before the next one's: memory
-    whole = told_by(Normal.of(model.tracks, model.parameters, [part for _, _, part in linear]))
+    whole = half_step(Normal.of(model.tracks, model.parameters, [part for _, _, part in linear]))
     step, out = whole[1], []
     for half in (0, 1):
         told = stds[1 - half] <= SIMULATED_BESIDE.tells * stds[half]
@@ -134,7 +134,7 @@ def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
         held = replace(model, fixed=dict(start.values))
         out.append(
             Learned(
-                solve(held, start, without_slack(fit), fit.anchor, steps=SIMULATED_BESIDE.polish_steps),
+                solve(held, start, with_laws_held(fit), fit.anchor, steps=SIMULATED_BESIDE.polish_steps),
                 bool(told.all()),
             )
         )
@@ -149,7 +149,7 @@ def followed(fit: Fit, taught: Array) -> State:
     """
     model = fit.model
     linear = [linearise(r, model.tracks, model.parameters) for r in fit.rows]
-    return _followed(fit, told_by(Normal.of(model.tracks, model.parameters, linear)), taught)
+    return _followed(fit, half_step(Normal.of(model.tracks, model.parameters, linear)), taught)
 
 
 def _followed(fit: Fit, whole: tuple[Array, Array, Array, Array], taught: Array) -> State:
@@ -158,7 +158,7 @@ def _followed(fit: Fit, whole: tuple[Array, Array, Array, Array], taught: Array)
     return min(ways, key=lambda way: sum(r.cost for r in all_rows(fit.model, way, fit.noise, fit.anchor, fit.loose)))
 
 
-def without_slack(fit: Fit) -> dict[str, float]:
+def with_laws_held(fit: Fit) -> dict[str, float]:
     """Return a fit's noise levels with the laws of springs and filters held closely, as a simulation integrates them.
 
     A fit estimates how far its states may be from their law, and what they are off by no replay can follow. Not of
@@ -173,4 +173,4 @@ def without_slack(fit: Fit) -> dict[str, float]:
     return {name: min(std, SIMULATED_BESIDE.law_std) if name in state else std for name, std in fit.noise.items()}
 
 
-__all__ = ["Learned", "Part", "followed", "half_at", "learned", "parts_of", "without_slack"]
+__all__ = ["Learned", "Part", "followed", "half_at", "learned", "parts_of", "with_laws_held"]

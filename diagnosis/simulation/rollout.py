@@ -42,7 +42,7 @@ def can_swing(rig: Rig) -> bool:
     return (rig.family == "hinge" and rig.base == "fixed") or (rig.family == "pendulum" and not rig.pivot_moves)
 
 
-def bare(rig: Rig) -> Rig:
+def with_weightless_sensors(rig: Rig) -> Rig:
     """Return a rig with weightless sensors that sit fast, as it is integrated."""
     weight = ROLL_OUT.sensor_mass * rig.segments[-1].mass
     return replace(rig, mounts=tuple(Mount(m.position, m.quaternion, mass=weight) for m in rig.mounts))
@@ -81,12 +81,12 @@ def integrated(
     rig: Rig, window: Swing, rate: float, step: float, torque: Torque | None = None
 ) -> tuple[Array, Array | None]:
     """Return segment 1's attitude (n, 4) and the hinge's angle (n,) rad, None on a ball joint, in steps of `step` s."""
-    light, state, rows = bare(rig), window.state, int((window.end - window.start) * rate + 1e-6) + 2
+    light, state, rows = with_weightless_sensors(rig), window.state, int((window.end - window.start) * rate + 1e-6) + 2
     turns, angles, most = [], [], max(int(ROLL_OUT.chunk_s * rate), 1)
     for begin in range(0, rows, most):
         count = min(most, rows - begin)
         middle = window.start + begin / rate + step / 2  # MuJoCo holds a torque throughout a step
-        pushed = since(torque, middle)
+        pushed = torque_since(torque, middle)
         truth = next(iter(swing_many([light], [state], (count + 1) / rate, rate, pushed, step, threads=1)))
         first = truth.segments[0]
         turns.append(first.quaternion[:count])
@@ -99,7 +99,7 @@ def integrated(
     return np.concatenate(turns), np.concatenate(angles) if angles else None
 
 
-def since(torque: Torque | None, start: float) -> Torque | None:
+def torque_since(torque: Torque | None, start: float) -> Torque | None:
     """Return a torque by the seconds since `start` s."""
     return None if torque is None else lambda time: torque(start + time)
 
@@ -109,7 +109,7 @@ def freedoms(rig: Rig) -> int:
     return 2 if rig.family == "hinge" else 6
 
 
-def beside(rig: Rig, state: Start, step: Array) -> Start:
+def state_beside(rig: Rig, state: Start, step: Array) -> Start:
     """Return the state a step (2 or 6,) away: angle and rate, or a rotation vector and a rate in segment axes."""
     if rig.family == "hinge":
         return replace(state, angle=state.angle + float(step[0]), angle_rate=state.angle_rate + float(step[1]))
@@ -123,7 +123,7 @@ def refined(rig: Rig, window: Swing, misfit: Misfit) -> Swing:
     found = misfit(brief)[1]
     back = np.linalg.pinv(slopes(rig, brief, misfit), rcond=ROLL_OUT.unseen)
     for _ in range(ROLL_OUT.rounds):
-        tried = replace(brief, state=beside(rig, brief.state, -back @ found))
+        tried = replace(brief, state=state_beside(rig, brief.state, -back @ found))
         better = misfit(tried)[1]
         if not better @ better < found @ found:
             break
@@ -135,7 +135,7 @@ def slopes(rig: Rig, window: Swing, misfit: Misfit) -> Array:
     """Return the derivatives (n, 2 or 6) of a window's misfit by the state at its start, by differences."""
     here = misfit(window)[1]
     moved = (
-        misfit(replace(window, state=beside(rig, window.state, ROLL_OUT.difference * row)))[1]
+        misfit(replace(window, state=state_beside(rig, window.state, ROLL_OUT.difference * row)))[1]
         for row in np.eye(freedoms(rig))
     )
     return np.stack([(there - here) / ROLL_OUT.difference for there in moved], axis=1)

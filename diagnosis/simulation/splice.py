@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.correction.replay import SplineMotion, dense_rows, played_through
+from imubench.correction.replay import SplineMotion, dense_rows, truth_of_motion
 from imubench.correction.sensor_chain import Effects, moves_time
 from imubench.diagnosis.config.correction import REPLAY
 from imubench.diagnosis.config.simulation import ROLL_OUT
@@ -84,7 +84,7 @@ def played(
         rows = max(int((start - float(motion.time[0])) * dense), 0)
         end = max(end, float(motion.time[-1]) - REPLAY.end_rows / dense)
     first = start - rows / dense
-    truth = played_through(later(rig, first - start), motion, first, end - first, rate)
+    truth = truth_of_motion(later(rig, first - start), motion, first, end - first, rate)
     return with_swings(rig, truth, start, windows, torque, first), first
 
 

@@ -10,7 +10,7 @@ from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import Step, all_rows
-from imubench.diagnosis.solve.retract import followed, moved, paced, settled
+from imubench.diagnosis.solve.retract import followed, moved, settled, with_centre_velocity
 from imubench.diagnosis.solve.threads import one_thread
 
 
@@ -125,7 +125,7 @@ def _arrived(
     model: Model, state: State, noise: dict[str, float], anchor: Array | None
 ) -> tuple[State, list[Rows], float]:
     """Return where a step has led once what follows from the rest is solved for, with its rows and its cost."""
-    state = settled(model, paced(model, state), noise, anchor)
+    state = settled(model, with_centre_velocity(model, state), noise, anchor)
     rows = all_rows(model, state, noise, anchor)
     return state, rows, sum(r.cost for r in rows)
 

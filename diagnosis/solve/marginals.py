@@ -49,7 +49,7 @@ def inverse_windows(factor: Factor, width: int) -> Iterator[Array]:
 
 
 @dataclass(frozen=True)
-class Spread:
+class Marginals:
     """The covariance of a solved fit, as far as single rows see it."""
 
     factor: Factor  # of the splines' matrix
@@ -57,7 +57,7 @@ class Spread:
     shared: Array  # (p, p)
 
     @classmethod
-    def of(cls, solution: Solution, width: int) -> "Spread":
+    def of(cls, solution: Solution, width: int) -> "Marginals":
         """Return the covariance that a factored arrow matrix stands for."""
         reach = solution.factor.backward(solution.half)
         p = reach.shape[2]

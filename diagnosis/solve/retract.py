@@ -58,7 +58,7 @@ def followed(model: Model, state: State, rows: list[Rows], damping: float) -> St
     return state
 
 
-def paced(model: Model, state: State) -> State:
+def with_centre_velocity(model: Model, state: State) -> State:
     """Return the state with the joint centre's velocity solved for everything else as it is.
 
     It is an integral of attitude and force, held tightly, and linear: what a step leaves of second order in it cost

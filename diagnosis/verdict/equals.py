@@ -6,7 +6,7 @@ from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.result import Finding, Rejected
 
 
-def with_likes(rest: Sequence[Finding], named: Sequence[Finding]) -> tuple[Finding, ...]:
+def with_equivalents(rest: Sequence[Finding], named: Sequence[Finding]) -> tuple[Finding, ...]:
     """Return findings without a name; those that a name equals are equalled by what the recording cannot tell from it.
 
     An accelerometer's misalignment was doubted for what its axes read a little later. It was none of both, but the
@@ -20,7 +20,7 @@ def with_likes(rest: Sequence[Finding], named: Sequence[Finding]) -> tuple[Findi
     return tuple(u.equalled_by(likes(u)) for u in rest)
 
 
-def with_refused(
+def with_refused_equivalents(
     rest: Sequence[Finding], named: Sequence[Finding], refused: Collection[Rejected]
 ) -> tuple[Finding, ...]:
     """Return findings without a name, each equalled by what was refused at its place and gained as much as it does.
@@ -38,4 +38,4 @@ def with_refused(
     return tuple(u.equalled_by(as_good(u)) for u in rest)
 
 
-__all__ = ["with_likes", "with_refused"]
+__all__ = ["with_equivalents", "with_refused_equivalents"]

@@ -38,13 +38,13 @@ def findings(selection: Selection, measured: Recording | None = None, briefly: b
     std = white if briefly else with_spring_intervals(numbers, parameter_std(numbers))
     covariance = widened(numbers, covariance, white, std)
     recording = selection.fit.model.recording
-    loose, small, odd = loosely(selection.fit), overshadowed(selection), implausible_places(selection.fit)
+    loose, small, odd = weakly_held(selection.fit), overshadowed(selection), implausible_places(selection.fit)
     out = []
     for kept in strongest_first(selection):
         h, gain = kept.hypothesis, kept.heldout
         others = [] if briefly else equivalents(selection.fit, h)
         same = [Rejected(r.effect, r.at, gain.value - r.loss) for r in others]
-        springs = like(kept)
+        springs = laws_as_good(kept)
         same += [Rejected(t.hypothesis.effect.name, h.at, gain.value - kept.evidence + t.evidence) for t in springs]
         told = {(r.effect, r.at) for r in same}
         ties = [Rejected(t.hypothesis.effect.name, h.at, gain.value + t.evidence) for t in kept.ties]
@@ -78,7 +78,7 @@ def _rival(r: Rival, recording: Recording) -> Hypothesis:
     return Hypothesis(EFFECTS[r.effect].suited(recording), r.at)
 
 
-def like(kept: Kept) -> list[Passed]:
+def laws_as_good(kept: Kept) -> list[Passed]:
     """Return the other laws of its IMU that were worth as much as the kept one: soft springs for rocking ones."""
     h, least = kept.hypothesis, kept.evidence - max(TIE, SHARE * kept.evidence)
     laws = [t for t in kept.rivals if t.hypothesis.effect.lawful and t.hypothesis.at == h.at and t.evidence > least]
@@ -101,7 +101,7 @@ def strongest_first(selection: Selection) -> list[Kept]:
     return sorted(selection.kept, key=lambda k: -k.heldout.value)
 
 
-def loosely(fit: Fit) -> list[Hypothesis]:
+def weakly_held(fit: Fit) -> list[Hypothesis]:
     """Return the effects of a fit whose states are held by no law, or by one beside which too much is left."""
     lawful = misfit(fit) <= ADMISSION.unexplained_misfit
     return [h for h in fit.model.hypotheses if h.effect.states and not (h.effect.lawful and lawful)]
@@ -127,13 +127,13 @@ def parameters(
         units = {f.name: f.unit for f in h.effect.found}
         errors = h.effect.read_error(values, states, fit.model.tracks.knots.step)
         if not h.effect.states:
-            errors = carried(h, values, std, fit.model.tracks.knots.step) | errors
+            errors = propagated_std(h, values, std, fit.model.tracks.knots.step) | errors
         for name, value in read.items():
             out[name] = Parameter(value, errors.get(name, np.abs(value) * FINDINGS.read_off_std), units[name])
     return out
 
 
-def carried(h: Hypothesis, values: dict[str, Array], std: dict[str, Array], step: float) -> dict[str, Array]:
+def propagated_std(h: Hypothesis, values: dict[str, Array], std: dict[str, Array], step: float) -> dict[str, Array]:
     """Return the standard deviations of what is read off fitted numbers, each of these moved by a part of its own."""
     told = h.effect.read(values, {}, step)
     variance = {name: np.zeros_like(value) for name, value in told.items()}
@@ -156,4 +156,4 @@ def rejected(selection: Selection) -> tuple[Rejected, ...]:
     return tuple(Rejected(name, at, float(v)) for (name, at), v in lost.items())
 
 
-__all__ = ["findings", "like", "overshadowed", "parameters", "rejected"]
+__all__ = ["findings", "laws_as_good", "overshadowed", "parameters", "rejected"]

@@ -17,7 +17,7 @@ from imubench.diagnosis.config.criteria import EQUIVALENCE
 from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.config.verdict import KNOCK
 from imubench.diagnosis.criteria.impact_test import counted, knocks, solved
-from imubench.diagnosis.noise.nominal import as_smooth
+from imubench.diagnosis.noise.nominal import at_estimated_roughness
 from imubench.diagnosis.problem.dynamics_factors import turning
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.samples.check_findings import UNIT_OF_PART, joined
@@ -34,7 +34,7 @@ DRY = "dry_friction"
 LOST_SAMPLES, ROUNDED_READINGS = "dropouts", "quantisation"
 
 
-def struck_again(
+def unseen_knocks(
     fit: Fit, struck: Mapping[str, Mask], named: Sequence[Finding], sprung: Collection[str] = ()
 ) -> tuple[Finding, ...]:
     """Return knocks among the peaks `struck` ("imu1" -> (n,) samples) that the fit has not seen and cannot explain.
@@ -82,7 +82,7 @@ def faint(fit: Fit, imu: Imu, struck: Mask, named: Sequence[Finding]) -> Array:
     if len(peaks) < KNOCK.samples:
         return np.array([])
     if fit.model.rig.placed and len(fit.model.recording.imus) == 1:
-        fit = solved(as_smooth(fit), {})
+        fit = solved(at_estimated_roughness(fit), {})
     inside = covered(imu.time, peaks)
     pushed = f"{imu.name}.accel"  # what is struck reads a force
     apart = solved(fit, {pushed: known[pushed] & ~inside})
@@ -107,4 +107,4 @@ def slips(fit: Fit, imu: str, window: Window) -> bool:
     return any(a - EQUIVALENCE.beside_s <= end and b + EQUIVALENCE.beside_s >= start for a, b in windows)
 
 
-__all__ = ["struck_again"]
+__all__ = ["unseen_knocks"]

@@ -40,7 +40,7 @@ def with_samples(
     return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
 
 
-def beside(
+def doubted_beside_unknown(
     named: tuple[Finding, ...],
     rest: tuple[Finding, ...],
     doubted: Collection[Hypothesis] = (),
@@ -75,7 +75,7 @@ def beside(
     return tuple(at_most(f, sure(f)) for f in named)
 
 
-def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
+def doubted_beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
     """Return louder noises, doubted at an accelerometer that hums: a steady line leaves what of a hum wanders."""
     humming = {f.at for f in named if f.effect == HUM}
     return tuple(at_most(f, DOUBTFUL) if f.effect == ACCEL_NOISE and f.at in humming else f for f in noises)
@@ -95,7 +95,7 @@ def _free(f: Finding) -> bool:
     return effect is not None and effect.free
 
 
-def surest_first(named: tuple[Finding, ...]) -> tuple[Finding, ...]:
+def ranked_by_confidence(named: tuple[Finding, ...]) -> tuple[Finding, ...]:
     """Return findings in their order, those that are doubted behind those that are sure.
 
     What stands in for something without a name, or for another name, gains whatever that would: the gain alone does not
@@ -126,7 +126,7 @@ def noise_not_shown(noise_unknown: Collection[str]) -> Unseen:
     )
 
 
-def missing(recording: Recording) -> tuple[Unseen, ...]:
+def not_observable(recording: Recording) -> tuple[Unseen, ...]:
     """Return what the recording is too poor in sensors, too still or too short to show."""
     out = []
     rig = Rig.of(recording)
@@ -149,4 +149,11 @@ def missing(recording: Recording) -> tuple[Unseen, ...]:
     return tuple(out)
 
 
-__all__ = ["beside", "beside_hum", "missing", "noise_not_shown", "verdict_of", "with_samples"]
+__all__ = [
+    "doubted_beside_hum",
+    "doubted_beside_unknown",
+    "noise_not_shown",
+    "not_observable",
+    "verdict_of",
+    "with_samples",
+]

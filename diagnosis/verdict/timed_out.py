@@ -16,7 +16,7 @@ NAMELESS_TERMS = "terms without a name for what no effect explains"
 MORE_TIME = "no other motion: the same recording with a longer --time-limit, or a part of it"
 
 
-def doubted(fitted: tuple[Finding, ...]) -> tuple[Finding, ...]:
+def doubted_as_stopped(fitted: tuple[Finding, ...]) -> tuple[Finding, ...]:
     """Return findings of a search that was stopped: what else they may be was not tried."""
     return tuple(at_most(f, DOUBTFUL) for f in fitted)
 
@@ -64,4 +64,4 @@ def not_fitted(budget: Budget) -> tuple[Unseen, ...]:
     return (Unseen(f"anything: its motion was not fitted within the {budget.stopped}", MORE_TIME),)
 
 
-__all__ = ["NAMELESS_TERMS", "doubted", "not_fitted", "verdict_when_stopped", "with_rest"]
+__all__ = ["NAMELESS_TERMS", "doubted_as_stopped", "not_fitted", "verdict_when_stopped", "with_rest"]

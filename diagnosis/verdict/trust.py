@@ -47,7 +47,7 @@ def doubts(fit: Fit, before: Weighed, after: Weighed) -> tuple[Doubt, ...]:
     """
     worse = after.left_out > max(before.left_out, allowed(after))  # within what noise may have neither is better
     beaten = (Doubt(PREDICTION, "the declared model predicts better"),) if worse else ()
-    return (*beaten, *implausible(fit), *of_two_minds(fit))
+    return (*beaten, *implausible(fit), *halves_that_differ(fit))
 
 
 def allowed(after: Weighed) -> float:
@@ -60,7 +60,7 @@ def allowed(after: Weighed) -> float:
 def implausible(fit: Fit) -> tuple[Doubt, ...]:
     """Return numbers of effects that are far outside what their priors hold for plausible."""
     found = []
-    for h in lawful(fit):
+    for h in named_effects(fit):
         for p in h.effect.parameters:
             prior, value = fit.model.priors[h.key(p.name)], fit.state.values[h.key(p.name)]
             away = (value - prior.start) / prior.std
@@ -70,12 +70,12 @@ def implausible(fit: Fit) -> tuple[Doubt, ...]:
     return tuple(found)
 
 
-def of_two_minds(fit: Fit) -> tuple[Doubt, ...]:
+def halves_that_differ(fit: Fit) -> tuple[Doubt, ...]:
     """Return numbers in which the halves of the recording differ by more than chance and by more than serves."""
     _, white = information(fit)
     coloured = parameter_std(fit)
-    named = {h.key(p.name) for h in lawful(fit) for p in h.effect.parameters}
-    logarithms = {h.key(p.name) for h in lawful(fit) for p in h.effect.parameters if p.log}
+    named = {h.key(p.name) for h in named_effects(fit) for p in h.effect.parameters}
+    logarithms = {h.key(p.name) for h in named_effects(fit) for p in h.effect.parameters if p.log}
     found = []
     for name, (apart, std) in halves(fit).items():
         if "@" in name and name not in named:
@@ -96,7 +96,7 @@ def of_two_minds(fit: Fit) -> tuple[Doubt, ...]:
     return tuple(found)
 
 
-def lawful(fit: Fit) -> Iterator[Hypothesis]:
+def named_effects(fit: Fit) -> Iterator[Hypothesis]:
     """Yield the effects of a fit that have a name."""
     yield from (h for h in fit.model.hypotheses if not (isinstance(h.effect, Unknown) or h.effect.given))
 
@@ -121,4 +121,4 @@ def halves(fit: Fit) -> dict[str, tuple[Array, Array]]:
     return {name: (apart[columns(name)], std[columns(name)]) for name in model.priors}
 
 
-__all__ = ["allowed", "doubts", "halves", "implausible", "of_two_minds"]
+__all__ = ["allowed", "doubts", "halves", "halves_that_differ", "implausible"]

@@ -39,7 +39,7 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended, refit_without
 from imubench.diagnosis.traits import HUM
-from imubench.diagnosis.verdict.estimate_shift import Asked, asked, moved, times
+from imubench.diagnosis.verdict.estimate_shift import Estimates, estimates_of, moves_between, times
 from imubench.effects.effect import Effect
 from imubench.recording import Recording
 
@@ -67,7 +67,7 @@ def moves_of(
         OutOfTime: where the part's time is spent; what was yielded stays.
     """
     time = times(fit)
-    whole = asked(fit, time)
+    whole = estimates_of(fit, time)
     for finding in sorted(findings, key=lambda f: -f.confidence):
         other = None
         with suppress(NotPositiveDefiniteError):
@@ -79,7 +79,7 @@ def moves_of(
         if without is not None and gone:
             without[finding.effect, finding.at] = other
         placed = gone if any(on_mount(h) for h in gone) else []
-        yield finding, moved(whole, _said_by(other, fit, placed, time), recording)
+        yield finding, moves_between(whole, _said_by(other, fit, placed, time), recording)
 
 
 def with_moves(
@@ -93,7 +93,7 @@ def with_moves(
     return tuple(out)
 
 
-def together(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, Move]:
+def moves_of_all(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, Move]:
     """Return what everything that was found moves together, as `moves_of` does for one.
 
     Torques in free swings stay in; empty where nothing is left out, or nothing holds the motion without it.
@@ -104,14 +104,14 @@ def together(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, Move]
     with suppress(NotPositiveDefiniteError):
         time, mounts = times(fit), [h for h in gone if on_mount(h)]
         said = _said_by(refit_without(fit, gone, FINDINGS.steps_without), fit, mounts, time)
-        return worth_telling(moved(asked(fit, time), said, recording), tolerance)
+        return worth_telling(moves_between(estimates_of(fit, time), said, recording), tolerance)
     return {}
 
 
-def _said_by(other: Fit, fit: Fit, placed: list[Hypothesis], time: Array) -> Asked:
+def _said_by(other: Fit, fit: Fit, placed: list[Hypothesis], time: Array) -> Estimates:
     """Return what another fit says, its sensors where `fit` has them without the effects in `placed`, if any."""
-    said = asked(other, time)
-    return said.placed_as(asked(_left_out(fit, placed), time)) if placed else said
+    said = estimates_of(other, time)
+    return said.placed_as(estimates_of(_left_out(fit, placed), time)) if placed else said
 
 
 def worth_telling(moves: dict[str, Move], tolerance: Pair) -> dict[str, Move]:
@@ -207,4 +207,4 @@ def _unrounded(fit: Fit, finding: Finding) -> Fit | None:
     return _reading(fit, finding.at, {part: readings})
 
 
-__all__ = ["drives", "fit_without", "in_fit", "moves_of", "together", "with_moves"]
+__all__ = ["drives", "fit_without", "in_fit", "moves_of", "moves_of_all", "with_moves"]

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.candidates.grids import placed
+from imubench.diagnosis.candidates.grids import placed_at_best_start
 from imubench.diagnosis.candidates.mount_start import better_start
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import EVIDENCE
@@ -29,7 +29,7 @@ HALF = 0.5  # of the best's evidence, from which a clock's error is refitted too
 def plain_scores(fit: Fit, left: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
     """Return the effects without states at their best starts, and what they promise, best first."""
     base = Base.of(fit)
-    plain, judged = placed(base, [h for h in left if not h.effect.states])
+    plain, judged = placed_at_best_start(base, [h for h in left if not h.effect.states])
     return plain, sorted([*score(fit, plain, base), *judged], key=lambda s: -s.evidence)
 
 

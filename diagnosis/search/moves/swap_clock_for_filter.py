@@ -19,7 +19,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.delays import late, quick
+from imubench.diagnosis.criteria.delays import filter_beyond_delay, late_imu
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.criteria.trial import Kept, Passed, Trial, misfit
 from imubench.diagnosis.noise.nominal import rougher
@@ -56,7 +56,7 @@ def clock_to_filter(
     """
     fit, kept = renewed(fit, kept)
     k = next((k for k in kept if k.hypothesis.effect.name == CLOCK), None)
-    slow = k and late(fit, k.hypothesis)
+    slow = k and late_imu(fit, k.hypothesis)
     if k is None or not slow or fit.model.wander:  # a pose whose errors last was smoothed: it is no ruler for a filter
         return fit, kept
     puzzling = misfit(fit) > ADMISSION.unexplained_misfit
@@ -66,7 +66,7 @@ def clock_to_filter(
         return fit, kept
     moved = replace(k, hypothesis=replace(k.hypothesis, at=slow[0].name))
     cutoff = 1 / (2 * np.pi * max(slow[1], 1e-9))
-    known = quick(settled, *slow) if cutoff < FASTEST * slow[0].rate else None
+    known = filter_beyond_delay(settled, *slow) if cutoff < FASTEST * slow[0].rate else None
     stateful = [e for e in VARIANTS if e.name == FILTER and cutoff < slow[0].rate and (e.variant or not known)]
     effects = ([known] if known else []) + (stateful if splines else [])
     if not effects:
@@ -113,7 +113,9 @@ def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
     for _ in range(AGAIN):
         cutoff = found.state.values[h.key("cutoff")]
         delay = 1 / (2 * np.pi * np.exp(cutoff))
-        effect = quick(extended(found, (*rest, clock), {clock.key("offset"): delay}), imu, float(delay[0]))
+        effect = filter_beyond_delay(
+            extended(found, (*rest, clock), {clock.key("offset"): delay}), imu, float(delay[0])
+        )
         if effect is None:
             break
         new = Hypothesis(effect, h.at)

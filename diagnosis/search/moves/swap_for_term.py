@@ -16,7 +16,7 @@ from imubench.diagnosis.criteria.trial import breaks_its_law
 from imubench.diagnosis.discrepancy.drift_tests import beyond_a_drift
 from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm, fitted_term
 from imubench.diagnosis.discrepancy.term_scores import promising
-from imubench.diagnosis.noise.nominal import certain, rougher
+from imubench.diagnosis.noise.nominal import certain_effects, rougher
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.term_rivals import (
@@ -64,7 +64,7 @@ def swapped_for_terms(fit: Fit, say: Callable[[str], None] = lambda _: None) -> 
     terms: list[FittedTerm] = []
     doubted: list[Hypothesis] = []
     likelier: list[tuple[FittedTerm, tuple[Hypothesis, ...]]] = []
-    for names in groups([h for h in fit.model.judged if h.effect.name not in certain(fit.model)]):
+    for names in groups([h for h in fit.model.judged if h.effect.name not in certain_effects(fit.model)]):
         if len(terms) == TERM.most_terms or not set(names) <= set(fit.model.hypotheses):
             continue
         slow = only_wanders(fit, names[0])

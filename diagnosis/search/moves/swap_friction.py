@@ -16,7 +16,7 @@ from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.trial import Kept
-from imubench.diagnosis.noise.nominal import as_smooth
+from imubench.diagnosis.noise.nominal import at_estimated_roughness
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.drop import about_zero, natural
@@ -44,7 +44,7 @@ def best_friction(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -> tup
     named = {h.effect.name for h in now}
     laws = [*now, *(Hypothesis(EFFECTS[name], "joint") for name in FRICTION if name in EFFECTS and name not in named)]
     with suppress(NotPositiveDefiniteError):
-        whole = with_noise(refit(as_smooth(fit), (*rest, *laws)), SETTLED)
+        whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), SETTLED)
         best = mixture(whole, laws)
         if not best or set(best) == set(now):
             return fit, kept
