@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.correction import REPLAY
+from imubench.diagnosis.config.correction import EXPLAINED_FIT
 from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, tally
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
@@ -121,7 +121,11 @@ def refitted(nominal: Fit, effects: Sequence[StartedEffect]) -> Fit:
     model, state, noise = replace(begun.model, fixed=held, masks=masks), begun.state, dict(begun.noise)
     lawful = [t.hypothesis for t in effects if t.hypothesis.effect.states and t.hypothesis.effect.lawful]
     fit = solve(
-        model, driven_by_motion(model, state, lawful), calm_for_laws(begun, lawful), nominal.anchor, steps=REPLAY.steps
+        model,
+        driven_by_motion(model, state, lawful),
+        calm_for_laws(begun, lawful),
+        nominal.anchor,
+        steps=EXPLAINED_FIT.steps,
     )
     noise |= {rows.name: REML.law_floor for rows in state_rows(model, fit.state)}
     rough = {name: noise[name] for name in (f"smooth.{track}" for track in model.rig.widths) if name in noise}
@@ -129,7 +133,7 @@ def refitted(nominal: Fit, effects: Sequence[StartedEffect]) -> Fit:
 
     def levelled(loosened: float) -> Fit:
         levels = noise | {name: std * loosened for name, std in rough.items()}
-        return fit_with_noise(model, fit.state, levels, nominal.anchor, rounds=REPLAY.rounds, only=only)
+        return fit_with_noise(model, fit.state, levels, nominal.anchor, rounds=EXPLAINED_FIT.rounds, only=only)
 
     tight = levelled(1 / REML.loosened)
     if not lawful:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from imubench.diagnosis.candidates.slips import slip
-from imubench.diagnosis.config.candidates import MOUNT_START
+from imubench.diagnosis.config.candidates import HUM_START
 from imubench.diagnosis.criteria.dynamic_score import lawful_score
 from imubench.diagnosis.criteria.score_test import Score, score
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -65,21 +65,21 @@ def hum_frequency(fit: Fit, at: str) -> float:
     A motion with 128 knots a second follows 53 Hz, and what it leaves of that is their image at 75 Hz.
     """
     left, raw = strongest_line(fit, at), fit.model.humming.get(at)
-    return raw if left and raw and abs(left - raw) > MOUNT_START.other_line_hz else left
+    return raw if left and raw and abs(left - raw) > HUM_START.other_line_hz else left
 
 
 def strongest_line(fit: Fit, at: str) -> float:
     """Return the frequency in Hz of the strongest line in an accelerometer's residual; 0 where there is none to see."""
     rows = next((r for r in fit.measured if r.name == f"{at}.accel"), None)
-    if rows is None or len(rows.time) < 4 * MOUNT_START.line_bins:
+    if rows is None or len(rows.time) < 4 * HUM_START.line_bins:
         return 0.0
     step = float(np.median(np.diff(rows.time)))
     grid = np.arange(rows.time[0], rows.time[-1], step)
     left = np.stack([np.interp(grid, rows.time, x) for x in rows.whitened.T], axis=1)
     frequency = np.fft.rfftfreq(4 * len(grid), step)
     power = np.sum(np.abs(np.fft.rfft(left * np.hanning(len(grid))[:, None], 4 * len(grid), axis=0)) ** 2, axis=1)
-    level = median_filter(power, 4 * MOUNT_START.line_bins, mode="nearest")
-    ratio = np.where(frequency > MOUNT_START.least_hum_hz, power / np.maximum(level, 1e-12), 0.0)
+    level = median_filter(power, 4 * HUM_START.line_bins, mode="nearest")
+    ratio = np.where(frequency > HUM_START.least_hum_hz, power / np.maximum(level, 1e-12), 0.0)
     return float(frequency[np.argmax(ratio)])
 
 

@@ -20,7 +20,6 @@ class BothMountsConfig:
     )
     steps: int = setting(6, "steps", "of the solver at first", "time")
     rounds: int = setting(2, "rounds", "of the noise, mounts held", "time")
-    rough_steps: int = setting(2, "steps", "of a fit that only shows what a recording is", "time")
 
     @property
     def hopeless(self) -> float:
@@ -29,6 +28,16 @@ class BothMountsConfig:
 
 
 BOTH_MOUNTS = BothMountsConfig()
+
+
+@dataclass(frozen=True)
+class BeginningConfig:
+    """The first look at a recording."""
+
+    rough_steps: int = setting(2, "steps", "of a fit that only shows what a recording is", "time")
+
+
+BEGINNING = BeginningConfig()
 
 
 @dataclass(frozen=True)
@@ -114,12 +123,21 @@ class MountStartConfig:
     )
     far_rad: float = setting(0.35, "rad", "what is turned by less is found from where it is declared", "numerics")
     better: float = setting(0.5, "of the cost of the start as declared", "that one begun anew must have", "judgement")
+
+
+MOUNT_START = MountStartConfig()
+
+
+@dataclass(frozen=True)
+class HumStartConfig:
+    """Where a hum begins."""
+
     line_bins: int = setting(41, "bins", "of a spectrum that a line must stand out of", "numerics")
     other_line_hz: float = setting(1.0, "Hz", "off: another line than that of the raw samples", "numerics")
     least_hum_hz: float = setting(1.0, "Hz", "under which a hum is part of the motion", "physics")
 
 
-MOUNT_START = MountStartConfig()
+HUM_START = HumStartConfig()
 
 
 @dataclass(frozen=True)

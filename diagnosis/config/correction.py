@@ -42,8 +42,17 @@ class ReplayConfig:
     stop_range: float = setting(
         4.0, "of the range", "that springs are within most of the time: where their stops are put", "judgement"
     )
+
+
+REPLAY = ReplayConfig()
+
+
+@dataclass(frozen=True)
+class ExplainedFitConfig:
+    """The fit from the diagnosed numbers."""
+
     steps: int = setting(6, "steps", "of the fit from the diagnosed numbers", "time")
     rounds: int = setting(5, "rounds", "of its noise levels after that", "time")
 
 
-REPLAY = ReplayConfig()
+EXPLAINED_FIT = ExplainedFitConfig()

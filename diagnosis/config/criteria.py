@@ -9,9 +9,7 @@ from imubench.setting import setting
 class HeldOutConfig:
     """Cross-validation."""
 
-    block_s: float = setting(
-        5.0, "s", "left out at a time: some strokes of a hand, long beside the noise's colour", "judgement"
-    )
+    block_s: float = setting(5.0, "s", "left out at a time", "judgement")
     least_blocks: int = setting(8, "blocks", "when the recording is short", "statistics")
     bootstrap_draws: int = setting(2000, "draws", "of blocks", "time")
     bootstrap_seed: int = setting(20201, "1", "so that a diagnosis repeats itself", "convention")
@@ -62,6 +60,15 @@ class EquivalenceConfig:
     )
     dull_doubt: float = setting(0.6, "of what an effect explains", "the share that is refitted there", "judgement")
     refits: int = setting(3, "rivals", "at most", "time")
+
+
+EQUIVALENCE = EquivalenceConfig()
+
+
+@dataclass(frozen=True)
+class ImpactTestConfig:
+    """Whether a motion explains a peak."""
+
     beside_s: float = setting(0.25, "s", "on either side of a peak, in which the fit bends for it", "numerics")
     others: int = setting(20, "stretches", "of other samples that a peak is compared with", "statistics")
     least_others: int = setting(5, "stretches", "fewer tell nothing", "statistics")
@@ -73,7 +80,7 @@ class EquivalenceConfig:
     )
 
 
-EQUIVALENCE = EquivalenceConfig()
+IMPACT_TEST = ImpactTestConfig()
 
 
 @dataclass(frozen=True)

@@ -152,13 +152,22 @@ class LooseFitConfig:
     still_follows: float = setting(
         0.7, "of what follows the motion", "where a freer motion leaves more, it was not held too smooth", "judgement"
     )
+
+
+LOOSE_FIT = LooseFitConfig()
+
+
+@dataclass(frozen=True)
+class MaskingConfig:
+    """Effects that act in few moments."""
+
     peak_nat: float = setting(10.0, "nat", "in the moment in which an effect acts", "judgement")
     fits: float = setting(
         1.3, "of what is left elsewhere", "that is left in the moment where an effect's course is its law's", "trials"
     )
 
 
-LOOSE_FIT = LooseFitConfig()
+MASKING = MaskingConfig()
 
 
 @dataclass(frozen=True)

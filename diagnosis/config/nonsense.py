@@ -46,7 +46,7 @@ class AxisOrderConfig:
     )
     least_s: float = setting(5.0, "s", "under which nothing is said", "judgement")
     lever_m: float = setting(0.3, "m", "the size of a lever arm, as a prior", "physics")
-    bias_rad_s: float = setting(0.03, "rad/s", "the size of a bias, as a prior", "data sheet")
+    bias_rad_s: float = setting(0.03, "rad/s", "the size of a bias, as a prior", "judgement")
     velocity_ratio: float = setting(
         2.0, "of the velocity of the best other axes", "1.54 at most of 625 IMUs whose axes were right", "trials"
     )

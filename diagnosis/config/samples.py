@@ -88,7 +88,7 @@ class NoiseFloorConfig:
 
     window_s: float = setting(2.0, "s", "the main lobe is then +- 2 Hz, what is beyond is 92 dB down", "numerics")
     least_hz: float = setting(12.0, "Hz", "the motion ends below", "physics")
-    most_of_nyquist: float = setting(0.97, "of the Nyquist frequency", "beyond, anti-alias filters act", "physics")
+    most_of_nyquist: float = setting(0.97, "of the Nyquist frequency", "the highest that is looked at", "judgement")
     bands: int = setting(4, "bands", "that a spectrum is compared in", "judgement")
     windows: int = setting(4, "windows", "that a median needs", "statistics")
     quartile: float = setting(0.25, "1", "of the windows' power: quieter ones tell the floor", "statistics")

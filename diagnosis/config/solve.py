@@ -100,7 +100,7 @@ class StartConfig:
     most_knots_per_s: float = setting(
         128.0, "1/s", "no rig moves faster than that shows, and time grows with their number", "time"
     )
-    levelling_s: float = setting(3.0, "s", "over which the mean specific force is taken for up", "physics")
+    levelling_s: float = setting(3.0, "s", "over which the mean specific force is taken for up", "judgement")
     edge_s: float = setting(
         0.06, "s", "of spline beyond the first and the last sample, besides the largest clock offset", "numerics"
     )
@@ -130,9 +130,7 @@ START = StartConfig()
 class MotionPriorConfig:
     """What a motion, a mount and an encoder are held by."""
 
-    unknown_position_m: float = setting(
-        0.3, "m", "prior std of a mount that nobody declared: on the same limb", "physics"
-    )
+    unknown_position_m: float = setting(0.3, "m", "prior std of a mount that nobody declared", "judgement")
     unknown_rotation_rad: float = setting(1.0, "rad", "prior std of a mount that nobody declared", "judgement")
     white_derivative: int = setting(
         4,

@@ -24,10 +24,28 @@ class FindingsConfig:
     )
     short_s: float = setting(5.0, "s", "a shorter recording is too short to tell", "judgement")
     much: float = setting(0.1, "of what a name is worth on held-out data", "that must be told apart", "judgement")
+
+
+FINDINGS = FindingsConfig()
+
+
+@dataclass(frozen=True)
+class ShiftConfig:
+    """What a finding moves."""
+
     steps_without: int = setting(
         4, "steps", "of the solver, as where the search asks whether an effect is needed", "time"
     )
     most_times: int = setting(2000, "times", "at most: an RMS over a minute does not change by more", "time")
+
+
+SHIFT = ShiftConfig()
+
+
+@dataclass(frozen=True)
+class TrustConfig:
+    """Whether the numbers of a found model may be believed."""
+
     serves: float = setting(
         0.3,
         "of an effect's number, or vector",
@@ -36,7 +54,7 @@ class FindingsConfig:
     )
 
 
-FINDINGS = FindingsConfig()
+TRUST = TrustConfig()
 
 
 @dataclass(frozen=True)
@@ -81,6 +99,15 @@ class BudgetConfig:
         1.0, "of the limit", "intervals, equivalents and the motions that would tell them apart", "judgement"
     )
     baseline: float = setting(0.5, "of the limit", "that a baseline's recording may take", "judgement")
+
+
+BUDGET = BudgetConfig()
+
+
+@dataclass(frozen=True)
+class BaselineConfig:
+    """A diagnosis of the same sensors, undisturbed."""
+
     same_rate: float = setting(
         0.02,
         "relative",
@@ -89,4 +116,4 @@ class BudgetConfig:
     )
 
 
-BUDGET = BudgetConfig()
+BASELINE = BaselineConfig()

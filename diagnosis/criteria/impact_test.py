@@ -2,7 +2,7 @@
 
 With n more numbers its negative log likelihood J rises by about n / 2, minus the part that the motion follows; Q = 2 (J
 with - J without) / n is the power per number that no motion explains, summed over every row within
-`EQUIVALENCE.beside_s` of a stretch.
+`IMPACT_TEST.beside_s` of a stretch.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.criteria import EQUIVALENCE, HELD_OUT
+from imubench.diagnosis.config.criteria import HELD_OUT, IMPACT_TEST
 from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.noise.masking import with_mask
 from imubench.diagnosis.samples.check_findings import UNIT_OF_PART
@@ -29,11 +29,11 @@ def knocks(fit: Fit, imu: str, struck: Mask, peaks: Sequence[Window], together: 
     """
     time, known = fit.model.recording.imu(imu).time, counted(fit, imu)
     others = elsewhere(time, np.logical_and.reduce([*known.values()]), peaks)
-    if len(others) < EQUIVALENCE.least_others:
+    if len(others) < IMPACT_TEST.least_others:
         return np.array([])
     left_out = ~covered(time, others)
     without = solved(fit, {name: mask & left_out for name, mask in known.items()})
-    if any(power > chance(EQUIVALENCE.others_alarm, n) for power, n in (unexplained(without, fit, p) for p in others)):
+    if any(power > chance(IMPACT_TEST.others_alarm, n) for power, n in (unexplained(without, fit, p) for p in others)):
         return np.array([])
     with_peaks = solved(fit, {name: mask | struck for name, mask in known.items()})
     found = np.array([unexplained(fit, with_peaks, p) for p in peaks])
@@ -73,7 +73,7 @@ def within(fit: Fit, window: Window) -> tuple[int, float]:
     start, end = (t - fit.model.start for t in window)
     count, cost = 0, 0.0
     for rows in fit.rows:
-        near = (rows.time >= start - EQUIVALENCE.beside_s) & (rows.time <= end + EQUIVALENCE.beside_s)
+        near = (rows.time >= start - IMPACT_TEST.beside_s) & (rows.time <= end + IMPACT_TEST.beside_s)
         if len(rows.time) == len(rows.residual.value) and near.any():
             cost += 0.5 * float(np.sum(rows.whitened.reshape(len(near), -1)[near] ** 2))
             count += int(near.sum()) * rows.residual.value.shape[1] if rows.counts else 0
@@ -85,12 +85,12 @@ def elsewhere(time: Array, counts: Mask, peaks: Sequence[Window]) -> list[Window
     rng = np.random.default_rng(HELD_OUT.bootstrap_seed)
     lengths = [b - a for a, b in peaks]
     out: list[Window] = []
-    for _ in range(10 * EQUIVALENCE.others):
-        start = float(rng.uniform(time[0] + 2 * EQUIVALENCE.beside_s, time[-1] - 2 * EQUIVALENCE.beside_s))
+    for _ in range(10 * IMPACT_TEST.others):
+        start = float(rng.uniform(time[0] + 2 * IMPACT_TEST.beside_s, time[-1] - 2 * IMPACT_TEST.beside_s))
         window = (start, start + float(rng.choice(lengths)))
-        inside = (time >= window[0] - EQUIVALENCE.beside_s) & (time <= window[1] + EQUIVALENCE.beside_s)
-        apart = all(abs(start - a) > 4 * EQUIVALENCE.beside_s for a, _ in out)
-        if counts[inside].all() and apart and len(out) < EQUIVALENCE.others:
+        inside = (time >= window[0] - IMPACT_TEST.beside_s) & (time <= window[1] + IMPACT_TEST.beside_s)
+        apart = all(abs(start - a) > 4 * IMPACT_TEST.beside_s for a, _ in out)
+        if counts[inside].all() and apart and len(out) < IMPACT_TEST.others:
             out.append(window)
     return out
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from imubench.diagnosis.config.noise import LOOSE_FIT
+from imubench.diagnosis.config.noise import MASKING
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of, solve
@@ -49,7 +49,7 @@ def shows_in_its_moments(fit: Fit, first: Fit, h: Hypothesis) -> bool:
         won += 0.5 * float(np.sum(before[rows.name].whitened[acts] ** 2) - square[acts].sum())
         left += float(square[acts].sum())
         usual += float(square[~acts].mean() * acts.sum())
-    return won > LOOSE_FIT.peak_nat and left < LOOSE_FIT.fits * usual
+    return won > MASKING.peak_nat and left < MASKING.fits * usual
 
 
 def with_mask(fit: Fit, counted: Masks | None) -> Fit:

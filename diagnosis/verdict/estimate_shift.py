@@ -29,7 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.verdict import FINDINGS
+from imubench.diagnosis.config.verdict import SHIFT
 from imubench.diagnosis.problem.hypothesis import segment_of
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS
 from imubench.diagnosis.result import Move
@@ -59,9 +59,7 @@ class Estimates:
 def times(fit: Fit) -> Array:
     """Return times (n,) s, as stamped, that are spread over what a fit has measured."""
     first, last = fit.span
-    return np.asarray(
-        fit.model.start + np.linspace(first, last, min(fit.model.tracks.knots.count, FINDINGS.most_times))
-    )
+    return np.asarray(fit.model.start + np.linspace(first, last, min(fit.model.tracks.knots.count, SHIFT.most_times)))
 
 
 def estimates_of(fit: Fit, time: Array) -> Estimates:

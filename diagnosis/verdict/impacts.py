@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.criteria import EQUIVALENCE
+from imubench.diagnosis.config.criteria import IMPACT_TEST
 from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.config.verdict import KNOCK
 from imubench.diagnosis.criteria.impact_test import counted, knocks, solved
@@ -104,7 +104,7 @@ def slips(fit: Fit, imu: str, window: Window) -> bool:
     """
     start, end = (t - fit.model.start for t in window)
     windows = [w for h in fit.model.at(imu) for w in fit.model.blind(h, fit.state)]
-    return any(a - EQUIVALENCE.beside_s <= end and b + EQUIVALENCE.beside_s >= start for a, b in windows)
+    return any(a - IMPACT_TEST.beside_s <= end and b + IMPACT_TEST.beside_s >= start for a, b in windows)
 
 
 __all__ = ["unseen_knocks"]

@@ -17,7 +17,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.shared import DECLARED_NOISE, STATISTICS
-from imubench.diagnosis.config.verdict import FINDINGS
+from imubench.diagnosis.config.verdict import TRUST
 from imubench.diagnosis.criteria.cross_validation import block_of
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.noise.coloured import parameter_std
@@ -82,9 +82,9 @@ def halves_that_differ(fit: Fit) -> tuple[Doubt, ...]:
             continue  # of a term without a name: it may be anything
         wide = std * np.maximum(coloured[name] / white[name], 1.0)
         serves = (
-            FINDINGS.serves
+            TRUST.serves
             if name in logarithms
-            else FINDINGS.serves * np.linalg.norm(fit.state.values[name])
+            else TRUST.serves * np.linalg.norm(fit.state.values[name])
             if "@" in name
             else 0.0
         )

@@ -27,7 +27,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.verdict import FINDINGS
+from imubench.diagnosis.config.verdict import SHIFT
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.dynamics_factors import equation_of
@@ -103,7 +103,7 @@ def moves_of_all(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, M
         return {}
     with suppress(NotPositiveDefiniteError):
         time, mounts = times(fit), [h for h in gone if on_mount(h)]
-        said = _said_by(refit_without(fit, gone, FINDINGS.steps_without), fit, mounts, time)
+        said = _said_by(refit_without(fit, gone, SHIFT.steps_without), fit, mounts, time)
         return worth_telling(moves_between(estimates_of(fit, time), said, recording), tolerance)
     return {}
 
@@ -126,7 +126,7 @@ def fit_without(fit: Fit, finding: Finding, samples: SampleChecks, recording: Re
     """Return the fit solved again without a finding; None where that cannot be said."""
     gone = in_fit(fit, finding)
     if gone:
-        return None if any(drives(fit, h) for h in gone) else refit_without(fit, gone, FINDINGS.steps_without)
+        return None if any(drives(fit, h) for h in gone) else refit_without(fit, gone, SHIFT.steps_without)
     if not finding.at.startswith("imu"):
         return None
     if finding.effect in (*LOST_AND_CLIPPED, "impacts"):
@@ -140,7 +140,7 @@ def fit_without(fit: Fit, finding: Finding, samples: SampleChecks, recording: Re
     if not told:
         return None
     return solve(
-        fit.model, fit.state, fit.noise | {f"{finding.at}.{part}": told}, fit.anchor, steps=FINDINGS.steps_without
+        fit.model, fit.state, fit.noise | {f"{finding.at}.{part}": told}, fit.anchor, steps=SHIFT.steps_without
     )
 
 
@@ -180,7 +180,7 @@ def _counting(fit: Fit, finding: Finding, samples: SampleChecks) -> Fit:
             masks[name] = masks[name] | back
     if not changed:
         return fit
-    return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=FINDINGS.steps_without)
+    return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=SHIFT.steps_without)
 
 
 def _reading(fit: Fit, at: str, readings: Mapping[str, Array]) -> Fit:
@@ -190,7 +190,7 @@ def _reading(fit: Fit, at: str, readings: Mapping[str, Array]) -> Fit:
     imu = replace(imu, gyro=readings.get("gyro", imu.gyro), accel=readings.get("accel", imu.accel))
     imus = tuple(imu if i.name == at else i for i in model.recording.imus)
     model = replace(model, recording=replace(model.recording, imus=imus))
-    return solve(model, fit.state, fit.noise, fit.anchor, steps=FINDINGS.steps_without)
+    return solve(model, fit.state, fit.noise, fit.anchor, steps=SHIFT.steps_without)
 
 
 def _unrounded(fit: Fit, finding: Finding) -> Fit | None:
