@@ -105,7 +105,7 @@ BUDGET = BudgetConfig()
 
 
 @dataclass(frozen=True)
-class BaselineConfig:
+class SameSensorsConfig:
     """A diagnosis of the same sensors, undisturbed."""
 
     same_rate: float = setting(
@@ -116,4 +116,4 @@ class BaselineConfig:
     )
 
 
-BASELINE = BaselineConfig()
+SAME_SENSORS = SameSensorsConfig()

@@ -29,7 +29,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.samples import NOISE_FLOOR
 from imubench.diagnosis.config.shared import CONFIDENCE
-from imubench.diagnosis.config.verdict import BASELINE
+from imubench.diagnosis.config.verdict import SAME_SENSORS
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import (
     NOT_KNOWN,
@@ -93,10 +93,10 @@ def check_same_sensors(baseline: Diagnosis | Recording, recording: Recording) ->
         raise InputError(f"{where}: expected the sensors of {recording.name}, {_listed(mine)}, got {got}")
     for name, rate, ranges in told:
         imu = recording.imu(name)
-        if abs(np.log(rate / imu.rate)) > BASELINE.same_rate:
+        if abs(np.log(rate / imu.rate)) > SAME_SENSORS.same_rate:
             raise InputError(f"{where}: expected {name} at {imu.rate:g} Hz, as in {recording.name}, got {rate:g} Hz")
         for part, limit in ranges_of(imu).items():
-            if part in ranges and not np.isclose(limit, ranges[part], rtol=BASELINE.same_rate):
+            if part in ranges and not np.isclose(limit, ranges[part], rtol=SAME_SENSORS.same_rate):
                 raise InputError(f"{where}: expected {name}'s {part} to reach {limit:g}, got {ranges[part]:g}")
 
 
