@@ -12,7 +12,7 @@ from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.noise.nominal import certain_effects
 from imubench.diagnosis.noise.reml import declared, declared_by
 from imubench.diagnosis.nonsense import nonsense
-from imubench.diagnosis.nonsense.dead_end import dead_end
+from imubench.diagnosis.nonsense.diagnosed_without_fit import diagnosed_without_fit
 from imubench.diagnosis.nonsense.permuted import permuted
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.residual_checks.excess_noise import refuted
@@ -43,10 +43,10 @@ from imubench.diagnosis.sensor_errors.baseline import Learned, check_same_sensor
 from imubench.diagnosis.sensor_errors.own_errors import own_errors
 from imubench.diagnosis.simulation.step import judged_by_simulation
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.verdict.equals import with_equivalents, with_refused_equivalents
 from imubench.diagnosis.verdict.findings import findings, rejected
 from imubench.diagnosis.verdict.impacts import unseen_knocks
 from imubench.diagnosis.verdict.left_out_sensor import left_out_change
+from imubench.diagnosis.verdict.nameless_equivalents import with_equivalents, with_refused_equivalents
 from imubench.diagnosis.verdict.play_impacts import impacts_of_play
 from imubench.diagnosis.verdict.posterior import (
     doubted_beside_hum,
@@ -96,7 +96,7 @@ def diagnose(
     with step("hold the sensors against each other"):
         wrong = nonsense(recording)
     if wrong:
-        said, shown = dead_end(recording, wrong, clock)
+        said, shown = diagnosed_without_fit(recording, wrong, clock)
         return replace(said, tolerance=tolerance), shown
     start = begin(recording, step, budget, learned)
     samples, first, fit = start.samples, start.first, start.fit

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Rejected
-from imubench.diagnosis.verdict.equals import with_equivalents, with_refused_equivalents
+from imubench.diagnosis.verdict.nameless_equivalents import with_equivalents, with_refused_equivalents
 
 
 def said(effect, at, gain):

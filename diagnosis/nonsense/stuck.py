@@ -14,8 +14,8 @@ from scipy.ndimage import uniform_filter1d
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.nonsense import SHARED_MOTION, STUCK
+from imubench.diagnosis.nonsense.different_motions import rate_across_axis, rate_of
 from imubench.diagnosis.nonsense.stretch import grid
-from imubench.diagnosis.nonsense.together import rate_across_axis, rate_of
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Imu, Recording
 

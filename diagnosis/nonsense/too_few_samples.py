@@ -8,7 +8,7 @@ from imubench.diagnosis.result import Nonsense
 from imubench.recording import Recording
 
 
-def few(recording: Recording) -> Iterator[Nonsense]:
+def too_few_samples(recording: Recording) -> Iterator[Nonsense]:
     """Yield every IMU whose samples are too few, too far apart, or of a moment only."""
     clocks = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     seconds = float(max(t[-1] for t in clocks) - min(t[0] for t in clocks))
@@ -28,4 +28,4 @@ def few(recording: Recording) -> Iterator[Nonsense]:
         yield Nonsense(imu.name, what, evidence, advice=advice, missing=True)
 
 
-__all__ = ["few"]
+__all__ = ["too_few_samples"]

@@ -9,8 +9,7 @@ from imubench.diagnosis.result import Finding, Rejected
 def with_equivalents(rest: Sequence[Finding], named: Sequence[Finding]) -> tuple[Finding, ...]:
     """Return findings without a name; those that a name equals are equalled by what the recording cannot tell from it.
 
-    An accelerometer's misalignment was doubted for what its axes read a little later. It was none of both, but the
-    gyroscope's at the other IMU, which equals the misalignment.
+    Equivalence is handed on: what equals a name that equals the finding cannot be told from the finding either.
     """
 
     def likes(u: Finding) -> list[Rejected]:

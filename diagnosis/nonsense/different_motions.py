@@ -15,7 +15,7 @@ from imubench.recording import Encoder, Imu, Pose, Recording
 from imubench.rotations import conjugate, log, multiply
 
 
-def not_together(recording: Recording) -> Iterator[Nonsense]:
+def different_motions(recording: Recording) -> Iterator[Nonsense]:
     """Yield every pair of sensors that shares no motion.
 
     Two IMUs on a hinge share what they turn across its axis; it is asked for where one of them turns about more than
@@ -110,4 +110,4 @@ def rate_of(pose: Pose) -> tuple[Array, Array]:
     return 0.5 * (time[1:] + time[:-1]), turn / np.diff(time)[:, None]
 
 
-__all__ = ["not_together"]
+__all__ = ["different_motions"]

@@ -26,7 +26,7 @@ from imubench.diagnosis.search.confidence import MOST_SURE
 from imubench.recording import Recording
 
 
-def dead_end(recording: Recording, wrong: Sequence[Nonsense], clock: float) -> tuple[Diagnosis, Evidence]:
+def diagnosed_without_fit(recording: Recording, wrong: Sequence[Nonsense], clock: float) -> tuple[Diagnosis, Evidence]:
     """Return the diagnosis of a recording that makes no sense, begun at `clock` (`perf_counter`), and its readings.
 
     `unobservable` where samples are missing, else `unexplained` with an unknown where something is wrong. Nothing moves
@@ -101,4 +101,4 @@ def still(recording: Recording) -> Played:
     return Played(time, np.tile(turn, (STRETCH.still_rows, 1)), np.zeros((STRETCH.still_rows, 3)), angle)
 
 
-__all__ = ["dead_end", "with_nonsense"]
+__all__ = ["diagnosed_without_fit", "with_nonsense"]
