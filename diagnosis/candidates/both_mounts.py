@@ -43,7 +43,7 @@ def with_both_on_springs(fit: Fit) -> Fit | None:
     if sprung is None or gyro_power(sprung) > BOTH_MOUNTS.explained * gyro_power(fit):
         return None
     won = heldout_gain(fit, sprung, np.random.default_rng(HELD_OUT.bootstrap_seed))
-    return sprung if won.foretells() else None
+    return sprung if won.is_sure() else None
 
 
 def gives_way(fit: Fit) -> bool:

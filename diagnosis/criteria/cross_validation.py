@@ -37,7 +37,7 @@ class Gain:
     high: float
     blocks: Array  # (k,) nat, of each block
 
-    def foretells(self, least: float = 0.0) -> bool:
+    def is_sure(self, least: float = 0.0) -> bool:
         """Return whether at least so many nat are gained for sure, up to a hundredth of what is gained.
 
         What acts in one block only, as friction until a swing has ended, is missed by (1 - 1 / n)^n, about a third, of

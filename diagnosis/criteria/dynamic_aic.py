@@ -65,7 +65,7 @@ def judged(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> tuple[Trial, f
     With it come the freedoms that it pays for.
 
     A filter must explain something beside a rougher motion too: knowing which frequencies do not pass, it takes from
-    the fit the freedom to follow noise there (233 freedoms and 14 nat of a clean pendulum, -216 beside the rougher).
+    the fit the freedom to follow noise there.
     """
     won, freedoms = aic_gain_and_freedoms(fit, tried)
     if won > EVIDENCE.needed_nat and any(h.effect.name == FILTER for h in hypotheses):

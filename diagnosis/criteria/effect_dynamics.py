@@ -46,7 +46,7 @@ def solved_by_law(model: Model, state: State, h: Hypothesis, drive: State | None
     The motion of `drive` moves them, or else the state's own.
 
     What a law leaves open, how its state begins, is as smooth as a fit would have it: held at zero instead, a mount
-    that sags on its springs rang from the first sample on, at 76 times the noise. A filter has no sag, and forgets.
+    that sags on its springs rings from the first sample on. A filter has no sag, and forgets.
     """
     own = Tracks(model.tracks.knots, {h.key(s.name): s.width for s in h.effect.states})
     shared = Parameters({h.key(p.name): p.width for p in h.effect.parameters})

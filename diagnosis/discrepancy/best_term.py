@@ -22,8 +22,8 @@ def best_term(fit: Fit) -> FittedTerm | None:
     """Return the best term with its refit, None where none has the evidence or predicts.
 
     What is at one sensor can look like a term at another until it is fitted: the best of each place are refitted, and
-    the one that predicts most is it. A walk foretells little of itself (of one of 112 deviations -1,700 nat, of the
-    same at the other IMU 2,900): that its shape tells is enough, and where it is.
+    the one that predicts most is it. A walk foretells little of itself: that its shape tells is enough, and where it
+    is.
     """
     guesses, tried = promising(fit)
     price = float(np.log(max(tried, 1)))
@@ -39,7 +39,7 @@ def best_term(fit: Fit) -> FittedTerm | None:
             break
         with suppress(NotPositiveDefiniteError):
             done = fitted_term(fit, guess, price)
-            if believable(done.evidence, done.shape) and (done.heldout.foretells() or needs_no_cross_validation(done)):
+            if believable(done.evidence, done.shape) and (done.heldout.is_sure() or needs_no_cross_validation(done)):
                 good.append(done)
     best = max(good, key=lambda f: f.heldout.value, default=None)
     return max((f for f in good if f.term.drift), key=lambda f: f.shape) if best and best.term.drift else best
@@ -82,7 +82,7 @@ def follows_lone_accelerometer(fit: Fit) -> bool:
     """Return whether a spline follows all that a lone accelerometer reads.
 
     Nothing but its gyroscope says then how the IMU turns, and what its noise adds to a turn's acceleration goes with
-    the turn as a delay does: 830 nat beside a pivot that shakes by 0.05 m/s^2.
+    the turn as a delay does.
     """
     alone = len(fit.model.recording.imus) == 1
     return alone and any(h.effect.free and h.effect.place == "joint" for h in fit.model.hypotheses)

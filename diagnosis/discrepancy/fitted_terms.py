@@ -46,7 +46,7 @@ def fitted_term(fit: Fit, guess: Guess, price: float) -> FittedTerm:
         if found.evidence < TERM.bends_nat or guess.term.timed:
             break
         further = refit_once(fit, replace(guess, term=taken_again(fit, found)), price)
-        if not further.heldout.foretells() or aic_gain(found.fit, further.fit) < EVIDENCE.clear_nat:
+        if not further.heldout.is_sure() or aic_gain(found.fit, further.fit) < EVIDENCE.clear_nat:
             break
         found = further
     return found

@@ -29,7 +29,7 @@ def reads_by_own_law(fit: Fit) -> bool:
     with suppress(NotPositiveDefiniteError):
         found, before = refit_once(fit, best, float(np.log(tried))), misfit(fit)
         taken = before - misfit(found.fit) > TERM.own_law_takes * (before - 1)
-        return taken and found.evidence > TERM.bends_nat and found.heldout.foretells()
+        return taken and found.evidence > TERM.bends_nat and found.heldout.is_sure()
     return False
 
 

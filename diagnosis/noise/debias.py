@@ -34,7 +34,7 @@ from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.effects.effect import Scene
 
 Residuals = dict[str, Array]
-"""Whitened residuals (n, m, DRAWS) under noise, by group."""
+"""Whitened residuals (n, m, draws) under noise, by group."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Se
 
 
 def noise_draws(fit: Fit, factor: Factor, parts: list[Linear]) -> tuple[Array, Residuals]:
-    """Return what draws of the measurements' noise do to the splines (knots, width, DRAWS), and the draws by group."""
+    """Return what draws of the measurements' noise do to the splines (knots, width, draws), and the draws by group."""
     rng = np.random.default_rng(DEBIAS.seed)
     width = fit.model.tracks.width
     pull = np.zeros((len(factor.lower) * ALGEBRA.knots_per_block, width, DEBIAS.draws))
@@ -165,7 +165,7 @@ def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> I
 
 
 def _read(fit: Fit, state: State, h: Hypothesis, moved: Array) -> Residuals:
-    """Return what moved splines do to the whitened readings (n, m, DRAWS) of h's sensor, by group."""
+    """Return what moved splines do to the whitened readings (n, m, draws) of h's sensor, by group."""
     out = {}
     for rows in fit.model.measured(state, (h.at,)):
         whitened = replace(rows, std=rows.std * fit.noise[rows.name] * fit.loose)
@@ -174,7 +174,7 @@ def _read(fit: Fit, state: State, h: Hypothesis, moved: Array) -> Residuals:
 
 
 def _residual(fit: Fit, state: State, h: Hypothesis, scene: Scene, moved: Array) -> Residuals:
-    """Return the whitened residuals (n, m, DRAWS) of h's law, by group, where noise has moved the splines."""
+    """Return the whitened residuals (n, m, draws) of h's law, by group, where noise has moved the splines."""
     out = {}
     for rows in law_rows(fit.model, state, h, scene):
         whitened = replace(rows, std=rows.std * fit.noise.get(rows.name, 1.0) * fit.loose)

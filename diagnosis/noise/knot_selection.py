@@ -84,7 +84,7 @@ def relevelled(fit: Fit) -> Fit:
 def coarser(fit: Fit, times: float) -> Fit:
     """Return the fit solved on so many times fewer knots (more, below 1) at its noise levels, its laws' numbers kept.
 
-    Without their pulls they would run off: a damping ratio to 9,800.
+    Without their pulls they would run off.
     """
     old = fit.model.tracks.knots
     knots = model_of(fit.model.recording, 1 / (times * old.step)).tracks.knots

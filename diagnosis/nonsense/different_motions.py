@@ -89,7 +89,7 @@ def _if_nothing(one: Array, two: Array, edges: Array) -> Shared | None:
 
 def smooth(values: Array, edges: Array) -> Array:
     """Return values (n, k) on even edges (n + 1,) s without what is quicker than `SHARED_MOTION.below_hz`."""
-    width = np.sqrt(np.log(2) / 2) / (np.pi * SHARED_MOTION.below_hz)  # s: a Gaussian's half-power frequency is BELOW
+    width = np.sqrt(np.log(2) / 2) / (np.pi * SHARED_MOTION.below_hz)  # s: a Gaussian's half-power frequency is that
     return np.asarray(gaussian_filter1d(values, width / (edges[1] - edges[0]), axis=0))
 
 

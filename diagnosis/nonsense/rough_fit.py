@@ -1,4 +1,4 @@
-"""How badly a recording's liveliest seconds go with their declared rig: what tells two readings of it apart."""
+"""How badly the seconds of most motion go with the declared rig: what tells two readings of a recording apart."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A recording's liveliest part on one even grid, small enough for checks that take a second or two."""
+"""The part of a recording with most motion on one even grid, small enough for checks that take a second or two."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

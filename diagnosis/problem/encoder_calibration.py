@@ -21,13 +21,13 @@ def misreads(recording: Recording) -> bool:
 
 
 def spread() -> Array:
-    """Return the standard deviations (1 + 2 WAVES,) rad that are held plausible."""
+    """Return the standard deviations (1 + 2 encoder_waves,) rad that are held plausible."""
     waves = MOTION_PRIOR.encoder_wave_rad / np.repeat(np.arange(1, MOTION_PRIOR.encoder_waves + 1, dtype=float), 2) ** 2
     return np.concatenate([[MOTION_PRIOR.encoder_zero_rad], waves])
 
 
 def read(angle: Jet, error: Jet) -> Jet:
-    """Return what the encoder says (n, 1) rad of an angle (n, 1) rad; error (1, 1 + 2 WAVES) rad."""
+    """Return what the encoder says (n, 1) rad of an angle (n, 1) rad; error (1, 1 + 2 encoder_waves) rad."""
     out, q = angle + error[[0]], angle.value
     for k in range(1, MOTION_PRIOR.encoder_waves + 1):
         sine, cosine = np.sin(k * q), np.cos(k * q)

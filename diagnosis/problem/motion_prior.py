@@ -107,8 +107,8 @@ def off_one(square: Jet) -> Jet:
 def heavy_tailed(x: Jet, std: Array) -> Jet:
     """Return x (n, m) as a residual of normal errors whose cost is that of errors of Cauchy's: log(1 + (x / std)^2).
 
-    What rests on one side and falls to the other is smooth but for moments. One roughness for both let a joint's play
-    of 2 mrad follow noise at rest and rounded its falls: 1,200 nat where there are 2,537.
+    What rests on one side and falls to the other is smooth but for moments. One roughness for both would let a joint's
+    play follow noise at rest and round its falls.
     """
     u = x.value / std
     cost = np.log1p(u * u)

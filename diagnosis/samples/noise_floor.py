@@ -1,12 +1,11 @@
 """How noisy a sensor is, where a hand does not reach: the spectrum above 12 Hz, and the moments at rest.
 
-A person's motion ends near 10 Hz and white noise does not. Each window's power density above 12 Hz, summed over
-the axes, is a chi-square of six degrees at every frequency; the median over a band's frequencies passes by lines, its
-lower quartile over the windows by bursts of motion, knocks and clips, and of the bands the quietest counts:
-whatever is not noise only adds. It is called white if two of the other three bands say the same; what is left of a
-motion falls with the square of the frequency or faster, and its bands differ. And noise is there all the time:
-from the calmest windows to those the level is read from it changes no more than chance lets it, by a factor of 1.25
-(1.13 is the most in eighty clean recordings).
+A person's motion ends near 10 Hz and white noise does not. Each window's power density above 12 Hz, summed over the
+axes, is a chi-square of six degrees at every frequency; the median over a band's frequencies passes by lines, its lower
+quartile over the windows by bursts of motion, knocks and clips, and of the bands the quietest counts: whatever is not
+noise only adds. It is called white if two of the other three bands say the same; what is left of a motion falls with
+the square of the frequency or faster, and its bands differ. And noise is there all the time: from the calmest windows
+to those the level is read from it changes no more than chance lets it, by a factor of 1.25.
 """
 
 from dataclasses import dataclass

@@ -90,7 +90,7 @@ def steady(time: Array, values: Array, frequency: float, weight: Array | None = 
     turned = np.exp(-2j * np.pi * frequency * time)[:, None] * values * weight[:, None]
     bins = ((time - time[0]) * 8 * NOTCH.half_width_hz).astype(
         int
-    )  # what is within WIDE turns there by an eighth of a round at most
+    )  # what is within `half_width_hz` turns there by an eighth of a round at most
     binned = np.zeros((bins[-1] + 1, 3), dtype=complex)
     np.add.at(binned, bins, turned)
     power = np.sum(np.abs(np.fft.fft(binned, NOTCH.grid_factor * len(binned), axis=0)) ** 2, axis=1)

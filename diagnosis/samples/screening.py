@@ -112,8 +112,8 @@ def with_sample_noise(
 ) -> Recording:
     """Return the recording with its noise declared as the raw samples have it, rounding in it.
 
-    What nobody declares is what they show above the motion (within 3 % in three quarters of 930 channels). Two IMUs on
-    one motion do not tell: at half the noise of one and more at the other a motion that is free fits them as well.
+    What nobody declares is what they show above the motion. Two IMUs on one motion do not tell: at half the noise of
+    one and more at the other a motion that is free fits them as well.
     """
     imus = []
     for imu in recording.imus:

@@ -31,7 +31,7 @@ def admitted(
         say(f"predicting held-out data with {best.hypothesis.name}")
         better = now.first if best is now.tried[0] else with_noise(best.fit)
         won = heldout_gain(now.fit, better, rng)
-        foretells = won.foretells(least)
+        foretells = won.is_sure(least)
         if not foretells and unseen(best, won):
             won = in_halves(now.fit, better, rng)
             foretells = won.clear()
@@ -47,7 +47,7 @@ def admitted(
     kept = [*kept, *(Kept(h, best.evidence, won, others) for h in (best.hypothesis, *best.also))]
     for trial in now.together if best is now.tried[0] else []:
         won = heldout_gain(better, trial.fit, rng)
-        if not won.foretells() or len(kept) == ADMISSION.most_effects - 1:
+        if not won.is_sure() or len(kept) == ADMISSION.most_effects - 1:
             break
         kept, better = [*kept, Kept(trial.hypothesis, trial.evidence, won, ())], trial.fit
     return better, kept, refused
@@ -72,7 +72,7 @@ def all_together(
     some = [best.hypothesis, *(t.hypothesis for t in together)]
     say(f"predicting held-out data with {' and '.join(h.name for h in some)}")
     won = heldout_gain(now.fit, last.fit, rng)
-    if not won.foretells():
+    if not won.is_sure():
         return now.fit, kept, refused
     evidence = [best.evidence, *(t.evidence for t in together)]
     new = [Kept(h, e, won, ()) for h, e in zip(some, evidence, strict=True)]

@@ -50,7 +50,7 @@ def named_by_size(selection: Selection, strange: Unknowns, say: Callable[[str], 
         small = replace(best, effect=best.effect.as_large(size))
         better = with_noise(refit(fit, (*fit.model.hypotheses, small)))
         won = heldout_gain(fit, better, np.random.default_rng(HELD_OUT.bootstrap_seed))
-        if won.foretells():
+        if won.is_sure():
             fit, kept, dropped = prune(better, [*selection.kept, Kept(small, worth, won, ())], say)
             selection = Selection(fit, tuple(kept), (*selection.rejected, *dropped))
     return selection

@@ -50,11 +50,11 @@ def doubted_beside_unknown(
 
     So do `doubted`, and those at whose place something without a name is worth much: it may be all. A state without a
     law explains what is anywhere, and what is worth more than a name may be at the other IMU and seem to be at this;
-    what is worth much of it may be a part of that (another inertia beside cross-talk, of 674 nat beside 143). What
-    gains less than nothing on held-out data was found by what it spares the motion: how much of a name it would take is
-    not known. Springs beside a joint's spline that is worth more may ring of what it rounds off (play jumps) and a
-    mount be turned by what it cannot hold. A misalignment beside what its axes read a little later may be that too, as
-    cross-talk is. Effects that are there whatever else is (`certain`) are not doubted.
+    what is worth much of it may be a part of that (another inertia beside cross-talk). What gains less than nothing on
+    held-out data was found by what it spares the motion: how much of a name it would take is not known. Springs beside
+    a joint's spline that is worth more may ring of what it rounds off (play jumps) and a mount be turned by what it
+    cannot hold. A misalignment beside what its axes read a little later may be that too, as cross-talk is. Effects that
+    are there whatever else is (`certain`) are not doubted.
     """
     equalled = {(h.effect.name, h.at) for h in doubted}
     loose = max((f.heldout_gain.value for f in named if f.at == "joint" and _free(f)), default=0.0)

@@ -196,7 +196,7 @@ def at_centre(fit: Fit, names: Sequence[str], covariance: Array) -> float:
 def spare(kept: Kept, without: Fit | None) -> float:
     """Return the nat by which an effect is worth more than it must be; below 0 where it predicts nothing for sure."""
     more = kept.evidence - needed(kept.hypothesis)
-    foretells = without is None or not kept.heldout.value or kept.heldout.foretells()
+    foretells = without is None or not kept.heldout.value or kept.heldout.is_sure()
     return more if foretells else min(more, kept.heldout.low)
 
 

@@ -42,7 +42,7 @@ def clocks_to_backlash(fit: Fit, kept: list[Kept], say: Callable[[str], None]) -
         trial = refit_from_screening(bare, screen(bare, asked))
         if holds_its_law(trial) and aic_gain(fit, trial.fit) > EVIDENCE.needed_nat:
             won = heldout_gain(bare, trial.fit, np.random.default_rng(HELD_OUT.bootstrap_seed))
-            if won.foretells():
+            if won.is_sure():
                 passed = tuple(Passed(k.hypothesis, k.evidence) for k in clocks)
                 return trial.fit, [*others, Kept(trial.hypothesis, trial.evidence, won, passed)]
     return fit, kept

@@ -55,7 +55,7 @@ def filter_to_one_triple(
                 continue
             both = with_noise(tried[0].fit)
             won = heldout_gain(alone, both, rng)
-            if won.foretells() and aic_gain(fit, both) > EVIDENCE.needed_nat:
+            if won.is_sure() and aic_gain(fit, both) > EVIDENCE.needed_nat:
                 new = replace(k, hypothesis=half, rivals=(Passed(k.hypothesis, k.evidence), *k.rivals))
                 kept = [new if other is k else other for other in kept]
                 kept, fit = [*kept, Kept(tried[0].hypothesis, tried[0].evidence, won, ())], both

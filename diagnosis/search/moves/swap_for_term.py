@@ -93,7 +93,7 @@ def swapped_for_terms(fit: Fit, say: Callable[[str], None] = lambda _: None) -> 
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
                 if guess.term.drift and is_a_drift(gone):
                     more = max(more, beyond_a_drift(without, guess.term))
-                if done.heldout.foretells() and more > -least[guess.term.timed][1]:
+                if done.heldout.is_sure() and more > -least[guess.term.timed][1]:
                     taken = takes_place(done, more, lost, names, free, strained)
                     if taken and nearly_a_filter(done, more, lost, gone):
                         taken = (
