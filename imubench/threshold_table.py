@@ -16,7 +16,8 @@ def page() -> str:
         "# Thresholds\n\nEvery number of `imubench/diagnosis/config/` that the diagnosis decides by. Written by\n"
         "`python scripts/threshold_table.py`; what the search decides by still stands in its modules.\n",
         "To see what a number does, change it there and diagnose a recording again; a test may replace one by\n"
-        '`monkeypatch.setattr(module, "RECORD", dataclasses.replace(RECORD, field=value))`.\n',
+        '`monkeypatch.setattr(module, "RECORD", dataclasses.replace(RECORD, field=value))`, but for what is the\n'
+        "default of a parameter: that is read when its module is imported.\n",
         "| source | a value that is |\n|---|---|",
         *(f"| {name} | {means} |" for name, means in SOURCES.items()),
     ]

@@ -2,7 +2,7 @@
 
 Coloured noise is of first order: beside white noise of power 1 its power at a frequency f is a L(f), with
 
-    L(f) = 1 / (pi step c) / (1 + (f / c)^2),    share of the white noise's power a <= 0.2, corner c >= 0.5 Hz (`colour`, `slowest_hz`)
+    L(f) = 1 / (pi step c) / (1 + (f / c)^2),    share of the white noise's power a <= colour, corner c >= slowest_hz
 
 A drift takes what noise there is in its own band, so the residuals do not show it there. What such noise has above
 that band no drift takes: there the residuals say, for every corner, how large `a` may be.
