@@ -178,7 +178,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class OwnError:
+class Own:
     """What a recording says of an effect that is the sensor's own, and that its next recording will have too."""
 
     effect: str
@@ -196,7 +196,7 @@ class SensorErrors:
     at: str
     rate: float  # Hz, nominal
     ranges: Mapping[str, float]  # of "gyro" rad/s and "accel" m/s^2, where they are declared
-    errors: tuple[OwnError, ...]  # all at `at`
+    errors: tuple[Own, ...]  # all at `at`
     correlation: Array  # (k, k) of their numbers, one after the other
 
     def __post_init__(self) -> None:
@@ -235,7 +235,7 @@ class Baseline:
     """What a diagnosis took over from an earlier one of the same sensors."""
 
     recording: str  # the earlier one's name
-    taken_over: tuple[OwnError, ...]  # `std` as wide as the time in between makes it
+    taken_over: tuple[Own, ...]  # `std` as wide as the time in between makes it
     doubt: str = ""  # what speaks against what it says of the sensors, in words; "": nothing
 
 

@@ -9,7 +9,7 @@ from imubench.diagnosis.result import (
     Finding,
     Moves,
     Nonsense,
-    OwnError,
+    Own,
     Parameter,
     Rejected,
     SensorErrors,
@@ -105,7 +105,7 @@ def _parameters(parameters: Mapping[str, Parameter]) -> dict[str, Any]:
     return {name: {"value": p.value.tolist(), "std": p.std.tolist(), "unit": p.unit} for name, p in parameters.items()}
 
 
-def _own(o: OwnError) -> dict[str, Any]:
+def _own(o: Own) -> dict[str, Any]:
     return {"effect": o.effect, "parameters": _parameters(o.parameters)}
 
 

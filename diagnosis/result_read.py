@@ -17,7 +17,7 @@ from imubench.diagnosis.result import (
     Move,
     Noise,
     Nonsense,
-    OwnError,
+    Own,
     Parameter,
     Rejected,
     SensorErrors,
@@ -219,7 +219,7 @@ def _read_sensor(node: _Node) -> SensorErrors:
             at,
             node["rate"].number,
             node["ranges"].named(_number),
-            node["errors"].each(lambda n: OwnError(_text(n["effect"]), at, n["parameters"].named(_read_parameter))),
+            node["errors"].each(lambda n: Own(_text(n["effect"]), at, n["parameters"].named(_read_parameter))),
             node["correlation"].value,
         )
     except InputError as error:
@@ -230,7 +230,7 @@ def _read_sensor(node: _Node) -> SensorErrors:
 
 def _read_baseline(node: _Node) -> Baseline:
     taken = node["taken_over"].each(
-        lambda n: OwnError(_text(n["effect"]), _text(n["at"]), n["parameters"].named(_read_parameter))
+        lambda n: Own(_text(n["effect"]), _text(n["at"]), n["parameters"].named(_read_parameter))
     )
     return Baseline(_text(node["recording"]), taken, node.optional("doubt", _text, ""))
 

@@ -18,7 +18,7 @@ from imubench.diagnosis.result import (
     FitQuality,
     Interval,
     Noise,
-    OwnError,
+    Own,
     Parameter,
     SensorErrors,
 )
@@ -47,7 +47,7 @@ def sensor(at: str = "imu1", rate: float = 50.0, **ranges: float) -> SensorError
     """Return two errors of a sensor whose numbers 0 and 3 go together."""
     correlation = np.eye(6)
     correlation[0, 3] = correlation[3, 0] = 0.5
-    return SensorErrors(at, rate, ranges, tuple(OwnError(name, at, p) for name, p in OWN.items()), correlation)
+    return SensorErrors(at, rate, ranges, tuple(Own(name, at, p) for name, p in OWN.items()), correlation)
 
 
 def said(*findings: Finding, **more) -> Diagnosis:
@@ -181,9 +181,7 @@ def test_a_model_plays_the_sensors_errors_with_the_change_in_them():
 
 
 def test_a_diagnosis_is_read_back_with_what_it_says_of_its_sensors(tmp_path):
-    d = said(
-        sensors=(sensor(gyro=35.0),), baseline=Baseline("still", (OwnError("gyro_bias", "imu1", OWN["gyro_bias"]),))
-    )
+    d = said(sensors=(sensor(gyro=35.0),), baseline=Baseline("still", (Own("gyro_bias", "imu1", OWN["gyro_bias"]),)))
     write_json(tmp_path / "diagnosis.json", as_dict(d))
     back = read_diagnosis(tmp_path)
     assert as_dict(back) == as_dict(d)
@@ -221,11 +219,11 @@ def test_the_same_sensors_on_another_day_are_not():
     [
         ((), "says what its sensors' own errors are"),
         (
-            (replace(sensor(), errors=(OwnError("mount_pose", "imu1", OWN["gyro_bias"]),), correlation=np.eye(3)),),
+            (replace(sensor(), errors=(Own("mount_pose", "imu1", OWN["gyro_bias"]),), correlation=np.eye(3)),),
             "mount_",
         ),
         (
-            (replace(sensor(), errors=(OwnError("gyro_scale", "imu1", OWN["gyro_bias"]),), correlation=np.eye(3)),),
+            (replace(sensor(), errors=(Own("gyro_scale", "imu1", OWN["gyro_bias"]),), correlation=np.eye(3)),),
             "expected the parameters",
         ),
     ],

@@ -38,7 +38,7 @@ from imubench.diagnosis.result import (
     Finding,
     Interval,
     Noise,
-    OwnError,
+    Own,
     Parameter,
     SensorErrors,
 )
@@ -136,7 +136,7 @@ class Learned:
     def record(self) -> Baseline:
         """What is taken over, in the words of diagnosis.json."""
         errors = [_wider(own) for s in self.sensors for own in s.errors]
-        told = (_wider(OwnError(f.effect, f.at, f.parameters)) for f in self.told)
+        told = (_wider(Own(f.effect, f.at, f.parameters)) for f in self.told)
         return Baseline(self.recording, (*errors, *told), self.doubt)
 
     def on(self, samples: SampleChecks) -> SampleChecks:
@@ -199,12 +199,12 @@ def _prior(sensor: SensorErrors) -> Array:
     return np.asarray(sensor.covariance + np.diag(np.concatenate([np.zeros(0), *change]) ** 2))
 
 
-def _change(own: OwnError, p: Parameter) -> Array:
+def _change(own: Own, p: Parameter) -> Array:
     """Return how far a parameter's numbers go from one recording to the next, as standard deviations."""
     return allowed(p, EFFECTS[own.effect].of_the_sensor)
 
 
-def _wider(own: OwnError) -> OwnError:
+def _wider(own: Own) -> Own:
     """Return an effect with the standard deviations that it has in another recording."""
     return replace(
         own,

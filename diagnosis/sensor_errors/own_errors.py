@@ -16,7 +16,7 @@ from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.problem.batch_model import Model, started
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import TILT
-from imubench.diagnosis.result import OwnError, Parameter, SensorErrors
+from imubench.diagnosis.result import Own, Parameter, SensorErrors
 from imubench.diagnosis.solve.gauss_newton import all_rows, factored
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import covariance_of
@@ -87,7 +87,7 @@ def _errors_of(
         for p in h.effect.parameters:
             own, first = slice(first, first + p.width), first + p.width
             told[p.name] = Parameter(total[own].reshape(p.shape), std[own].reshape(p.shape), p.unit)
-        errors.append(OwnError(h.effect.name, imu.name, told))
+        errors.append(Own(h.effect.name, imu.name, told))
     correlation = spread / np.outer(std, std)
     correlation = (correlation + correlation.T) / 2
     np.fill_diagonal(correlation, 1.0)

@@ -18,7 +18,7 @@ from imubench.diagnosis.result import (
     Interval,
     Move,
     Noise,
-    OwnError,
+    Own,
     Parameter,
     Rejected,
     SensorErrors,
@@ -46,7 +46,7 @@ def diagnosis(*findings: Finding) -> Diagnosis:
     rejected = (Rejected("low_pass", "imu2", -900.0),)
     unseen = (Unseen("a scale", "turn about every axis"),)
     noise = {"imu1.gyro": Noise(0.002, "rad/s", "declared"), "imu2.accel": Noise(0.02, "m/s^2", "rest")}
-    known = (OwnError("gyro_bias", "imu1", BIAS),)
+    known = (Own("gyro_bias", "imu1", BIAS),)
     sensors = (
         SensorErrors("imu1", 50.0, {"gyro": 35.0}, known, np.eye(3)),
         SensorErrors("imu2", 50.0, {}, (replace(known[0], at="imu2"),), np.eye(3)),
