@@ -22,9 +22,9 @@ from scipy.special import logsumexp
 from benchmarks.silence import Silence, recordings
 from benchmarks.table import Row
 from imubench.diagnosis.candidates.begin import begin
-from imubench.diagnosis.candidates.grids import placed
+from imubench.diagnosis.candidates.grids import placed_at_best_start
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.score_test import each, prior_std
-from imubench.diagnosis.criteria.trial import NEEDED
 from imubench.diagnosis.search.moves.swap_for_term import NAMES
 from imubench.diagnosis.search.selection import candidates
 from imubench.diagnosis.solve.schur import Base, promise
@@ -81,7 +81,9 @@ def asked(one: Faint) -> Faint:
         fit = begin(read(out)[0]).fit
     base, promised = Base.of(fit), {}
     taken = {h.name for h in fit.model.hypotheses}
-    plain, _ = placed(base, [h for h in candidates(fit.model) if not h.effect.states and h.name not in taken])
+    plain, _ = placed_at_best_start(
+        base, [h for h in candidates(fit.model) if not h.effect.states and h.name not in taken]
+    )
     for h, information, force in each(base, [h for h in plain if h.effect.name != REFITTED]):
         nat = [promise(information, force, s * prior_std(h)).evidence for s in SIZES]
         promised[f"{h.effect.name}@{h.at}"] = (nat[0], float(logsumexp(nat) - np.log(len(SIZES))))
@@ -102,7 +104,7 @@ def run(count: int = COUNT, seed: int = SEED, workers: int | None = None) -> lis
     level = np.quantile(clean, 1 - ALARMS, axis=0)
     rows = []
     for what, least in (
-        (f"{NEEDED:g} nat", np.array([NEEDED, NEEDED])),
+        (f"{EVIDENCE.needed_nat:g} nat", np.array([EVIDENCE.needed_nat, EVIDENCE.needed_nat])),
         (f"what {ALARMS:.0%} of the clean pass ({level[0]:.1f}, {level[1]:.1f} nat)", np.maximum(level, 0.0)),
     ):
         for name, of in (("without an effect, something", clean), (f"with one at {BOUNDS:g} bounds, that one", faint)):

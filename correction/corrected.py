@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.band import banded
-from imubench.correction.explained import Told, explained_fit, moving, told
+from imubench.correction.explained import StartedEffect, explained_fit, off_its_law, started_effects
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.hypothesis import State
-from imubench.diagnosis.result import SURE, UNKNOWN, Diagnosis, Finding
+from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding
 from imubench.diagnosis.samples.screening import check_samples, with_sample_noise
 from imubench.diagnosis.sensor_errors.baseline import whole
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
@@ -61,7 +62,7 @@ class Removal:
     recording: Recording
     diagnosis: Diagnosis
     found: tuple[Finding, ...]  # those that are sure and have a law
-    laws: tuple[tuple[Told, ...], ...]  # of each finding that is an effect of a fit, its settings
+    laws: tuple[tuple[StartedEffect, ...], ...]  # of each finding that is an effect of a fit, its settings
     fit: Fit | None  # None: nothing of it shapes the readings
 
     def without(self, left_in: Collection[Place] = ()) -> Corrected:
@@ -83,7 +84,7 @@ class Removal:
         if self.fit is not None:
             out = taken_out(recording, self.fit, loose, left_in)
             for t in (t for t in laws if t.hypothesis.at in keep):
-                keep[t.hypothesis.at] &= ~moving(t, self.fit.model)
+                keep[t.hypothesis.at] &= ~off_its_law(t, self.fit.model)
         out = redeclared(with_sample_noise(out, found), laws)
         out = replace(out, imus=tuple(some(i, keep[i.name]) for i in out.imus))
         if (hz := lowest(self.diagnosis, loose)) is not None:
@@ -116,8 +117,8 @@ def removal(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -> 
         raise InputError(
             f"diagnosis: expected a model that can be trusted, got one that is doubted: {first.of}: {first.why}"
         )
-    found = tuple(f for f in whole(diagnosis) if f.named and f.confidence >= SURE)
-    laws = tuple(settings for f in found if (settings := told(f, recording)))
+    found = tuple(f for f in whole(diagnosis) if f.named and f.confidence >= CONFIDENCE.counts)
+    laws = tuple(settings for f in found if (settings := started_effects(f, recording)))
     fit = None
     if not all(t.hypothesis.effect.correction.stays for t, *_ in laws):
         try:
@@ -133,7 +134,7 @@ def removal(recording: Recording, diagnosis: Diagnosis, step: Step = silent) -> 
 
 def springs_that_leave_more(diagnosis: Diagnosis) -> set[str]:
     """Return the sensors on springs that do what no straight springs do: something without a name is there too."""
-    sure = [f for f in diagnosis.findings if f.confidence >= SURE]
+    sure = [f for f in diagnosis.findings if f.confidence >= CONFIDENCE.counts]
     sprung = {f.at for f in sure if traits_of(f.effect).on_springs}
     return sprung & {f.at for f in sure if not f.named}
 
@@ -207,7 +208,7 @@ def readings(model: Model, imu: Imu, state: State, moment: Moment) -> tuple[Arra
     return reading.gyro.value, reading.accel.value
 
 
-def redeclared(recording: Recording, effects: Sequence[Told]) -> Recording:
+def redeclared(recording: Recording, effects: Sequence[StartedEffect]) -> Recording:
     """Return a recording with the stamps, mounts and gravity that effects say are the right ones."""
     start, imus, gravity = model_of(recording).start, [], Jet(np.array([[0.0, 0.0, -recording.gravity]]))
     for t in (t for t in effects if t.hypothesis.at == "world"):
@@ -236,7 +237,7 @@ def words(f: Finding) -> str:
     """Return in words what is done about a finding."""
     if not f.named:
         return "left in: no law to correct it by"
-    if f.confidence < SURE:
-        return f"left in: its confidence of {f.confidence:.2f} is under {SURE:g}"
+    if f.confidence < CONFIDENCE.counts:
+        return f"left in: its confidence of {f.confidence:.2f} is under {CONFIDENCE.counts:g}"
     law = EFFECTS.get(f.effect)
     return (Correction.TAKEN_OUT if law is None else law.correction).value

@@ -15,8 +15,9 @@ import numpy as np
 from imubench.answers import moved
 from imubench.arrays import Array
 from imubench.correction.corrected import Removal, removal
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.evidence import Estimated
-from imubench.diagnosis.result import SURE, Diagnosis
+from imubench.diagnosis.result import Diagnosis
 from imubench.errors import InputError
 from imubench.estimate import Estimate
 from imubench.estimators import ESTIMATORS
@@ -48,7 +49,7 @@ def estimates(
     Raises:
         InputError: where the findings cannot be taken out, see `correction`.
     """
-    some = any(f.named and f.confidence >= SURE for f in diagnosis.findings)
+    some = any(f.named and f.confidence >= CONFIDENCE.counts for f in diagnosis.findings)
     asked = [name for name in ASKED.get(recording.tree.kind, ()) if ESTIMATORS[name].imus <= len(recording.imus)]
     if not some or not asked or diagnosis.doubts:
         return ()

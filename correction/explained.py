@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.correction import EXPLAINED_FIT
+from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, tally
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import LAW_FLOOR, LOOSENED, fit_with_noise
+from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.process_factors import state_rows
@@ -26,11 +28,9 @@ from imubench.errors import InputError
 from imubench.jets import Jet
 from imubench.recording import Recording
 
-STEPS, ROUNDS = 6, 5  # of the fit from the diagnosed numbers, and of its noise levels after that
-
 
 @dataclass(frozen=True)
-class Told:
+class StartedEffect:
     """An effect as a diagnosis tells it: where a fit starts, and what of it is held."""
 
     hypothesis: Hypothesis
@@ -47,7 +47,7 @@ class Told:
         return out
 
 
-def told(finding: Finding, recording: Recording) -> tuple[Told, ...]:
+def started_effects(finding: Finding, recording: Recording) -> tuple[StartedEffect, ...]:
     """Return a finding as effects of a fit: one for each setting (the channels of a filter) that it leaves open.
 
     None where the effect is one of single samples. Raises `InputError` for an effect that does not exist, that this
@@ -75,7 +75,7 @@ def _shapes(effect: Effect) -> dict[str, tuple[int, ...]]:
     return {p.name: p.shape for p in effect.parameters if p.reported}
 
 
-def _started(effect: Effect, finding: Finding) -> Told:
+def _started(effect: Effect, finding: Finding) -> StartedEffect:
     h = Hypothesis(effect, finding.at)
     start = {}
     for p in (p for p in effect.parameters if p.reported):
@@ -84,10 +84,10 @@ def _started(effect: Effect, finding: Finding) -> Told:
     whole = all(p.reported for p in effect.parameters)
     if not whole:
         h = replace(h, effect=effect.starting(**{name: finding.parameters[name].value for name in _shapes(effect)}))
-    return Told(h, start, start if whole else {})
+    return StartedEffect(h, start, start if whole else {})
 
 
-def explained_fit(recording: Recording, findings: Sequence[Sequence[Told]]) -> Fit:
+def explained_fit(recording: Recording, findings: Sequence[Sequence[StartedEffect]]) -> Fit:
     """Return the fit of a recording's motion with these effects, their diagnosed numbers held.
 
     Of each finding one setting is taken, that of the best evidence. Samples that are no measurement (clipped,
@@ -104,7 +104,7 @@ def explained_fit(recording: Recording, findings: Sequence[Sequence[Told]]) -> F
 
 
 @one_thread
-def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
+def refitted(nominal: Fit, effects: Sequence[StartedEffect]) -> Fit:
     """Return the fit with effects, begun where their laws put their states.
 
     The noise of the sensors is estimated, that of a law is at its floor: estimated too, it may let go of the law. A
@@ -116,38 +116,42 @@ def refitted(nominal: Fit, effects: Sequence[Told]) -> Fit:
     begun = extended(nominal, tuple(t.hypothesis for t in effects), starts)
     masks = dict(begun.model.masks or {})
     for t in (t for t in effects if t.hypothesis.effect.place == "imu"):
-        counts = ~moving(t, begun.model)
+        counts = ~off_its_law(t, begun.model)
         for name in (f"{t.hypothesis.at}.gyro", f"{t.hypothesis.at}.accel"):
             masks[name] = masks.get(name, counts) & counts
     held = {k: v for t in effects for k, v in as_fitted(t, t.held, step).items()}
     model, state, noise = replace(begun.model, fixed=held, masks=masks), begun.state, dict(begun.noise)
     lawful = [t.hypothesis for t in effects if t.hypothesis.effect.states and t.hypothesis.effect.lawful]
     fit = solve(
-        model, driven_by_motion(model, state, lawful), calm_for_laws(begun, lawful), nominal.anchor, steps=STEPS
+        model,
+        driven_by_motion(model, state, lawful),
+        calm_for_laws(begun, lawful),
+        nominal.anchor,
+        steps=EXPLAINED_FIT.steps,
     )
-    noise |= {rows.name: LAW_FLOOR for rows in state_rows(model, fit.state)}
+    noise |= {rows.name: REML.law_floor for rows in state_rows(model, fit.state)}
     rough = {name: noise[name] for name in (f"smooth.{track}" for track in model.rig.widths) if name in noise}
     only = {rows.name for rows in fit.measured}
 
     def levelled(loosened: float) -> Fit:
         levels = noise | {name: std * loosened for name, std in rough.items()}
-        return fit_with_noise(model, fit.state, levels, nominal.anchor, rounds=ROUNDS, only=only)
+        return fit_with_noise(model, fit.state, levels, nominal.anchor, rounds=EXPLAINED_FIT.rounds, only=only)
 
-    tight = levelled(1 / LOOSENED)
+    tight = levelled(1 / REML.loosened)
     if not lawful:
         return tight
     loose = levelled(1.0)
     return loose if aic_gain_of(tight.noise, tally(tight), loose.noise, tally(loose)) > 0 else tight
 
 
-def as_fitted(t: Told, told: Mapping[str, Array], step: float) -> dict[str, Array]:
+def as_fitted(t: StartedEffect, told: Mapping[str, Array], step: float) -> dict[str, Array]:
     """Return parameters (k,) of an effect, by their names in a fit, as a fit with knots `step` s apart has its law."""
     h = t.hypothesis
     named = {p.name: told[h.key(p.name)] for p in h.effect.parameters if h.key(p.name) in told}
     return {h.key(name): value for name, value in h.effect.collocated(named, step).items()} if named else {}
 
 
-def moving(t: Told, model: Model) -> NDArray[np.bool_]:
+def off_its_law(t: StartedEffect, model: Model) -> NDArray[np.bool_]:
     """Return the samples (n,) of an effect's sensor in which it moves as its law does not say."""
     time = next(i.time for i in model.recording.imus if i.name == t.hypothesis.at) - model.start
     out = np.zeros(time.size, dtype=bool)

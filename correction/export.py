@@ -15,7 +15,7 @@ import tomli_w
 from imubench.arrays import Array
 from imubench.correction.found_chain import chain_of
 from imubench.correction.found_rig import rig_of
-from imubench.correction.replay import told_play
+from imubench.correction.replay import play_of_motion
 from imubench.correction.sensor_chain import Link, at_encoder, chained
 from imubench.correction.swing_file import KEY, swing_tables
 from imubench.diagnosis.evidence import Evidence, Played
@@ -29,10 +29,10 @@ from imubench.recording import span_of
 from imubench.sim.compile import specify
 from imubench.sim.joints import Play
 
-FORMAT = 1
-SENSORS, MOTION = "imus.toml", "motion.csv"
-PLAY = ("play", "play_beside")  # columns of a motion
-NAMES = {**IMU, "torque": ("torque",)}
+MODEL_FORMAT = 1
+SENSORS_FILE, MOTION_FILE = "imus.toml", "motion.csv"
+PLAY_COLUMNS = ("play", "play_beside")  # columns of a motion
+CHANNEL_COLUMNS = {**IMU, "torque": ("torque",)}
 
 
 def plays(effect: str, rig: str) -> bool:
@@ -51,15 +51,15 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
     spec = specify(rig)
     spec.compile()
     (folder / name).write_text(spec.to_xml(), encoding="utf-8")
-    write_table(folder / MOTION, motion_columns(evidence.motion, rig.play))
+    write_table(folder / MOTION_FILE, motion_columns(evidence.motion, rig.play))
     used = {level.group: level.used for level in evidence.levels}
     chain, swings = chain_of(found, fitted, recording), bool(evidence.rolled_out)
     content = {
-        "format": FORMAT,
+        "format": MODEL_FORMAT,
         "recording": recording.name,
         "rig": recording.rig,
         "model": name,
-        "motion": MOTION,
+        "motion": MOTION_FILE,
         "start": span_of(recording)[0],  # s, of the stamps: what times of effects are counted from
         "imu": [
             {
@@ -87,7 +87,7 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
         KEY: swing_tables(evidence.rolled_out, recording.rig),
         "effect": [effect_table(at, link, recording.rig, swings, folder) for at, link in chain],
     }
-    (folder / SENSORS).write_text(toml(content), encoding="utf-8")
+    (folder / SENSORS_FILE).write_text(toml(content), encoding="utf-8")
     return name
 
 
@@ -114,7 +114,7 @@ def effect_table(at: str, link: Link, rig: str, swings: bool, folder: Path) -> d
 def signal_columns(link: Link) -> dict[str, Array]:
     """Return the signal of what has no name as columns: time s since the start, and the channels it enters."""
     columns = {"time": link.time}
-    for part, names in NAMES.items():
+    for part, names in CHANNEL_COLUMNS.items():
         columns |= dict(zip(names, link.signals[part].T, strict=True)) if part in link.signals else {}
     return columns
 
@@ -128,8 +128,8 @@ def motion_columns(motion: Played, play: Play | None = None) -> dict[str, Array]
         columns |= dict(zip("xyz", motion.position.T, strict=True))
     if motion.hinge_angle is not None:
         columns["hinge_angle"] = motion.hinge_angle
-    if play is not None and (told := told_play(motion, play)) is not None:
-        columns |= dict(zip(PLAY, told, strict=True))
+    if play is not None and (told := play_of_motion(motion, play)) is not None:
+        columns |= dict(zip(PLAY_COLUMNS, told, strict=True))
     return columns
 
 
@@ -156,4 +156,13 @@ def _inline(value: Sequence[Any] | str | float | bool) -> str:
     return tomli_w.dumps({"x": value}).removeprefix("x = ").rstrip("\n")
 
 
-__all__ = ["FORMAT", "MOTION", "SENSORS", "effect_table", "motion_columns", "plays", "toml", "write_model"]
+__all__ = [
+    "MODEL_FORMAT",
+    "MOTION_FILE",
+    "SENSORS_FILE",
+    "effect_table",
+    "motion_columns",
+    "plays",
+    "toml",
+    "write_model",
+]

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.correction.export import FORMAT, NAMES, PLAY, SENSORS
-from imubench.correction.replay import DEGREE
+from imubench.correction.export import CHANNEL_COLUMNS, MODEL_FORMAT, PLAY_COLUMNS, SENSORS_FILE
 from imubench.correction.rig_file import read_rig
 from imubench.correction.sensor_chain import Effects, Link, at_encoder, at_place, chained
 from imubench.correction.swing_file import KEY, read_swings
+from imubench.diagnosis.config.correction import READ_MODEL
 from imubench.diagnosis.evidence import Played, Swing
+from imubench.diagnosis.problem.bspline import DEGREE
 from imubench.diagnosis.result import UNKNOWN
 from imubench.effects import EFFECTS
 from imubench.errors import InputError, shown, unknown
@@ -22,16 +23,16 @@ from imubench.inputs.tables import read_table
 from imubench.inputs.toml import load_toml
 from imubench.sim.rigs import Rig
 
-FORCE, PLACE, TURN = ("force_x", "force_y", "force_z"), ("x", "y", "z"), ("qw", "qx", "qy", "qz")
-MOST_SAMPLES = 2_000_000  # of a sensor: what fits into a gigabyte while MuJoCo plays it
-LEAST_RATE, MOST_RATE = 0.1, 10_000.0  # Hz, of inertial sensors and encoders
-MOST_SECONDS = 5_000.0  # of a recording: 2 million states at 400 Hz, the least that is played
-LIMITS = {
+FORCE_COLUMNS, POSITION_COLUMNS, ROTATION_COLUMNS = (
+    ("force_x", "force_y", "force_z"),
+    ("x", "y", "z"),
+    ("qw", "qx", "qy", "qz"),
+)
+PARAMETER_RANGES = {
     "cutoff": (1e-3, 1e6), "step": (1e-9, 1e6), "limit": (0.0, 1e9), "std": (0.0, 1e9), "fraction": (0.0, 0.9),
     "range": (0.0, np.pi), "skew": (-0.5, 0.5), "times": (-1e9, 1e9),
 }  # fmt: skip
 """What numbers of an effect can be: Hz, the sensor's unit, a share, rad, 1, s. Beyond, its law divides by nothing."""
-EDGE = 0.5  # s by which samples may go on beyond the motion's first and last row
 
 
 @dataclass(frozen=True)
@@ -76,10 +77,10 @@ def read_model(folder: Path) -> Model:
         InputError: a file is missing, damaged, leads out of the folder, is beyond the limits, or says what cannot be.
     """
     folder = Path(folder)
-    path = folder / SENSORS
+    path = folder / SENSORS_FILE
     content = load_toml(path)
-    if content.get("format") != FORMAT:
-        raise InputError(f"{path}: expected format = {FORMAT}, got {shown(content.get('format'))}")
+    if content.get("format") != MODEL_FORMAT:
+        raise InputError(f"{path}: expected format = {MODEL_FORMAT}, got {shown(content.get('format'))}")
     family, told = text(content, "rig", str(path)), text(content, "recording", str(path))
     model, path_of_motion = (inside(folder, text(content, key, str(path)), str(path)) for key in ("model", "motion"))
     rig, motion = read_rig(model, family), read_motion(path_of_motion)
@@ -103,7 +104,7 @@ def read_model(folder: Path) -> Model:
     first = min(float(s.stamps[0]) for s in (*imus.values(), *encoders.values()))
     start = _start(content, first, str(path))
     found = Model(told, rig, motion, start, imus, encoders, effects)
-    if found.start < motion.time[0] - EDGE or found.end > motion.time[-1] + EDGE:
+    if found.start < motion.time[0] - READ_MODEL.edge_s or found.end > motion.time[-1] + READ_MODEL.edge_s:
         raise InputError(
             f"{path_of_motion}: expected a motion over the samples' {found.start:g} to {found.end:g} s, got one over "
             f"{motion.time[0]:g} to {motion.time[-1]:g} s"
@@ -120,7 +121,7 @@ def _sampling(table: Mapping[str, Any], noises: tuple[str, ...], where: str) -> 
 def _start(content: Mapping[str, Any], first: float, where: str) -> float:
     """Return the time in s that counts as zero: the first sample's, or an earlier one that is told."""
     told = content.get("start", first)
-    if not isinstance(told, int | float) or isinstance(told, bool) or not first - MOST_SECONDS <= told <= first:
+    if not isinstance(told, int | float) or isinstance(told, bool) or not first - READ_MODEL.most_s <= told <= first:
         raise InputError(
             f"{where}, key 'start': expected a time in s up to the first sample's {first:g}, got {shown(told)}"
         )
@@ -134,7 +135,7 @@ def _effect(table: Mapping[str, Any], where: str, folder: Path) -> tuple[str, Li
     for key, width in (widths(name) if chained(name) else {}).items():
         if key in values and values[key].size != width:
             raise InputError(f"{where}, key 'parameters.{key}': expected {width} of {name}, got {values[key].size}")
-    for key, (low, high) in LIMITS.items() if chained(name) or at_encoder(name) else ():
+    for key, (low, high) in PARAMETER_RANGES.items() if chained(name) or at_encoder(name) else ():
         if key in values and not ((values[key] >= low) & (values[key] <= high)).all():
             got = values[key].tolist()
             raise InputError(f"{where}, key 'parameters.{key}': expected numbers from {low:g} to {high:g}, got {got}")
@@ -178,8 +179,8 @@ def _settings(table: Mapping[str, Any], where: str) -> dict[str, Any]:
 def _signal(table: Mapping[str, Any], where: str, folder: Path) -> tuple[Array, dict[str, Array]]:
     """Return times (n,) s since the start and what a sensor reads besides, (n, 3) by part."""
     path = inside(folder, text(table, "signal", where), where)
-    read = read_table(path, ("time",), tuple(name for names in NAMES.values() for name in names))
-    signals = {part: read.stack(names) for part, names in NAMES.items() if set(names) <= set(read.columns)}
+    read = read_table(path, ("time",), tuple(name for names in CHANNEL_COLUMNS.values() for name in names))
+    signals = {part: read.stack(names) for part, names in CHANNEL_COLUMNS.items() if set(names) <= set(read.columns)}
     return read.columns["time"], signals
 
 
@@ -210,25 +211,29 @@ def _number(table: Mapping[str, Any], key: str, where: str) -> float:
 def _stamps(table: Mapping[str, Any], where: str) -> Array:
     """Return the stamps (n,) s of a sensor that samples evenly."""
     samples, start, rate = table.get("samples"), table.get("start"), _number(table, "rate", where)
-    if not isinstance(samples, int) or isinstance(samples, bool) or not 2 <= samples <= MOST_SAMPLES:
-        raise InputError(f"{where}, key 'samples': expected 2 to {MOST_SAMPLES:,} samples, got {shown(samples)}")
+    if not isinstance(samples, int) or isinstance(samples, bool) or not 2 <= samples <= READ_MODEL.most_samples:
+        raise InputError(
+            f"{where}, key 'samples': expected 2 to {READ_MODEL.most_samples:,} samples, got {shown(samples)}"
+        )
     if not isinstance(start, int | float) or isinstance(start, bool):
         raise InputError(f"{where}, key 'start': expected a number in s, got {shown(start)}")
-    if not LEAST_RATE <= rate <= MOST_RATE or samples / rate > MOST_SECONDS:
+    if not READ_MODEL.least_rate_hz <= rate <= READ_MODEL.most_rate_hz or samples / rate > READ_MODEL.most_s:
         raise InputError(
-            f"{where}, key 'rate': expected {LEAST_RATE:g} to {MOST_RATE:g} Hz and at most {MOST_SECONDS:g} s of "
-            f"samples, got {rate:g} Hz and {samples:,} samples"
+            f"{where}, key 'rate': expected {READ_MODEL.least_rate_hz:g} to {READ_MODEL.most_rate_hz:g} Hz "
+            f"and at most {READ_MODEL.most_s:g} s of samples, got {rate:g} Hz and {samples:,} samples"
         )
     if "end" in table:  # of what lost samples: those are lost anew
         end = table["end"]
-        most = start + MOST_SECONDS
+        most = start + READ_MODEL.most_s
         if not isinstance(end, int | float) or isinstance(end, bool) or not start < end <= most:
             raise InputError(f"{where}, key 'end': expected a time in s from {start:g} to {most:g}, got {shown(end)}")
-        if (samples - 1) / (end - start) > MOST_RATE:
+        if (samples - 1) / (end - start) > READ_MODEL.most_rate_hz:
             raise InputError(
-                f"{where}, key 'end': expected at most {MOST_RATE:g} Hz, got {samples:,} samples by {end:g} s"
+                f"{where}, key 'end': expected at most {READ_MODEL.most_rate_hz:g} Hz, "
+                f"got {samples:,} samples by {end:g} s"
             )
-        samples = min(max(round((end - start) * rate) + 1, samples), MOST_SAMPLES)  # a clock may be a little quick
+        # a clock may be a little quick
+        samples = min(max(round((end - start) * rate) + 1, samples), READ_MODEL.most_samples)
         return np.linspace(start, end, samples)
     return np.asarray(start + np.arange(samples) / rate, dtype=float)
 
@@ -249,15 +254,17 @@ def _parameters(table: Mapping[str, Any], where: str) -> dict[str, Array]:
 
 def read_motion(path: Path) -> Played:
     """Return the motion in motion.csv."""
-    table = read_table(path, ("time", *TURN), (*FORCE, *PLACE, "hinge_angle", *PLAY))
+    table = read_table(
+        path, ("time", *ROTATION_COLUMNS), (*FORCE_COLUMNS, *POSITION_COLUMNS, "hinge_angle", *PLAY_COLUMNS)
+    )
     time = table.columns["time"]
     if time.size <= DEGREE:
         raise InputError(f"{path}: expected {DEGREE + 1} rows or more, got {time.size}")
-    has = [name for name in (*FORCE, *PLACE, *PLAY) if name in table.columns]
-    place = table.stack(PLACE) if set(PLACE) <= set(has) else np.zeros((time.size, 3))
-    force = table.stack(FORCE) if set(FORCE) <= set(has) else None
-    across = table.stack(PLAY).T if set(PLAY) <= set(has) else None
-    return Played(time, table.stack(TURN), place, table.columns.get("hinge_angle"), force, play=across)
+    has = [name for name in (*FORCE_COLUMNS, *POSITION_COLUMNS, *PLAY_COLUMNS) if name in table.columns]
+    place = table.stack(POSITION_COLUMNS) if set(POSITION_COLUMNS) <= set(has) else np.zeros((time.size, 3))
+    force = table.stack(FORCE_COLUMNS) if set(FORCE_COLUMNS) <= set(has) else None
+    across = table.stack(PLAY_COLUMNS).T if set(PLAY_COLUMNS) <= set(has) else None
+    return Played(time, table.stack(ROTATION_COLUMNS), place, table.columns.get("hinge_angle"), force, play=across)
 
 
 __all__ = ["Model", "Sampling", "read_model", "read_motion", "tables", "text"]

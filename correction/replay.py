@@ -6,7 +6,9 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.correction import REPLAY
 from imubench.diagnosis.evidence import Played
+from imubench.diagnosis.problem.bspline import DEGREE
 from imubench.diagnosis.problem.rig_kinematics import attitude
 from imubench.effects import traits_of
 from imubench.errors import InputError
@@ -17,11 +19,6 @@ from imubench.sim.play import play
 from imubench.sim.rigs import Rig
 from imubench.sim.signals import check_within
 from imubench.truth import Truth
-
-DENSE = 400.0  # Hz, at least: what is read between samples of the simulation is interpolated by cubics
-END_ROWS = 4  # of a truth behind the last sample, for what is interpolated there
-FINE = 4  # steps a knot, on which the force at the joint becomes a movement
-DEGREE = 5
 
 
 class SplineMotion:
@@ -42,7 +39,7 @@ class SplineMotion:
         if motion.force is None:
             self.place = make_interp_spline(time, motion.position, DEGREE)
             return
-        fine = np.linspace(time[0], time[-1], FINE * (time.size - 1) + 1)
+        fine = np.linspace(time[0], time[-1], REPLAY.steps_per_knot * (time.size - 1) + 1)
         turn, _, _ = attitude(*(Jet(self.turns(fine, order)) for order in range(3)))
         force = Jet(make_interp_spline(time, motion.force, DEGREE)(fine))
         pushed = turn.forth(force).value - [0.0, 0.0, gravity]
@@ -74,7 +71,7 @@ class SplineMotion:
         )
 
 
-class ToldSignal:
+class GivenSignal:
     """A signal between its rows: a quintic spline through them, from the first to the last, give or take one."""
 
     def __init__(self, time: Array, values: Array) -> None:
@@ -89,19 +86,19 @@ class ToldSignal:
         return first, second, third
 
 
-def played_through(rig: Rig, motion: Played, start: float, seconds: float, rate: float) -> Truth:
+def truth_of_motion(rig: Rig, motion: Played, start: float, seconds: float, rate: float) -> Truth:
     """Return MuJoCo's truth of a recovered motion on a rig, dense enough for IMUs of `rate` Hz."""
     dense = dense_rows(rate)
-    rig = with_told_play(rig, motion, start)
-    return play(rig, SplineMotion(motion, start, rig.gravity), seconds + END_ROWS / dense, dense)
+    rig = with_play_of_motion(rig, motion, start)
+    return play(rig, SplineMotion(motion, start, rig.gravity), seconds + REPLAY.end_rows / dense, dense)
 
 
 def dense_rows(rate: float) -> float:
     """Return the rows a second of a truth for IMUs of `rate` Hz."""
-    return rate * max(1, int(np.ceil(DENSE / rate)))
+    return rate * max(1, int(np.ceil(REPLAY.least_rate_hz / rate)))
 
 
-def told_play(motion: Played, play: Play) -> Array | None:
+def play_of_motion(motion: Played, play: Play) -> Array | None:
     """Return how a limb turned in its play, (2, n) rad about e and beside it (`sim.joints`), at a motion's rows.
 
     None where the motion does not tell, or the play is on springs: that follows by its law. What falls from side to
@@ -119,9 +116,9 @@ def told_play(motion: Played, play: Play) -> Array | None:
     return None
 
 
-def with_told_play(rig: Rig, motion: Played, start: float) -> Rig:
+def with_play_of_motion(rig: Rig, motion: Played, start: float) -> Rig:
     """Return a rig whose play does what a motion says of it, if it says anything."""
-    if rig.loose is None or (told := told_play(motion, rig.loose)) is None:
+    if rig.loose is None or (told := play_of_motion(motion, rig.loose)) is None:
         return rig
-    path = ToldSignal(motion.time - start, told[0]), ToldSignal(motion.time - start, told[1])
+    path = GivenSignal(motion.time - start, told[0]), GivenSignal(motion.time - start, told[1])
     return replace(rig, play=replace(rig.loose, path=path))

@@ -19,7 +19,7 @@ from imubench.sim.joints import Play, Stop
 from imubench.sim.rigs import Mount, Rig, Segment, Slip, Spring
 from imubench.sim.stability import write_no_log
 
-NUMBERS = {SPRING_LAW: 3, STOP_LAW: 3} | {
+NUMBERS_OF_A_LAW = {SPRING_LAW: 3, STOP_LAW: 3} | {
     f"imu{n}_{key}": width for n in (1, 2) for key, width in (("slip", 7), ("slide", 3), ("twist", 3))
 }
 """How many numbers each law has that MuJoCo has no term for."""
@@ -85,8 +85,8 @@ def _laws(model: Any) -> dict[str, Array]:
     found = {}
     for i in range(model.nnumeric):
         name, numbers = model.numeric(i).name, np.array(model.numeric(i).data)
-        if name in NUMBERS and numbers.size != NUMBERS[name]:
-            raise InputError(f"numeric '{name}': expected {NUMBERS[name]} numbers, got {numbers.size}")
+        if name in NUMBERS_OF_A_LAW and numbers.size != NUMBERS_OF_A_LAW[name]:
+            raise InputError(f"numeric '{name}': expected {NUMBERS_OF_A_LAW[name]} numbers, got {numbers.size}")
         found[name] = numbers
     return found
 

@@ -3,7 +3,7 @@
     t' = clock(t)                    where in the world's time the stamp t is
     z = low-pass(true)               on the dense truth
     y = z(t') + errors(z(t'), t')    scale, misalignment, bias, drift, g-sensitivity, hum
-    y = y + unknown(t)               the signal that was fitted
+    y = y + unknown(t)               the fitted signal
     y = y + knocks + noise
     y = clip(y), rounded
     drop-outs                        whole samples, missing or held

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.correction import READ_MODEL
 from imubench.diagnosis.evidence import Swing
 from imubench.errors import InputError, shown
 from imubench.models.tree import rig_tree
 from imubench.sim.swing import Start
 
 KEY = "free_swing"
-EDGE = 1e-6  # s, by which rounding may move an end
 
 
 def swing_tables(swings: Iterable[Swing], rig: str) -> list[dict[str, Any]]:
@@ -62,7 +62,7 @@ def read_swings(
                 f"{at}: expected a swing that ends after its start and begins after the one before it, "
                 f"got {start:g} to {end:g} s"
             )
-        if start < span[0] - EDGE or end > span[1] + EDGE:
+        if start < span[0] - READ_MODEL.rounding_s or end > span[1] + READ_MODEL.rounding_s:
             raise InputError(
                 f"{at}: expected a swing within the samples' {span[0]:g} to {span[1]:g} s, got {start:g} to {end:g} s"
             )

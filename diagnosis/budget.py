@@ -11,14 +11,6 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from time import process_time
 
-DEFAULT = 600.0  # s of processor time: ten times what 60 s at 100 Hz take, three times what 700 s at 50 Hz do
-
-# Shares of the limit at which parts end; what a part leaves is the next one's.
-FIT = 0.9  # the motion without any effect: nothing can be said without it, and something once it is there
-SEARCH = 0.75  # the search for effects
-NAMELESS = 0.9  # terms without a name, and names for these
-NUMBERS = 1.0  # intervals, equivalents and the motions that would tell them apart
-
 _end: ContextVar[float] = ContextVar("end", default=float("inf"))
 
 
@@ -65,4 +57,4 @@ class Budget:
         return f"time limit of {self.limit:g} s of processor time" if self.not_tried else ""
 
 
-__all__ = ["DEFAULT", "FIT", "NAMELESS", "NUMBERS", "SEARCH", "Budget", "OutOfTime", "check"]
+__all__ = ["Budget", "OutOfTime", "check"]

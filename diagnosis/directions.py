@@ -2,9 +2,10 @@
 
 With S the covariance of k numbers after the recording and D the diagonal of their priors' standard deviations, the
 eigenvectors of D^-1 S D^-1 are the directions in which recording and prior say most and least, and an eigenvalue is the
-variance there over the prior's: 1 where the recording says nothing. A direction counts as not seen from `HIDDEN` of the
-prior's standard deviation on. Then 1 / s^2 = 1 / p^2 + 1 / d^2 with s = p / 2 gives d = p / sqrt(3) for what the data
-alone would say: less clear than that, and more than a fourth of the number is what was held for plausible before.
+variance there over the prior's: 1 where the recording says nothing. A direction counts as not seen from
+`OBSERVABILITY.hidden` of the prior's standard deviation on. Then 1 / s^2 = 1 / p^2 + 1 / d^2 with s = p / 2 gives d = p
+/ sqrt(3) for what the data alone would say: less clear than that, and more than a fourth of the number is what was held
+for plausible before.
 """
 
 from dataclasses import dataclass
@@ -12,10 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import OBSERVABILITY
 from imubench.errors import InputError
-
-HIDDEN = 0.5  # of the prior's standard deviation, see above
-ALONG = 0.94  # cosine of 20 deg: a direction so near to an axis is called by its name
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ def directions(covariance: Array, prior: Array, from_none: bool = True) -> Direc
     k = len(prior)
     scaled = np.asarray(covariance / np.outer(prior, prior), dtype=float)
     values, vectors = np.linalg.eigh((scaled + scaled.T) / 2)
-    hidden = vectors[:, values > HIDDEN**2] * prior[:, None]
+    hidden = vectors[:, values > OBSERVABILITY.hidden**2] * prior[:, None]
     unseen = np.linalg.qr(hidden)[0] if hidden.shape[1] else np.zeros((k, 0))
     return Directions(covariance, aligned(unseen), from_none)
 
@@ -90,7 +89,7 @@ def in_words(name: str, unseen: Array, axes: dict[str, Array], frame: str) -> tu
         return (called,) if m else ()
     out = []
     for vector in unseen.T:
-        near = next((text for text, axis in axes.items() if abs(float(vector @ axis)) > ALONG), "")
+        near = next((text for text, axis in axes.items() if abs(float(vector @ axis)) > OBSERVABILITY.along_cosine), "")
         if near:
             out.append(f"{called} {near}")
         else:

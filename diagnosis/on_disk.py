@@ -9,7 +9,8 @@ from imubench.answers import write_json
 from imubench.atomic import atomic_directory
 from imubench.correction.estimates import estimates
 from imubench.correction.export import write_model
-from imubench.diagnosis.budget import DEFAULT, NUMBERS, Budget
+from imubench.diagnosis.budget import Budget
+from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Estimated, Evidence
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.report import Paths, page
@@ -19,7 +20,7 @@ from imubench.diagnosis.result import TOLERANCE, Diagnosis, Pair
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.sensor_errors.baseline import check_same_sensors, check_usable
-from imubench.diagnosis.verdict.reference_motion import judged
+from imubench.diagnosis.verdict.reference_motion import with_reference_errors
 from imubench.errors import InputError
 from imubench.progress import Step, silent
 from imubench.recording import Recording
@@ -27,10 +28,9 @@ from imubench.reference import Reference
 from imubench.sources import read
 
 REPORT, LOG, MODEL, BASELINE = "report.html", "diagnosis.rrd", "model", "baseline"
-SHARE = 0.5  # of the time limit that a baseline's recording may take
 
 
-STAGES = (
+STEP_BEGINNINGS = (
     "read ",
     "hold the sensors against each other",
     "check the samples",
@@ -61,7 +61,7 @@ def diagnose_on_disk(
     folder: Path,
     out: Path,
     step: Step = silent,
-    time_limit: float = DEFAULT,
+    time_limit: float = BUDGET.limit_s,
     tolerance: Pair = TOLERANCE,
     baseline: Path | None = None,
 ) -> Done:
@@ -69,7 +69,8 @@ def diagnose_on_disk(
 
     The reference, if there is one, only judges. After `time_limit` s of processor time what is known by then is
     written. A finding that moves nothing by `tolerance` (deg, mm) is not material. `baseline` is a diagnosis of the
-    same sensors, or a recording: then that is diagnosed first, into `out`/baseline, in at most `SHARE` of the time.
+    same sensors, or a recording: then that is diagnosed first, into `out`/baseline, in at most `BUDGET.baseline` of the
+    time.
     """
     began = process_time()
     inputs = [Path(folder)] if baseline is None else [Path(folder), Path(baseline)]
@@ -78,7 +79,7 @@ def diagnose_on_disk(
             recording, reference = read(folder)
         told = None
         if baseline is not None:
-            told = _told(Path(baseline), recording, target / BASELINE, step, SHARE * time_limit, tolerance)
+            told = _told(Path(baseline), recording, target / BASELINE, step, BUDGET.baseline * time_limit, tolerance)
         left = Budget(time_limit, began)
         return _written(recording, reference, target, step, left, tolerance, told, Paths(str(folder), str(out)))
 
@@ -97,7 +98,7 @@ def diagnosed(
         check_same_sensors(baseline, recording)
     diagnosis, evidence = diagnose(recording, step, budget, tolerance, baseline)
     diagnosis = with_shares(diagnosis, evidence)
-    return (judged(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis), evidence
+    return (with_reference_errors(diagnosis, evidence, reference) if diagnosis.fitted else diagnosis), evidence
 
 
 def _told(
@@ -152,7 +153,7 @@ def with_estimates(
     """
     found: tuple[Estimated, ...] = ()
     why = f"the {budget.limit:g} s of processor time were spent"
-    with budget.part(NUMBERS, "what estimators make of it"):
+    with budget.part(BUDGET.numbers, "what estimators make of it"):
         try:
             found = estimates(recording, diagnosis, reference) if diagnosis.fitted else ()
             why = ""

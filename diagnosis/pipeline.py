@@ -4,18 +4,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from time import perf_counter
 
-from imubench.diagnosis.budget import NUMBERS, SEARCH, Budget
+from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.candidates.begin import Beginning, begin
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.nonsense import nonsense
-from imubench.diagnosis.nonsense.dead_end import dead_end
+from imubench.diagnosis.nonsense.diagnosed_without_fit import diagnosed_without_fit
 from imubench.diagnosis.nonsense.permuted import permuted
 from imubench.diagnosis.remembered import remembering
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.residual_checks.localize import acting_in
 from imubench.diagnosis.result import (
     NOT_KNOWN,
-    SURE,
     TOLERANCE,
     Diagnosis,
     Doubt,
@@ -38,10 +39,14 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.verdict.believed import believed
 from imubench.diagnosis.verdict.explanation import Explanation, Work, explained
 from imubench.diagnosis.verdict.left_out_sensor import left_out_change
-from imubench.diagnosis.verdict.posterior import missing, noise_not_shown, verdict_of
+from imubench.diagnosis.verdict.posterior import (
+    noise_not_shown,
+    not_observable,
+    verdict_of,
+)
 from imubench.diagnosis.verdict.timed_out import not_fitted, verdict_when_stopped
 from imubench.diagnosis.verdict.trust import doubts
-from imubench.diagnosis.verdict.without_finding import moves_of, together, with_moves
+from imubench.diagnosis.verdict.without_finding import moves_of, moves_of_all, with_moves
 from imubench.progress import Step, silent
 from imubench.recording import Recording, require_known_rig
 
@@ -89,10 +94,10 @@ def diagnose(
     with step("hold the sensors against each other"):
         wrong = nonsense(recording)
     if wrong:
-        said, shown = dead_end(recording, wrong, clock)
+        said, shown = diagnosed_without_fit(recording, wrong, clock)
         return replace(said, tolerance=tolerance), shown
     start = begin(recording, step, work.budget, learned)
-    unseen = missing(recording) if start.finished else not_fitted(work.budget)
+    unseen = not_observable(recording) if start.finished else not_fitted(work.budget)
     chosen = None if unseen else searched(work, start)
     with step("weigh and locate what is left"):
         found = explained(work, start, chosen)
@@ -109,7 +114,7 @@ def diagnose(
 
 def searched(work: Work, start: Beginning) -> Selection:
     """Return the effects that were left out."""
-    with work.step("find what was left out"), work.budget.part(SEARCH, FURTHER):
+    with work.step("find what was left out"), work.budget.part(BUDGET.search, FURTHER):
         chosen = select(start.fit, sharp(start.samples.findings, work.recording), work.use)
     work.budget.missed(*chosen.not_tried)
     return chosen
@@ -121,15 +126,15 @@ def weight_of(work: Work, found: Explanation) -> Weight:
     moves: dict[int, dict[str, Move]] = {}
     all_moves: Moves = {}
     against: tuple[Doubt, ...] = ()
-    with work.step("see what each finding moves"), work.budget.part(NUMBERS, "what each finding moves"):
+    with work.step("see what each finding moves"), work.budget.part(BUDGET.numbers, "what each finding moves"):
         for finding, known in moves_of((*found.named, *found.rest), found.fit, found.samples, work.recording, without):
             moves[id(finding)] = known
     named, rest = (with_moves(some, moves, work.tolerance) for some in (found.named, found.rest))
-    with work.budget.part(NUMBERS, "what all findings move together"):
-        all_moves = together(found.fit, work.recording, work.tolerance)
+    with work.budget.part(BUDGET.numbers, "what all findings move together"):
+        all_moves = moves_of_all(found.fit, work.recording, work.tolerance)
     with work.step("ask whether the halves agree"):
-        if any(f.confidence >= SURE for f in named) and found.numbers.model.hypotheses:
-            with work.budget.part(NUMBERS, "whether the halves of the recording agree"):
+        if any(f.confidence >= CONFIDENCE.counts for f in named) and found.numbers.model.hypotheses:
+            with work.budget.part(BUDGET.numbers, "whether the halves of the recording agree"):
                 against = work.use.changed(
                     "halves-disagree",
                     against,
@@ -188,7 +193,7 @@ def concluded(
         unseen = (*unseen, noise_not_shown(nobody))
     quality = FitQuality((before.left_out, after.left_out))
     if named or rest:
-        with budget.part(NUMBERS, "channels left out"):
+        with budget.part(BUDGET.numbers, "channels left out"):
             quality = FitQuality(quality.heldout, left_out_change(before, after))
     where = said.where
     if acting:  # the residuals of a motion that is free to push a swing's friction anywhere say nothing of that

@@ -7,6 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.directions import Directions
 from imubench.diagnosis.result_checks import PLACES as PLACES
 from imubench.diagnosis.result_checks import Pair as Pair
@@ -20,9 +21,8 @@ from imubench.errors import InputError, unknown
 Verdict = Literal["no mismatch", "explained", "partly explained", "unexplained", "unobservable"]
 VERDICTS: tuple[str, ...] = get_args(Verdict)
 UNKNOWN = "unknown"  # the effect that stands for what the library does not explain
-SURE = 0.5  # confidence from which a finding counts in the verdict
 CHANNEL_UNIT = "RMS error over noise std"
-ROUNDED = 1e-6  # of a correlation, that rounding may change
+CORRELATION_ROUNDING = 1e-6  # of a correlation, that rounding may change
 SOURCES = ("declared", "profile", "rest", "unknown")
 NOT_KNOWN = "unknown"  # the source of a noise that nobody declares and no rest shows
 
@@ -208,9 +208,12 @@ class SensorErrors:
         k = self.value.size
         if matrix.shape != (k, k) or not np.isfinite(matrix).all():
             raise InputError(f"sensors.correlation: expected {k} rows of {k} finite numbers, got shape {matrix.shape}")
-        if not (np.allclose(matrix, matrix.T, atol=ROUNDED) and np.allclose(np.diag(matrix), 1.0, atol=ROUNDED)):
+        if not (
+            np.allclose(matrix, matrix.T, atol=CORRELATION_ROUNDING)
+            and np.allclose(np.diag(matrix), 1.0, atol=CORRELATION_ROUNDING)
+        ):
             raise InputError("sensors.correlation: expected a symmetric matrix with 1 on its diagonal, got another one")
-        if float(np.min(np.linalg.eigvalsh(matrix), initial=0.0)) < -ROUNDED * max(k, 1):
+        if float(np.min(np.linalg.eigvalsh(matrix), initial=0.0)) < -CORRELATION_ROUNDING * max(k, 1):
             raise InputError("sensors.correlation: expected a matrix without negative eigenvalues, got one with some")
         matrix.flags.writeable = False
         object.__setattr__(self, "correlation", matrix)
@@ -328,7 +331,7 @@ class Diagnosis(Displayed):
     @property
     def alarm(self) -> bool:
         """Whether something matters: a sure finding that is material, or what has no name and moves something."""
-        return any(f.material and (f.confidence >= SURE or not f.named) for f in self.findings)
+        return any(f.material and (f.confidence >= CONFIDENCE.counts or not f.named) for f in self.findings)
 
     @property
     def noise_unknown(self) -> tuple[str, ...]:
@@ -345,7 +348,7 @@ class Diagnosis(Displayed):
             raise unknown("verdict", self.verdict, VERDICTS)
         for value in (*self.misfit, self.seconds):
             within(value, 0.0, np.inf, "diagnosis.misfit and seconds")
-        sure = [f for f in self.findings if f.confidence >= SURE]
+        sure = [f for f in self.findings if f.confidence >= CONFIDENCE.counts]
         named = [f for f in sure if f.named]
         fits = {
             "no mismatch": not sure,

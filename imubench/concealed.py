@@ -20,7 +20,7 @@ from rich.table import Table
 from imubench.answers import beside_axes
 from imubench.arrays import Array, frozen
 from imubench.atomic import atomic_directory
-from imubench.diagnosis.on_disk import LOG, MODEL, REPORT, STAGES, diagnose_on_disk
+from imubench.diagnosis.on_disk import LOG, MODEL, REPORT, STEP_BEGINNINGS, diagnose_on_disk
 from imubench.diagnosis.on_disk import Done as Diagnosed
 from imubench.diagnosis.report import headline, words
 from imubench.diagnosis.report.picture import draw_diagnosis
@@ -94,7 +94,7 @@ def show(out: Path, console: Terminal, errors: Terminal, step: Step) -> None:
         recording = out / "recording"
         with atomic_directory(recording) as target:
             shutil.copytree(shipped / "recording", target, dirs_exist_ok=True)
-        answer = answered(recording, out, step, in_stages(errors, STAGES))
+        answer = answered(recording, out, step, in_stages(errors, STEP_BEGINNINGS))
         say_answer(answer, console)
         truth = opened(shipped / "concealed.toml")
     errors_deg = off(answer, truth)
@@ -111,12 +111,14 @@ def say_answer(answer: Answer, console: Terminal) -> None:
     imus = answer.before.recording.imus
     seconds = max(imu.time[-1] for imu in imus) - min(imu.time[0] for imu in imus)
     console.say(f"\n{seconds:.0f} s of two IMUs on a hinge; what differs from its simulation is concealed.", "bold")
-    console.say(d.verdict, "bold green" if words.VERDICTS[d.verdict] == "good" else "bold", f": {headline.headline(d)}")
+    console.say(
+        d.verdict, "bold green" if words.VERDICT_LOOKS[d.verdict] == "good" else "bold", f": {headline.headline(d)}"
+    )
     if d.simulation is None:
         return
     console.say("MuJoCo's simulation is off by (RMS):")
     table = table_of(("channel", "unit"), ("as declared", "with what was found", "sensor noise"))
-    for one in headline.offs(d.simulation)[:CHANNELS]:
+    for one in headline.deviations(d.simulation)[:CHANNELS]:
         table.add_row(words.spelled(one.channel), one.unit, one.before, one.after, one.noise)
     console.print(table)
     for done in answer.after.done:

@@ -8,7 +8,7 @@ import numpy as np
 from imubench import rotations
 from imubench.correction.export import write_model
 from imubench.correction.read_model import Model, read_model
-from imubench.correction.replay import played_through
+from imubench.correction.replay import truth_of_motion
 from imubench.correction.sensor_chain import angle_read, read_by
 from imubench.diagnosis.evidence import Evidence, FittedEffect, Level, Played, Pose, Trace
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval, Parameter
@@ -45,7 +45,7 @@ class Concealed:
     def truth(self) -> Truth:
         model = self.model()
         rate = max(s.rate for s in (*model.imus.values(), *model.encoders.values()))
-        return played_through(model.rig, model.motion, model.start, model.end - model.start, rate)
+        return truth_of_motion(model.rig, model.motion, model.start, model.end - model.start, rate)
 
 
 def concealed(

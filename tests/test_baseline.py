@@ -218,7 +218,10 @@ def test_the_same_sensors_on_another_day_are_not():
     ("wrong", "message"),
     [
         ((), "says what its sensors' own errors are"),
-        ((replace(sensor(), errors=(Own("mount_pose", "imu1", OWN["gyro_bias"]),), correlation=np.eye(3)),), "mount_"),
+        (
+            (replace(sensor(), errors=(Own("mount_pose", "imu1", OWN["gyro_bias"]),), correlation=np.eye(3)),),
+            "mount_",
+        ),
         (
             (replace(sensor(), errors=(Own("gyro_scale", "imu1", OWN["gyro_bias"]),), correlation=np.eye(3)),),
             "expected the parameters",

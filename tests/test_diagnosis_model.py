@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from imubench import rotations
 from imubench.correction.export import write_model
 from imubench.correction.found_rig import rig_of
-from imubench.correction.replay import played_through
+from imubench.correction.replay import truth_of_motion
 from imubench.correction.rig_file import read_rig
 from imubench.correction.sensor_chain import read_by
 from imubench.diagnosis.evidence import Evidence, FittedEffect, Level, Played, Pose, Trace
@@ -184,8 +184,8 @@ def test_a_measured_place_is_followed_and_a_fixed_base_stays():
     motion = moved()
     time = motion.time
     place = movement()(time + 0.3).position
-    truth = played_through(rig, moved(position=place, force=None), 0.0, 2.0, RATE)
-    other = played_through(rig, motion, 0.0, 2.0, RATE)
+    truth = truth_of_motion(rig, moved(position=place, force=None), 0.0, 2.0, RATE)
+    other = truth_of_motion(rig, motion, 0.0, 2.0, RATE)
     some = STAMPS[:190]
     for name in MOUNTS:
         for a, b in zip(read_by(truth, 0.0, some, name, ()), read_by(other, 0.0, some, name, ()), strict=True):

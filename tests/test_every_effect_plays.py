@@ -8,7 +8,7 @@ import pytest
 
 from imubench import rotations
 from imubench.correction.read_model import read_model
-from imubench.correction.replay import played_through
+from imubench.correction.replay import truth_of_motion
 from imubench.correction.sensor_chain import read_by
 from imubench.diagnosis.simulation.model_folder import replay
 from imubench.effect_table import DOORS, OTHERWISE, cells, page
@@ -160,7 +160,7 @@ def test_a_limb_of_which_two_numbers_are_told_falls_between_the_same_stops(tmp_p
     model = read_model(told.folder)
     assert model.rig.loose is not None and model.rig.loose.range == pytest.approx(0.03, rel=1e-4)
     motion = replace(model.motion, fitted=())
-    truth = played_through(model.rig, motion, model.start, 8.0, 100.0)
+    truth = truth_of_motion(model.rig, motion, model.start, 8.0, 100.0)
     half = truth.joint_angle / 2
     about_y = np.stack([np.cos(half), 0 * half, np.sin(half), 0 * half], axis=1)
     relative = rotations.multiply(rotations.conjugate(truth.segments[0].quaternion), truth.segments[1].quaternion)

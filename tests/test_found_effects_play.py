@@ -4,7 +4,7 @@ import pytest
 
 from imubench.correction.export import write_model
 from imubench.correction.read_model import read_model
-from imubench.correction.replay import played_through
+from imubench.correction.replay import truth_of_motion
 from imubench.correction.sensor_chain import read_by
 from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.pipeline import diagnose
@@ -32,7 +32,7 @@ def test_what_a_diagnosis_found_plays(concealed, tmp_path):
     (tmp_path / "model").mkdir()
     write_model(found, evidence, tmp_path / "model")
     model, (imu,) = read_model(tmp_path / "model"), recording.imus
-    truth = played_through(model.rig, model.motion, model.start, model.end - model.start, imu.rate)
+    truth = truth_of_motion(model.rig, model.motion, model.start, model.end - model.start, imu.rate)
     _, gyro, accel = read_by(truth, model.start, imu.time, imu.name, model.chain(imu.name))
     settled = imu.time > imu.time[0] + 1.0  # what a filter did before the first sample nobody tells
     left = [

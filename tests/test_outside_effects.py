@@ -8,7 +8,7 @@ import pytest
 
 from imubench.correction.export import plays
 from imubench.correction.read_model import read_model
-from imubench.correction.replay import played_through
+from imubench.correction.replay import truth_of_motion
 from imubench.correction.sensor_chain import read_by
 from imubench.dataset.effect_ranges import Shown, parse_effect
 from imubench.diagnosis.on_disk import diagnose_on_disk
@@ -139,7 +139,7 @@ def test_an_effect_of_a_package_is_found_replayed_and_reported(package):
     assert "<svg" in figures
     model = read_model(package / "found" / "model")
     (link,) = [link for link in model.chain("imu2") if link.effect == "gyro_square"]
-    truth = played_through(model.rig, model.motion, model.start, model.end - model.start, RATE)
+    truth = truth_of_motion(model.rig, model.motion, model.start, model.end - model.start, RATE)
     stamps = model.imus["imu2"].stamps
     with_it, without = (read_by(truth, model.start, stamps, "imu2", chain)[1] for chain in ((link,), ()))
     assert np.allclose(with_it - without, said.value * without**2, atol=1e-9)  # rad/s, the law of what is played

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from imubench import rotations
 from imubench.alignment import optical_rate
 from imubench.convert import CONVERTERS
-from imubench.correction.explained import explained_fit, told
+from imubench.correction.explained import explained_fit, started_effects
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.pipeline import diagnose
@@ -18,7 +18,7 @@ from imubench.diagnosis.residual_checks.fit_summary import played
 from imubench.diagnosis.solve.refit import extended
 from imubench.diagnosis.solve.subset import cut
 from imubench.diagnosis.verdict.left_out_sensor import left_out
-from imubench.diagnosis.verdict.reference_motion import errors, judged
+from imubench.diagnosis.verdict.reference_motion import motion_errors, with_reference_errors
 from imubench.effects import VARIANTS
 from imubench.rotations import conjugate, from_axis_angle, log, multiply
 
@@ -43,7 +43,7 @@ def axis_error(imu, pose, finding, time, quaternion):
 def foam(recordings):
     (made,) = CONVERTERS["diodem"](recordings / "diodem" / "trial1", segments="3-4", imu="nonrigid")
     found, evidence = diagnose(cut(made.recording, 20.0, 45.0))
-    return judged(found, evidence, made.reference), evidence, made.reference
+    return with_reference_errors(found, evidence, made.reference), evidence, made.reference
 
 
 def test_imus_on_foam_rock_about_their_mounts(foam):
@@ -73,13 +73,13 @@ def foam_after(recordings, foam):
     """The seconds that the diagnosis did not have, as declared and with what it found, its numbers held."""
     (made,) = CONVERTERS["diodem"](recordings / "diodem" / "trial1", segments="3-4", imu="nonrigid")
     later = cut(made.recording, 45.0, 70.0)
-    laws = [settings for f in foam[0].findings if f.named and (settings := told(f, later))]
+    laws = [settings for f in foam[0].findings if f.named and (settings := started_effects(f, later))]
     return nominal_fit(later), explained_fit(later, laws), (later.imus[0].time[0], later.imus[0].time[-1])
 
 
 def test_springs_found_in_one_half_put_the_hinge_angle_of_the_other_right(foam, foam_after):
     *fits, span = foam_after
-    before, after = (errors(played(fit), foam[2], span)["hinge_angle_but_constant"] for fit in fits)
+    before, after = (motion_errors(played(fit), foam[2], span)["hinge_angle_but_constant"] for fit in fits)
     assert before > np.deg2rad(1.0)
     assert after < np.deg2rad(0.7)
 
@@ -143,7 +143,9 @@ def but_for_part(reason):
 
 @pytest.fixture(scope="module")
 def loosely(loose_joint):
-    return cache(lambda window: judged(*diagnose(cut(loose_joint.recording, *window)), loose_joint.reference))
+    return cache(
+        lambda window: with_reference_errors(*diagnose(cut(loose_joint.recording, *window)), loose_joint.reference)
+    )
 
 
 @pytest.mark.parametrize("window", [WHOLE, PART])

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.result import SURE, Finding, Parameter
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.result import Finding, Parameter
 from imubench.models.tree import rig_tree
 from imubench.trials.seal import Truth
 
@@ -31,7 +32,7 @@ class ParameterError:
 
 def sure(findings: Sequence[Finding]) -> list[Finding]:
     """Return the findings that count."""
-    return [f for f in findings if f.confidence >= SURE]
+    return [f for f in findings if f.confidence >= CONFIDENCE.counts]
 
 
 def names(answers: Answers, effect: str, at: str) -> bool:

@@ -9,12 +9,13 @@ finds and the diagnosis misses is the search's.
 from collections.abc import Callable, Iterator
 
 from imubench.diagnosis.candidates.begin import Beginning
-from imubench.diagnosis.candidates.grids import placed
+from imubench.diagnosis.candidates.grids import placed_at_best_start
+from imubench.diagnosis.config.shared import DECLARED_NOISE, EVIDENCE
 from imubench.diagnosis.criteria.score_test import score
-from imubench.diagnosis.criteria.trial import NEEDED, Trial
-from imubench.diagnosis.noise.reml import ALLOWED, declared, levels, with_noise
+from imubench.diagnosis.criteria.trial import Trial
+from imubench.diagnosis.noise.reml import declared, levels, with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.residual_checks.excess_noise import louder
+from imubench.diagnosis.residual_checks.excess_noise import louder_noise
 from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.diagnosis.search.moves.add import plain_trials
 from imubench.diagnosis.search.moves.add_dynamic import state_trials
@@ -49,7 +50,7 @@ def fitted(fit: Fit, told: Places) -> Fit:
     """Return the fit with those of the effects that evidence asks for, the best first."""
     left = [h for h in candidates(fit.model) if (h.effect.name, h.at) in told]
     while left:
-        tried = [t for t in trials(fit, left) if t.evidence > NEEDED]
+        tried = [t for t in trials(fit, left) if t.evidence > EVIDENCE.needed_nat]
         if not tried:
             break
         best = max(tried, key=lambda t: t.evidence)
@@ -62,7 +63,7 @@ def trials(fit: Fit, told: list[Hypothesis], say: Callable[[str], None] = lambda
     """Return exact refits with one more of some effects."""
     plain, lively = ([h for h in told if bool(h.effect.states) == states] for states in (False, True))
     base = Base.of(fit)
-    at_start, judged = placed(base, plain)
+    at_start, judged = placed_at_best_start(base, plain)
     return [*plain_trials(fit, [*score(fit, at_start, base), *judged], say), *state_trials(fit, lively, say, ANYWAY)]
 
 
@@ -72,5 +73,5 @@ def noises(fit: Fit, told: Places) -> Iterator[Finding]:
     found, leverage = levels(fit)
     for name in (r.name for r in fit.measured if r.name in usual):
         at, part = name.split(".")
-        if (f"{part}_noise", at) in told and (found[name] / usual[name]) ** 2 > ALLOWED:
-            yield louder(name, found[name], leverage[name])
+        if (f"{part}_noise", at) in told and (found[name] / usual[name]) ** 2 > DECLARED_NOISE.most_power:
+            yield louder_noise(name, found[name], leverage[name])

@@ -31,9 +31,10 @@ from numpy.typing import NDArray
 
 from imubench import format1
 from imubench.correction.read_model import read_model
+from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
 from imubench.diagnosis.result import Diagnosis, Simulation
 from imubench.diagnosis.samples.screening import check_samples
-from imubench.diagnosis.simulation.channels import ENDS, Channel, channels, dense_rate, read_out
+from imubench.diagnosis.simulation.channels import Channel, channels, dense_rate, read_out
 from imubench.diagnosis.simulation.model_folder import played_early
 from imubench.diagnosis.simulation.sim_model import SimModel
 from imubench.diagnosis.windows import covered
@@ -184,7 +185,7 @@ def on_disk(folder: Path, recording: Path, simulation: Simulation | None) -> dic
         played = read_out(SimModel(model.rig, model.effects, model.start), heard, truth, first)
     except InputError:
         return {}
-    margin = ENDS / dense_rate(heard) if simulation.how == "rolled out" else 0.0
+    margin = SIMULATED_BESIDE.end_rows / dense_rate(heard) if simulation.how == "rolled out" else 0.0
     windows = [(start + margin, end - margin) for start, end in simulation.windows_s]
     out = {}
     for c in channels(heard):

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from imubench.diagnosis.result import SURE, Diagnosis, Finding
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.diagnosis.result_file import FILE_NAME
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.inputs.json import load_table
@@ -19,13 +20,13 @@ class Said:
     @property
     def sure(self) -> list[Finding]:
         """The findings of confidence 0.5 or more."""
-        return [f for f in self.diagnosis.findings if f.confidence >= SURE]
+        return [f for f in self.diagnosis.findings if f.confidence >= CONFIDENCE.counts]
 
     @property
     def alarms(self) -> list[Finding]:
         """Those that matter: sure and material."""
         pairs = zip(self.diagnosis.findings, self.material, strict=True)
-        return [f for f, material in pairs if material and f.confidence >= SURE]
+        return [f for f, material in pairs if material and f.confidence >= CONFIDENCE.counts]
 
 
 def read_said(folder: Path) -> Said:

@@ -6,10 +6,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from imubench.diagnosis.budget import FIT, Budget
+from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.candidates.both_mounts import with_both_on_springs
-from imubench.diagnosis.candidates.end_stop import UNSETTLED, settled_between, stop_of
+from imubench.diagnosis.candidates.end_stop import settled_between, stop_of
 from imubench.diagnosis.candidates.end_stop_contacts import contact_stop
+from imubench.diagnosis.config.candidates import BEGINNING, END_STOP
+from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.noise.knot_selection import coarsest
 from imubench.diagnosis.noise.nominal import first_fit, nominal_fit
 from imubench.diagnosis.samples.screening import SampleChecks, check_samples
@@ -21,8 +23,7 @@ from imubench.effects import EFFECTS
 from imubench.progress import Step, silent
 from imubench.recording import Recording
 
-MOTION = "the fit of the motion to its end"
-ROUGH = 2  # steps of a fit that only shows what a recording is
+FITTING_THE_MOTION = "the fit of the motion to its end"
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ def begin(
         def fitted(swings: tuple[Window, ...], masks: dict[str, NDArray[np.bool_]]) -> Fit:
             return nominal_fit(replace(known, free_swings=swings), masks, samples.humming, samples.wander, sensors)
 
-        with budget.part(FIT, MOTION):
+        with budget.part(BUDGET.fit, FITTING_THE_MOTION):
             fit = first = fitted(known.free_swings, samples.masks)
             heard = partial(stop_of, first, samples)
             met = partial(contact_stop, first, known.free_swings, lambda swings: fitted(swings, samples.masks))
@@ -59,10 +60,10 @@ def begin(
             if EFFECTS.first(lambda e: e.stops_at) and (stop := ways[0]() or ways[1]()):
                 without = fitted(stop.swings(known.free_swings), stop.masks(first, samples.masks))
                 stop = settled_between(stop, without)
-                if stop.std < UNSETTLED:
+                if stop.std < END_STOP.unsettled_rad:
                     fit, samples = without, stop.told(samples)
             fit = with_both_on_springs(fit) or coarsest(fit)
         if first is None or fit is None:
-            rough = first_fit(model_of(known), ROUGH)
+            rough = first_fit(model_of(known), BEGINNING.rough_steps)
             return Beginning(samples, rough, rough, finished=False)
     return Beginning(samples, first, fit)

@@ -13,25 +13,20 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.band import banded
-from imubench.diagnosis.criteria.cross_validation import SEED, heldout_gain
+from imubench.diagnosis.config.candidates import BOTH_MOUNTS
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.samples.rest_noise import MOST
+from imubench.diagnosis.samples.rest_noise import MOST_REST_STD
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.estimators.banded import chosen_fit
 from imubench.recording import Imu, Recording
-
-OVERSAMPLED = 6.0  # samples per period of the band that are kept: motion is below it
-BEGUN, DAMPED = 14.0, 0.2  # Hz and damping ratio that springs are begun with, while the noise is loose
-EXPLAINED = 0.25  # of the power that the rigid model left, at most: else it is not springs that the rest is made of
-HOPELESS = 2 * EXPLAINED  # after the first steps, mounts held: to follow the noise down and to free the mounts is less
-FIRST = 6  # steps
-ROUNDS = 2  # of the noise, mounts held
 
 
 def with_both_on_springs(fit: Fit) -> Fit | None:
@@ -45,10 +40,10 @@ def with_both_on_springs(fit: Fit) -> Fit | None:
     if hz is None:
         return None
     sprung = on_springs(fit, hz)
-    if sprung is None or gyro_power(sprung) > EXPLAINED * gyro_power(fit):
+    if sprung is None or gyro_power(sprung) > BOTH_MOUNTS.explained * gyro_power(fit):
         return None
-    won = heldout_gain(fit, sprung, np.random.default_rng(SEED))
-    return sprung if won.foretells() else None
+    won = heldout_gain(fit, sprung, np.random.default_rng(HELD_OUT.bootstrap_seed))
+    return sprung if won.is_sure() else None
 
 
 def gives_way(fit: Fit) -> bool:
@@ -66,7 +61,7 @@ def louder_than_any(fit: Fit) -> bool:
 
     Their power together: of two that do not agree about one motion, either may get all of what they differ by.
     """
-    return len(fit.model.recording.imus) == 2 and gyro_power(fit) > 2 * MOST["gyro"] ** 2
+    return len(fit.model.recording.imus) == 2 and gyro_power(fit) > 2 * MOST_REST_STD["gyro"] ** 2
 
 
 def gyro_power(fit: Fit) -> float:
@@ -92,7 +87,7 @@ def slow_recording(recording: Recording, hz: float) -> Recording:
     """Return what both IMUs read below a frequency, as few samples as it needs, no noise declared."""
 
     def thinned(imu: Imu) -> Imu:
-        every = max(1, int(imu.rate / (OVERSAMPLED * hz)))
+        every = max(1, int(imu.rate / (BOTH_MOUNTS.samples_per_period * hz)))
         few = slice(None, None, every)
         return replace(
             imu,
@@ -108,7 +103,7 @@ def slow_recording(recording: Recording, hz: float) -> Recording:
     return replace(slow, imus=tuple(thinned(imu) for imu in slow.imus))
 
 
-def on_springs(fit: Fit, hz: float, rounds: int = ROUNDS) -> Fit | None:
+def on_springs(fit: Fit, hz: float, rounds: int = BOTH_MOUNTS.rounds) -> Fit | None:
     """Return a fit whose IMUs are both on rocking springs, begun from the geometry below `hz` Hz.
 
     None where the first steps of the springs leave most of what the rigid model left.
@@ -120,15 +115,24 @@ def on_springs(fit: Fit, hz: float, rounds: int = ROUNDS) -> Fit | None:
     springs = tuple(Hypothesis(rocking, imu.name) for imu in recording.imus)
     guess: dict[str, Array] = {}
     for h in springs:
-        guess |= {h.key("frequency"): np.full(3, np.log(BEGUN)), h.key("damping_ratio"): np.full(3, np.log(DAMPED))}
+        guess |= {
+            h.key("frequency"): np.full(3, np.log(BOTH_MOUNTS.begun_hz)),
+            h.key("damping_ratio"): np.full(3, np.log(BOTH_MOUNTS.begun_damping)),
+        }
     state = replace(fit.state, values=fit.state.values | held)
     rigid = replace(fit, model=replace(fit.model, fixed=held), state=state)
     rigid = fit_with_noise(rigid.model, rigid.state, rigid.noise, rigid.anchor, rounds=1)
     begun = extended(rigid, (*fit.model.hypotheses, *springs), guess)
     found = solve(
-        begun.model, driven_by_motion(begun.model, begun.state, springs), begun.noise, fit.anchor, steps=FIRST
+        begun.model,
+        driven_by_motion(begun.model, begun.state, springs),
+        begun.noise,
+        fit.anchor,
+        steps=BOTH_MOUNTS.steps,
     )
-    if left_power(found) > HOPELESS * left_power(rigid):
+    if left_power(found) > BOTH_MOUNTS.hopeless * left_power(rigid):
         return None
     found = fit_with_noise(found.model, found.state, found.noise, fit.anchor, rounds=rounds)
-    return fit_with_noise(replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=ROUNDS)
+    return fit_with_noise(
+        replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=BOTH_MOUNTS.rounds
+    )

@@ -7,8 +7,8 @@ angle lies between the two, its standard deviation half their difference.
 
 A pendulum's stop is at an angle of its swing about the world's y, and without a magnetometer no fit knows where y
 points: it is the level axis about which the knocks agree best. The other way round along it the angle has the other
-sign, and is the same stop. About an axis that it hardly swings about, all its angles agree: six of seven knocks of a
-pendulum's IMU did within 4 mrad, at 0.036 rad, which it passed by a third of all its swing about that axis.
+sign, and is the same stop. About an axis that it hardly swings about, all its angles lie close together, knocks or not:
+there the angles agree without a stop.
 """
 
 from dataclasses import dataclass, replace
@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.candidates import END_STOP
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.rig_kinematics import HINGE
 from imubench.diagnosis.result import Finding, Interval, Parameter
@@ -27,16 +29,7 @@ from imubench.diagnosis.windows import Window, covered, cut_out
 from imubench.effects import EFFECTS
 from imubench.jets import Jet
 
-FEWEST, FEWEST_ABOUT = 2, 4  # knocks that can agree, and about an axis that is sought for them
-HEADINGS = np.linspace(0.0, 2 * np.pi, 180, endpoint=False)  # rad, of the axis that a pendulum swings about
-SAME, OF_SWING = 0.02, 0.01  # rad, how closely they do, as a median; and of how far the joint swings: stops 0.003
-BEYOND, OVER = 0.15, 0.2  # rad that a smeared contact may seem to go beyond the stop, and of how far the joint swings
-HARD, SOON = 0.3, 0.1  # rad, so soon (s) after a knock that was heard: the spline turns round later than the segment
-NEAR, PAD = 0.02, 0.02  # rad before the stop and s around it that are left out with it
-FINE = 0.005  # s
-UNSETTLED = 0.1  # rad: an angle that is so little known without the knocks is none, it was chosen to suit them
-LEAST_STD, LEAST_ABOUT = 0.002, 0.03  # rad; about an axis that is sought: 0.007, 0.031, 0.031 and 0.041 off
-SURE = 0.95
+HEADINGS_RAD = np.linspace(0.0, 2 * np.pi, 180, endpoint=False)  # rad, of the axis that a pendulum swings about
 
 
 @dataclass(frozen=True)
@@ -48,7 +41,7 @@ class Stop:
     knocks: Array  # (k,) s
     windows: tuple[Window, ...]  # s
     heading: float = 0.0  # rad, of the axis that a pendulum's angle is about, from the fit's y
-    least: float = LEAST_STD  # rad, that its angle's standard deviation is at least
+    least: float = END_STOP.least_std_rad  # rad, that its angle's standard deviation is at least
 
     def masks(self, fit: Fit, known: dict[str, NDArray[np.bool_]]) -> dict[str, NDArray[np.bool_]]:
         """Return which samples count besides those in which the segment touches the stop."""
@@ -66,7 +59,7 @@ class Stop:
         """Return what the samples say, the stop in the place of its knocks."""
         angle = {"angle": Parameter(np.array(self.angle), np.array(self.std), "rad")}
         name = EFFECTS.name_of(lambda e: e.stops_at)
-        said = Finding(name, "joint", SURE, angle, Interval(0.0, (0.0, 0.0)))
+        said = Finding(name, "joint", CONFIDENCE.end_stop, angle, Interval(0.0, (0.0, 0.0)))
         words = f"{len(self.knocks)} contacts begin at a joint's angle of {self.angle:.3f} rad, the farthest reached."
         return replace(samples, findings=(*samples.findings, said), unless_stopped=(), notes=(*samples.notes, words))
 
@@ -78,7 +71,7 @@ def stop_of(fit: Fit, samples: SampleChecks) -> Stop | None:
         return None
     start = fit.model.start
     times = np.concatenate([np.atleast_1d(f.parameters["times"].value) for f in samples.unless_stopped])
-    if len(times) < (FEWEST_ABOUT if ball else FEWEST):
+    if len(times) < (END_STOP.knocks_about if ball else END_STOP.knocks):
         return None
     knocks = times - start
     heading = _agreed(fit, knocks) if ball else 0.0
@@ -86,23 +79,32 @@ def stop_of(fit: Fit, samples: SampleChecks) -> Stop | None:
     angle = float(np.median(at))
     side = 1.0 if angle > 0 else -1.0
     first, last = fit.span
-    fine = np.arange(first, last, FINE)
+    fine = np.arange(first, last, END_STOP.grid_s)
     free = covered(fine + start, fit.model.recording.free_swings)
     away = side * (angle_at(fit, fine, heading) - angle)
     since = fine - knocks[:, None]
-    soon = np.any((since >= 0) & (since < SOON), axis=0)
+    soon = np.any((since >= 0) & (since < END_STOP.soon_s), axis=0)
     swing = float(np.ptp(away[free]))
-    apart = min(SAME, OF_SWING * swing)
-    beyond = np.any(away[free] > np.where(soon, HARD, min(BEYOND, OVER * swing))[free])
+    apart = min(END_STOP.same_rad, END_STOP.same_share * swing)
+    beyond = np.any(
+        away[free] > np.where(soon, END_STOP.soon_rad, min(END_STOP.beyond_rad, END_STOP.beyond_share * swing))[free]
+    )
     if beyond or np.median(np.abs(at - angle)) > apart:
         return None
-    windows = left_out(fine + start, free & (away > -NEAR))
-    return Stop(angle, SAME, times, windows, heading, LEAST_ABOUT if ball else LEAST_STD)
+    windows = left_out(fine + start, free & (away > -END_STOP.near_rad))
+    return Stop(
+        angle,
+        END_STOP.same_rad,
+        times,
+        windows,
+        heading,
+        END_STOP.least_std_about_rad if ball else END_STOP.least_std_rad,
+    )
 
 
 def left_out(time: Array, touching: NDArray[np.bool_]) -> tuple[Window, ...]:
     """Return the stretches in s of evenly spaced times (n,) s in which a segment touches its stop, and beside them."""
-    wide = binary_dilation(touching, iterations=round(PAD / FINE))
+    wide = binary_dilation(touching, iterations=round(END_STOP.pad_s / END_STOP.grid_s))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], wide.astype(int), [0]])))
     ends = time[np.minimum(edges, len(time) - 1)]
     return tuple((float(a), float(b)) for a, b in zip(ends[::2], ends[1::2], strict=True))
@@ -116,10 +118,10 @@ def settled_between(stop: Stop, without: Fit) -> Stop:
 
 def _agreed(fit: Fit, knocks: Array) -> float:
     """Return the heading in rad of the level axis about which a pendulum is at one angle, above 0, at every knock."""
-    angles = swing_of(limb_at(fit, knocks), HEADINGS[:, None])
+    angles = swing_of(limb_at(fit, knocks), HEADINGS_RAD[:, None])
     middle = np.median(angles, axis=1)
     spread = np.where(middle > 0, np.median(np.abs(angles - middle[:, None]), axis=1), np.inf)
-    return float(HEADINGS[int(np.argmin(spread))])
+    return float(HEADINGS_RAD[int(np.argmin(spread))])
 
 
 def angle_at(fit: Fit, time: Array, heading: float = 0.0) -> Array:

@@ -18,35 +18,16 @@ from itertools import pairwise
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.candidates.end_stop import (
-    FINE,
-    LEAST_STD,
-    NEAR,
-    SAME,
-    Stop,
-    angle_at,
-    in_world,
-    left_out,
-    limb_at,
-    swing_of,
-)
-from imubench.diagnosis.problem.dynamics_factors import TURN, equation_of, missing_torque
+from imubench.diagnosis.candidates.end_stop import Stop, angle_at, in_world, left_out, limb_at, swing_of
+from imubench.diagnosis.config.candidates import CONTACT, END_STOP
+from imubench.diagnosis.config.solve import SWING
+from imubench.diagnosis.problem.dynamics_factors import equation_of, missing_torque
 from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.windows import Window, covered, cut_out
 from imubench.recording import Body
 
-FAILS = 20.0  # times the median, by which the equation fails where a limb is pushed back
-HALF = 0.06  # s on either side of where it fails most, which its equation is not asked about
-ROUNDS = 5  # in which contacts are looked for
-SMEARED = 0.5  # s, on either side of which the spline makes up for what it cannot follow: the next round tells
-APART = 0.2  # s: failures nearer than this are one contact
-ALONG = 0.2  # of a push, along the limb or upright: a stop's has none of one of them
-ASTRAY = 0.35  # rad, by which the axis that a push tells of may be off
-AXES = np.linspace(-ASTRAY, ASTRAY, 71)  # rad beside it, that are tried
-LEVEL = 0.05  # rad, within which contacts begin at one angle, the farthest
-LEAST = 0.015  # rad, of the standard deviation of a pendulum's stop: 16 were off by 0.009 in RMS, 0.020 at most
-EVEN = 0.005  # rad: of axes that agree so nearly the nearest to the pushes counts
+AXES_TRIED_RAD = np.linspace(-CONTACT.astray_rad, CONTACT.astray_rad, 71)  # rad beside it, that are tried
 
 
 def contact_stop(fit: Fit, swings: Sequence[Window], again: Callable[[tuple[Window, ...]], Fit]) -> Stop | None:
@@ -58,7 +39,7 @@ def contact_stop(fit: Fit, swings: Sequence[Window], again: Callable[[tuple[Wind
     if body is None or not (fit.model.rig.hinge or fit.model.rig.ball):
         return None
     more = failures(fit)
-    for _ in range(ROUNDS):
+    for _ in range(CONTACT.rounds):
         if not more.size:
             break
         found = np.sort(np.concatenate([found, more]))
@@ -70,34 +51,34 @@ def contact_stop(fit: Fit, swings: Sequence[Window], again: Callable[[tuple[Wind
 
 
 def failures(fit: Fit) -> Array:
-    """Return when (s) the equation fails by far more than elsewhere, each the worst within `SMEARED`."""
+    """Return when (s) the equation fails by far more than elsewhere, each the worst within `CONTACT.smeared_s`."""
     rows = equation_of(fit.rows)
     if rows is None:
         return np.array([])
     size = np.linalg.norm(rows.residual.value / rows.std, axis=1)
-    least, out = FAILS * float(np.median(size)), []
+    least, out = CONTACT.fails * float(np.median(size)), []
     while size.max() > least:
         out.append(rows.time[int(np.argmax(size))])
-        size[np.abs(rows.time - out[-1]) < SMEARED] = 0.0
+        size[np.abs(rows.time - out[-1]) < CONTACT.smeared_s] = 0.0
     return np.array(out) + fit.model.start
 
 
 def beside(swings: Sequence[Window], times: Array) -> tuple[Window, ...]:
-    """Return free swings without `HALF` a second on either side of some times."""
-    return cut_out(swings, [(t - HALF, t + HALF) for t in times])
+    """Return free swings without `CONTACT.half_s` a second on either side of some times."""
+    return cut_out(swings, [(t - CONTACT.half_s, t + CONTACT.half_s) for t in times])
 
 
 def contacts(times: Array, fit: Fit) -> list[Window]:
     """Return the stretches in s, of the splines, in which the equation was not asked about contacts at some times."""
-    pad = HALF + TURN * fit.model.tracks.knots.step
-    first = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(times)) if b - a > APART), len(times)]
+    pad = CONTACT.half_s + SWING.jump_knots * fit.model.tracks.knots.step
+    first = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(times)) if b - a > CONTACT.apart_s), len(times)]
     groups = [times[a:b] - fit.model.start for a, b in pairwise(first)]
     return [(float(g[0]) - pad, float(g[-1]) + pad) for g in groups]
 
 
 def stop_from(fit: Fit, body: Body, met: Sequence[Window], swings: Sequence[Window]) -> Stop | None:
     """Return the stop that is met in some stretches (s of the splines), where it is one."""
-    hinge, fine = fit.model.rig.hinge, np.arange(*fit.span, FINE)
+    hinge, fine = fit.model.rig.hinge, np.arange(*fit.span, END_STOP.grid_s)
     free = covered(fine + fit.model.start, swings)
     touching = covered(fine, met)
     inside = [np.flatnonzero(covered(fine, [window])) for window in met]
@@ -108,14 +89,21 @@ def stop_from(fit: Fit, body: Body, met: Sequence[Window], swings: Sequence[Wind
         deepest = np.array([some[np.argmax(away[some])] for some in inside])
         beyond = float(away[free & ~touching].max(initial=-np.inf)) - float(away[deepest].min())
         off = float(np.ptp(away[deepest])) + max(beyond, 0.0)
-        if off < least - EVEN:
+        if off < least - CONTACT.even_rad:
             least, found = off, (side, heading, away, deepest)
-    if found is None or least > LEVEL:
+    if found is None or least > CONTACT.one_angle_rad:
         return None
     side, heading, away, deepest = found
     angle = float(np.median(away[deepest]))
-    windows = left_out(fine + fit.model.start, touching | (free & (away > angle - NEAR)))
-    stop = Stop(side * angle, SAME, fine[deepest] + fit.model.start, windows, heading, LEAST_STD if hinge else LEAST)
+    windows = left_out(fine + fit.model.start, touching | (free & (away > angle - END_STOP.near_rad)))
+    stop = Stop(
+        side * angle,
+        END_STOP.same_rad,
+        fine[deepest] + fit.model.start,
+        windows,
+        heading,
+        END_STOP.least_std_rad if hinge else CONTACT.least_std_rad,
+    )
     return stop if hinge or angle > 0 else None
 
 
@@ -135,7 +123,7 @@ def ways(fit: Fit, body: Body, met: Sequence[Window]) -> list[tuple[float, float
     sizes = np.array([np.linalg.norm(push) for push, _ in pushes])
     middle = float(np.angle(np.sum(sizes * np.exp(1j * headings))))
     astray = np.abs(np.angle(np.exp(1j * (headings - middle))))
-    return [(1.0, middle + off) for off in sorted(AXES, key=abs)] if astray.max() < ASTRAY else []
+    return [(1.0, middle + off) for off in sorted(AXES_TRIED_RAD, key=abs)] if astray.max() < CONTACT.astray_rad else []
 
 
 def pushed(fit: Fit, body: Body, window: Window) -> tuple[Array, Array]:
@@ -143,12 +131,12 @@ def pushed(fit: Fit, body: Body, window: Window) -> tuple[Array, Array]:
 
     A hinge's in its segment's axes, a pendulum's in the world's.
     """
-    time = np.arange(*window, FINE / 2)
+    time = np.arange(*window, END_STOP.grid_s / 2)
     missing = missing_torque(fit.model, fit.state, body, time)
     worst = int(np.argmax(np.linalg.norm(missing.value, axis=1)))
     if fit.model.rig.hinge:
-        return missing.value.sum(axis=0) * FINE / 2, np.array([0.0, 0.0, 1.0])
-    push = in_world(fit, time, missing.value).sum(axis=0) * FINE / 2
+        return missing.value.sum(axis=0) * END_STOP.grid_s / 2, np.array([0.0, 0.0, 1.0])
+    push = in_world(fit, time, missing.value).sum(axis=0) * END_STOP.grid_s / 2
     return push, limb_at(fit, time[[worst]])[:, 0]
 
 
@@ -158,7 +146,7 @@ def level_axis(push: Array, limb: Array) -> Array | None:
     A limb beyond the stop is at an angle above 0 about it.
     """
     size = float(np.linalg.norm(push))
-    if min(abs(float(push @ limb)), abs(float(push[2]))) > ALONG * size or abs(limb[2]) < ALONG:
+    if min(abs(float(push @ limb)), abs(float(push[2]))) > CONTACT.along * size or abs(limb[2]) < CONTACT.along:
         return None
     level = push - push[2] / limb[2] * limb
     return np.asarray(-level / np.linalg.norm(level))

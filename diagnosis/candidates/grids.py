@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from imubench.diagnosis.candidates.slips import slip
+from imubench.diagnosis.config.candidates import HUM_START
 from imubench.diagnosis.criteria.dynamic_score import lawful_score
 from imubench.diagnosis.criteria.score_test import Score, score
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -18,26 +19,23 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 
-NEIGHBOURS = 41  # bins of a spectrum that a line must stand out of
-REST = np.arange(-1.5, 1.6, 0.25)  # rad, angles of rest of a joint's spring
-ELSEWHERE = 1.0  # Hz off: another line than that of the raw samples
-LOWEST = 1.0  # Hz, under which a hum is part of the motion
+REST_ANGLES_RAD = np.arange(-1.5, 1.6, 0.25)  # rad, angles of rest of a joint's spring
 
 
 @one_thread
-def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
+def placed_at_best_start(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
     """Return hypotheses at their best starts, ready to be scored, and the scores of those that a score cannot judge."""
     fit = base.fit
     out, judged = [], []
     for h in hypotheses:
         effect = h.effect
         if effect.tone:
-            if found := hummed(fit, h.at):
+            if found := hum_frequency(fit, h.at):
                 out.append(replace(h, effect=effect.starting(**{effect.tone: found})))
         elif effect.onset and effect.acts("mount"):
             out.append(replace(h, effect=effect.starting(**{effect.onset: slip(base, h)})))
         elif effect.rests_at:
-            judged.append(rested(base, h))
+            judged.append(at_best_rest_angle(base, h))
         elif effect.stops_at:
             found_stop = lawful_score(base, h)
             if found_stop is not None:
@@ -50,40 +48,40 @@ def placed(base: Base, hypotheses: list[Hypothesis]) -> tuple[list[Hypothesis], 
     return out, judged
 
 
-def rested(base: Base, h: Hypothesis) -> Score:
+def at_best_rest_angle(base: Base, h: Hypothesis) -> Score:
     """Return the score of a joint's spring at the best of some angles of rest, from which its refit begins.
 
-    Where it has no stiffness yet its angle of rest does nothing: on a swing whose equation held exactly the refit ended
-    with a stiffness at rest at 0, 240 nat short, and the spring was another inertia.
+    Where the stiffness is zero the angle of rest has no effect on the cost, so a refit gets no slope for it: begun at a
+    wrong angle it ends in another minimum, in which the inertia makes up for the spring.
     """
-    angles = ({h.effect.rests_at: angle} for angle in REST)
+    angles = ({h.effect.rests_at: angle} for angle in REST_ANGLES_RAD)
     each = [replace(h, effect=h.effect.starting(**angle), tag=f"#{i}") for i, angle in enumerate(angles)]
     best = score(base.fit, each, base)[0]
     return replace(best, hypothesis=replace(best.hypothesis, tag=""))
 
 
-def hummed(fit: Fit, at: str) -> float:
+def hum_frequency(fit: Fit, at: str) -> float:
     """Return where a hum begins, in Hz: in the residual, but where the raw samples hum elsewhere.
 
     A motion with 128 knots a second follows 53 Hz, and what it leaves of that is their image at 75 Hz.
     """
-    left, raw = hum(fit, at), fit.model.humming.get(at)
-    return raw if left and raw and abs(left - raw) > ELSEWHERE else left
+    left, raw = strongest_line(fit, at), fit.model.humming.get(at)
+    return raw if left and raw and abs(left - raw) > HUM_START.other_line_hz else left
 
 
-def hum(fit: Fit, at: str) -> float:
+def strongest_line(fit: Fit, at: str) -> float:
     """Return the frequency in Hz of the strongest line in an accelerometer's residual; 0 where there is none to see."""
     rows = next((r for r in fit.measured if r.name == f"{at}.accel"), None)
-    if rows is None or len(rows.time) < 4 * NEIGHBOURS:
+    if rows is None or len(rows.time) < 4 * HUM_START.line_bins:
         return 0.0
     step = float(np.median(np.diff(rows.time)))
     grid = np.arange(rows.time[0], rows.time[-1], step)
     left = np.stack([np.interp(grid, rows.time, x) for x in rows.whitened.T], axis=1)
     frequency = np.fft.rfftfreq(4 * len(grid), step)
     power = np.sum(np.abs(np.fft.rfft(left * np.hanning(len(grid))[:, None], 4 * len(grid), axis=0)) ** 2, axis=1)
-    level = median_filter(power, 4 * NEIGHBOURS, mode="nearest")
-    ratio = np.where(frequency > LOWEST, power / np.maximum(level, 1e-12), 0.0)
+    level = median_filter(power, 4 * HUM_START.line_bins, mode="nearest")
+    ratio = np.where(frequency > HUM_START.least_hum_hz, power / np.maximum(level, 1e-12), 0.0)
     return float(frequency[np.argmax(ratio)])
 
 
-__all__ = ["hum", "hummed", "placed", "rested"]
+__all__ = ["at_best_rest_angle", "hum_frequency", "placed_at_best_start", "strongest_line"]

@@ -3,20 +3,18 @@
 With p where a sensor is on its segment, from the joint's centre, f what it reads and w how it turns, all in the axes of
 the segment, what the centre reads is f - K p, with K p = w' x p + w x (w x p) (`estimators.hinge_position`). Seen by
 both IMUs it is equally long, |f_1 - K_1 p_1| = |f_2 - K_2 p_2|: least squares over the one p that is sought, from where
-it is declared. A sensor that was turned by 3.2 rad and moved by 0.63 m was worth 1,812 nat from where it is declared,
-turned alone its fit came to nothing, and turned and moved it is worth 7,279.
+it is declared. A sensor that is both turned and moved by far is found only if its place is sought after its turn: each
+alone leaves the fit in another minimum.
 """
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.candidates import MOUNT_START
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.solve.clock_offsets import late, on_segments
 from imubench.estimators.hinge_position import angular_acceleration, lever_matrices, residuals
-
-BETWEEN = 4  # samples that the stencil of w' takes
-REACH = 3.0  # m; what seems farther away has not been seen
 
 
 def far_lever_arm(model: Model, at: str) -> Array | None:
@@ -29,10 +27,10 @@ def far_lever_arm(model: Model, at: str) -> Array | None:
         return None
     period = 1 / min(i.rate for i in imus)
     grid = np.arange(max(i.time[0] for i in imus), min(i.time[-1] for i in imus), period) - model.start
-    if len(grid) <= BETWEEN:
+    if len(grid) <= MOUNT_START.stencil_samples:
         return None
     read = on_segments(model, grid, late(model)).values()
-    inner = slice(BETWEEN // 2, -(BETWEEN // 2))
+    inner = slice(MOUNT_START.stencil_samples // 2, -(MOUNT_START.stencil_samples // 2))
     levers = np.stack([lever_matrices(rate[inner], angular_acceleration(rate, period)) for rate, _ in read])
     accel = np.stack([force[inner] for _, force in read])
     centre = -np.stack([model.mounts[i.name].position for i in imus])  # (2, 3) m, as seen from the sensors
@@ -50,7 +48,7 @@ def far_lever_arm(model: Model, at: str) -> Array | None:
         x_scale=0.1,
     )
     moved = centre[which] - done.x
-    return moved if np.linalg.norm(moved) < REACH else None
+    return moved if np.linalg.norm(moved) < MOUNT_START.reach_m else None
 
 
 __all__ = ["far_lever_arm"]

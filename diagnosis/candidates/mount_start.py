@@ -7,8 +7,7 @@ the axes of the segments as declared, y the axis there and j where it is in thos
 
 which is linear in j j': least squares, and the eigenvector of its largest eigenvalue, with either sign. The least turn
 that takes j to y is where the fit begins anew, with its motion: begun as declared, mount and motion follow each other
-to another minimum. A sensor that is turned by 1.6 rad was worth 1,108 nat so and a turn of pi at the other one 3,495;
-begun anew it is worth 4,553. How far it is turned about the axis itself is one with the joint's angle.
+to another minimum. How far it is turned about the axis itself is one with the joint's angle.
 """
 
 from contextlib import suppress
@@ -19,6 +18,7 @@ import numpy as np
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.candidates.mount_lever_arm import far_lever_arm
+from imubench.diagnosis.config.candidates import MOUNT_START
 from imubench.diagnosis.noise.nominal import first_fit
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
@@ -29,11 +29,7 @@ from imubench.diagnosis.solve.initialize import hinge_angle, least_turn
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import log_evidence, refit
 
-JOINT = np.eye(3)[HINGE_AXIS]
-AGREE = 0.25  # of a gyroscope's reading: where the two agree so well across the axis no mount is turned far
-FAINT = 0.03  # of the strongest: a turn that is seen less is noise, as all are but one on a base that stands still
-FAR = 0.35  # rad: what is turned by less is found from where it is declared
-BETTER = 0.5  # of the cost of the start as declared, that one begun anew must have
+JOINT_AXIS = np.eye(3)[HINGE_AXIS]
 
 
 def with_turned_mount(fit: Fit, h: Hypothesis) -> Fit | None:
@@ -53,7 +49,7 @@ def with_turned_mount(fit: Fit, h: Hypothesis) -> Fit | None:
     if not tries:
         return None
     best, turn, way = min(tries, key=lambda t: t[0].cost)
-    if best.cost > BETTER * first_fit(model).cost:
+    if best.cost > MOUNT_START.better * first_fit(model).cost:
         return None
     with suppress(NotPositiveDefiniteError):
         start = {h.key("rotation"): turn, h.key("translation"): way}
@@ -93,15 +89,15 @@ def far_turns(model: Model, at: str) -> list[Array]:
         return []
     other = rates[two if at == one else one]
     axis = axis_in(rates[at], np.sum(np.delete(other, HINGE_AXIS, axis=1) ** 2, axis=1))
-    turns = rotations.log(least_turn(np.stack([axis, -axis]), JOINT))
-    return [np.asarray(model.mounts[at].turn.T @ t) for t in turns if np.linalg.norm(t) > FAR]
+    turns = rotations.log(least_turn(np.stack([axis, -axis]), JOINT_AXIS))
+    return [np.asarray(model.mounts[at].turn.T @ t) for t in turns if np.linalg.norm(t) > MOUNT_START.far_rad]
 
 
 def agreeing(first: Array, second: Array, angle: Array) -> bool:
     """Return whether two gyroscopes' rates (n, 3) rad/s on a hinge at angles (n,) rad agree across its axis."""
-    turned_on = rotations.rotate_back(rotations.from_axis_angle(JOINT, angle), first)
+    turned_on = rotations.rotate_back(rotations.from_axis_angle(JOINT_AXIS, angle), first)
     gap = np.delete(second - turned_on, HINGE_AXIS, axis=1)
-    return bool(np.sum(gap**2) < AGREE**2 * np.sum(second**2))
+    return bool(np.sum(gap**2) < MOUNT_START.agree**2 * np.sum(second**2))
 
 
 def axis_in(rate: Array, across: Array) -> Array:
@@ -110,7 +106,7 @@ def axis_in(rate: Array, across: Array) -> Array:
     size = np.where(i == j, 1.0, np.sqrt(2.0))  # of the entries, so that the least of all solutions is the least matrix
     known = rate[:, i] * rate[:, j] * size
     outer = np.zeros((3, 3))
-    outer[i, j] = np.linalg.lstsq(known, np.sum(rate**2, axis=1) - across, rcond=FAINT)[0] / size
+    outer[i, j] = np.linalg.lstsq(known, np.sum(rate**2, axis=1) - across, rcond=MOUNT_START.faint)[0] / size
     return np.asarray(np.linalg.eigh(outer, UPLO="U")[1][:, -1])
 
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.candidates import SLIP_SCAN
 from imubench.diagnosis.criteria.onset_scan import After
 from imubench.diagnosis.problem.batch_model import started
 from imubench.diagnosis.problem.bspline import Tracks
@@ -17,13 +18,7 @@ from imubench.diagnosis.solve.schur import Base
 from imubench.effects.mounts import SLIP
 from imubench.jets import derivatives_by
 
-APART = (2.0, 0.3, 0.1, 0.05)  # s between the moments of a slip that are compared, closer and closer
-AROUND = 2  # of these to either side are looked at anew: a peak is as narrow as a slip is short
-COARSE = 60  # moments of a long recording, first
-AT_PEAK, PEAKS = 0.05, 3  # s between moments about the loudest, and how many to either side
-PARTS = 4  # of a slip, at which the loudest stretch may begin
-CLEAR = 1.25  # times as long as a slip lasts, from one to the next
-BEFORE = np.array([-1e9])  # s: it has slipped long since
+BEFORE_THE_RECORDING = np.array([-1e9])  # s: it has slipped long since
 
 
 def slip(base: Base, h: Hypothesis) -> float:
@@ -36,7 +31,7 @@ def slip(base: Base, h: Hypothesis) -> float:
     def at(moments: Array) -> Hypothesis:
         return replace(h, effect=h.effect.at_moments(moments))
 
-    before = at(BEFORE)
+    before = at(BEFORE_THE_RECORDING)
     prior = np.concatenate([np.full(p.width, p.std) for p in before.effect.parameters])
     still = slopes(base, before)
     after = After.of(base, still)
@@ -44,7 +39,7 @@ def slip(base: Base, h: Hypothesis) -> float:
     begin, end = min(float(t[0]) for t in times), max(float(t[-1]) for t in times)
 
     def best(moments: Array) -> tuple[float, float]:
-        lanes = int(np.ceil(CLEAR * SLIP / (moments[1] - moments[0]))) if len(moments) > 1 else 1
+        lanes = int(np.ceil(SLIP_SCAN.clear * SLIP / (moments[1] - moments[0]))) if len(moments) > 1 else 1
         promised = np.zeros(len(moments))
         for lane in range(min(lanes, len(moments))):
             some = moments[lane::lanes]
@@ -54,23 +49,27 @@ def slip(base: Base, h: Hypothesis) -> float:
     def closer(moments: Array, apart: Sequence[float]) -> tuple[float, float]:
         for wide, close in pairwise(apart):
             middle = best(moments)[1]
-            reach = wide if wide > APART[1] else AROUND * wide
+            reach = wide if wide > SLIP_SCAN.apart_s[1] else SLIP_SCAN.around * wide
             moments = np.arange(middle - reach, middle + reach + close / 2, close)
         return best(moments)
 
-    apart = APART if end - begin < COARSE * APART[0] else ((end - begin) / COARSE, *APART)
-    everywhere = np.arange(begin + APART[0], end - APART[0] / 2, apart[0])
+    apart = (
+        SLIP_SCAN.apart_s
+        if end - begin < SLIP_SCAN.coarse_moments * SLIP_SCAN.apart_s[0]
+        else ((end - begin) / SLIP_SCAN.coarse_moments, *SLIP_SCAN.apart_s)
+    )
+    everywhere = np.arange(begin + SLIP_SCAN.apart_s[0], end - SLIP_SCAN.apart_s[0] / 2, apart[0])
     peak = loudest_moment([r for r in base.fit.measured if r.name in still])
-    about: Array = peak + AT_PEAK * np.arange(-PEAKS, PEAKS + 1, dtype=float)
-    return max(closer(everywhere, apart), closer(about, (AT_PEAK, AT_PEAK / 2)))[1]
+    about: Array = peak + SLIP_SCAN.peak_s * np.arange(-SLIP_SCAN.peak_moments, SLIP_SCAN.peak_moments + 1, dtype=float)
+    return max(closer(everywhere, apart), closer(about, (SLIP_SCAN.peak_s, SLIP_SCAN.peak_s / 2)))[1]
 
 
 def loudest_moment(rows: Sequence[Rows]) -> float:
     """Return when the stretch as long as a slip begins that a fit explains least."""
     time = np.concatenate([r.time for r in rows])
     power = np.concatenate([np.sum(r.whitened**2, axis=1) for r in rows])
-    edges = np.arange(time.min(), time.max() + SLIP, SLIP / PARTS)
-    steps = np.convolve(np.histogram(time, edges, weights=power)[0], np.ones(PARTS), "valid")
+    edges = np.arange(time.min(), time.max() + SLIP, SLIP / SLIP_SCAN.parts)
+    steps = np.convolve(np.histogram(time, edges, weights=power)[0], np.ones(SLIP_SCAN.parts), "valid")
     return float(edges[np.argmax(steps)])
 
 

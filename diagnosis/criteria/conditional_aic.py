@@ -24,7 +24,7 @@ from imubench.diagnosis.problem.motion_prior import TILT
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.solve.gauss_newton import Step
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
-from imubench.diagnosis.solve.marginals import Spread
+from imubench.diagnosis.solve.marginals import Marginals
 
 Told = dict[str, tuple[int, float, float]]
 
@@ -74,7 +74,7 @@ def linear_tally(model: Model, rows: list[Rows]) -> Told:
     A whole step in what is not linear (play turns one sensor against the other) would end anywhere.
     """
     step = Step.of(model, rows)
-    motion, spread = step.splines.reshape(-1, model.tracks.width, 1), Spread.of(step.solution, model.tracks.width)
+    motion, spread = step.splines.reshape(-1, model.tracks.width, 1), Marginals.of(step.solution, model.tracks.width)
     data = [(r, part) for r, part in zip(rows, step.linear, strict=True) if is_data(r)]
     out = {}
     for (r, part), leverage in zip(data, spread.leverages([part for _, part in data]), strict=True):

@@ -18,19 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.problem.dynamics_factors import is_data
 from imubench.diagnosis.solve.bordered import solve_arrow
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
 from imubench.diagnosis.solve.linearize import Linear, linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.threads import one_thread
-
-BLOCK = 5.0  # s
-BLOCKS = 8  # at least, when the recording is short
-DRAWS = 2000
-LITTLE = 0.01  # of what is gained
-CLEAR, AGAINST = 10.0, 0.2  # nat, and of what some blocks gain the share that others may lose
-SEED = 20201  # of the bootstrap, so that a diagnosis repeats itself
 
 
 @dataclass(frozen=True)
@@ -42,30 +37,37 @@ class Gain:
     high: float
     blocks: Array  # (k,) nat, of each block
 
-    def foretells(self, least: float = 0.0) -> bool:
+    def is_sure(self, least: float = 0.0) -> bool:
         """Return whether at least so many nat are gained for sure, up to a hundredth of what is gained.
 
-        What acts in one block only, as friction until a swing has ended, is missed by a third of the bootstraps, and
-        blocks that say nothing are worth -0.15 nat beside its 3,200. What is far from nought in few blocks, as the end
-        of a clock's skew, is gained for sure too where the others say little against it: each was foretold from data
-        that it is not of, and by noise alone exp(nat) is 1 in the mean.
+        What acts in one block only, as friction until a swing has ended, is missed by (1 - 1 / n)^n, about a third, of
+        the bootstraps, and blocks that say nothing lose a little of the freedom's price: hence the hundredth. What is
+        far from zero in few blocks, as the end of a clock's skew, is gained for sure too where the others say little
+        against it: each block is foretold from data without it, and the mean of exp(nat) of noise alone is 1.
         """
-        return (not least and self.clear()) or self.low > least - LITTLE * max(self.value, 0.0)
+        return (not least and self.clear()) or self.low > least - HELD_OUT.little * max(self.value, 0.0)
 
     def clear(self) -> bool:
         """Return whether what some blocks gain is far from nought, and little is lost by the others."""
         lost = -float(np.minimum(self.blocks, 0.0).sum())
-        return self.value > CLEAR and lost < AGAINST * (float(self.blocks.sum()) + lost)
+        return self.value > EVIDENCE.clear_nat and lost < HELD_OUT.against * (float(self.blocks.sum()) + lost)
 
 
-def block_of(time: Array, start: float, end: float, most: float = BLOCK, least: int = BLOCKS) -> NDArray[np.int64]:
+def block_of(
+    time: Array, start: float, end: float, most: float = HELD_OUT.block_s, least: int = HELD_OUT.least_blocks
+) -> NDArray[np.int64]:
     """Return the block that each time (n,) lies in; a block is `most` s long, or less so that they are `least`."""
     length = min(most, (end - start) / least)
     return np.floor(np.clip((time - start) / length, 0, (end - start) / length - 1e-9)).astype(np.int64)
 
 
 @one_thread
-def held_out(fit: Fit, span: tuple[float, float] | None = None, most: float = BLOCK, least: int = BLOCKS) -> Array:
+def held_out(
+    fit: Fit,
+    span: tuple[float, float] | None = None,
+    most: float = HELD_OUT.block_s,
+    least: int = HELD_OUT.least_blocks,
+) -> Array:
     """Return half the squared residuals of each block (k,), parameters from the other half of the recording.
 
     `span` (start, end) s is divided into blocks of `most` s, `least` at least; None: the fit's own. Two fits are
@@ -81,7 +83,7 @@ def held_out(fit: Fit, span: tuple[float, float] | None = None, most: float = BL
     for half in (0, 1):
         own = [part.of(block % 2 == half) for part, block in zip(parts, blocks, strict=True)]
         normal = Normal.of(model.tracks, model.parameters, own + priors)
-        halves.append(told_by(normal)[:3])
+        halves.append(half_step(normal)[:3])
         del normal  # with its factors, before the other half's: memory
     cost = np.zeros(count)
     for half, (motion, own_step, follow) in enumerate(halves):
@@ -94,7 +96,7 @@ def held_out(fit: Fit, span: tuple[float, float] | None = None, most: float = BL
     return cost
 
 
-def predicted(before: Fit, after: Fit, rng: np.random.Generator, most: float = BLOCK) -> Gain:
+def predicted(before: Fit, after: Fit, rng: np.random.Generator, most: float = HELD_OUT.block_s) -> Gain:
     """Return what a fit gains over another on what it did not see: left-out data, and what is declared of the rig.
 
     A declaration is a measurement too, made by the owner. A mount that is not where it is declared may fit the data
@@ -110,7 +112,7 @@ def by_halves(before: Fit, after: Fit, rng: np.random.Generator) -> Gain:
     """Return the same, each half of the recording foretold from the other.
 
     What adds up over the recording, as a bias of a gyroscope beside a measured attitude, shows in no block of two
-    seconds, where the attitude at its beginning is free: a g-sensitivity of 155 nat gained -3 there, -22 to 17.
+    seconds, where the attitude at its beginning is free.
     """
     span = before.span
     found = gain(held_out(before, span, np.inf, 2), held_out(after, span, np.inf, 2), rng)
@@ -126,12 +128,12 @@ def _declared(fit: Fit) -> float:
 def gain(before: Array, after: Array, rng: np.random.Generator) -> Gain:
     """Return what `after` gains by block (k,) over `before`, with the interval of a bootstrap over blocks."""
     blocks = before - after
-    draws = rng.choice(blocks, size=(DRAWS, len(blocks))).sum(axis=1)
+    draws = rng.choice(blocks, size=(HELD_OUT.bootstrap_draws, len(blocks))).sum(axis=1)
     low, high = np.quantile(draws, [0.025, 0.975])
     return Gain(float(blocks.sum()), float(low), float(high), blocks)
 
 
-def told_by(normal: Normal) -> tuple[Array, Array, Array, Array]:
+def half_step(normal: Normal) -> tuple[Array, Array, Array, Array]:
     """Return the steps of the splines (m, b) and the parameters (p,) that a half alone asks for.
 
     With them what the splines do (m, b, p) when a parameter takes another step, and the parameters' information (p, p).
@@ -152,4 +154,4 @@ def heldout_gain(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
     return predicted(at_noise_of(fit, better), better, rng)
 
 
-__all__ = ["SEED", "Gain", "block_of", "by_halves", "gain", "held_out", "heldout_gain", "predicted", "told_by"]
+__all__ = ["Gain", "block_of", "by_halves", "gain", "half_step", "held_out", "heldout_gain", "predicted"]

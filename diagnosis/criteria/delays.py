@@ -19,6 +19,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import welch
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import DELAY
 from imubench.diagnosis.criteria.signatures import Columns, JointInformation
 from imubench.diagnosis.noise.coherence import clear_of_noise, even_stamps, slower
 from imubench.diagnosis.problem.batch_model import Model
@@ -29,17 +30,10 @@ from imubench.effects import delay_law, filter_law
 from imubench.effects.effect import Effect
 from imubench.recording import Imu
 
-NEAR = 1.12  # how far a cutoff may be from that of the delay it stands for
-FINE = 0.3  # of a delay: the steps at which a filter that stands for it is computed
-SETTLED = 12.0  # delays, after which a filter has forgotten how it began
-STEP = 0.05  # of a delay, by which it is changed to see the slope
-SHORT = 0.03  # of a sampling interval: a delay with which the series of c is right within 1 % at half the rate
-QUICK = 0.3  # of what a delay does to a reading: a filter that does less beside it is far quicker than the motion
-
 Readings = dict[str, Array]
 
 
-def late(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
+def late_imu(fit: Fit, h: Hypothesis) -> tuple[Imu, float] | None:
     """Return the IMU that reads late where an effect is a clock's offset, its own or the other of two, and by what."""
     if not h.effect.late_by:
         return None
@@ -62,8 +56,8 @@ def filters(bare: Model, still: State, imu: Imu, delay: float, noise: Mapping[st
             State(still.coefficients, still.values | {clock.key(clock.effect.late_by): np.array([delay])}), {imu.name}
         )
     )
-    time, x = straight_on(*met(bare, still, imu, noise), delay)
-    c = beside(law, time, x, delay)
+    time, x = extrapolated(*clear_readings(bare, still, imu, noise), delay)
+    c = beyond_delay(law, time, x, delay)
     return {
         law.name: {
             r.name: r.residual.value - at_once[r.name] + interpolated(r.time, time, c[r.name.split(".")[1]])
@@ -72,21 +66,23 @@ def filters(bare: Model, still: State, imu: Imu, delay: float, noise: Mapping[st
     }
 
 
-def quick(fit: Fit, imu: Imu, delay: float) -> Effect | None:
+def filter_beyond_delay(fit: Fit, imu: Imu, delay: float) -> Effect | None:
     """Return a filter in the place of a late clock's delay in s, None where it is not far quicker than the motion."""
     law = filter_law()
     if law is None:
         return None
-    time, x = straight_on(*met(fit.model, fit.state, imu, fit.noise), delay)
+    time, x = extrapolated(*clear_readings(fit.model, fit.state, imu, fit.noise), delay)
     moved = {part: np.gradient(x[part], time, axis=0) * delay for part in x}
-    c = beside(law, time, x, delay)
-    if any(np.std(c[part]) > QUICK * np.std(moved[part]) for part in x):
+    c = beyond_delay(law, time, x, delay)
+    if any(np.std(c[part]) > DELAY.quick * np.std(moved[part]) for part in x):
         return None
-    low, high = (beside(law, time, x, delay * (1 + change)) for change in (-STEP, STEP))
-    return law.far_quicker(time, c, {part: (high[part] - low[part]) / (2 * STEP * delay) for part in x}, delay)
+    low, high = (beyond_delay(law, time, x, delay * (1 + change)) for change in (-DELAY.difference, DELAY.difference))
+    return law.far_quicker(
+        time, c, {part: (high[part] - low[part]) / (2 * DELAY.difference * delay) for part in x}, delay
+    )
 
 
-def met(model: Model, state: State, imu: Imu, noise: Mapping[str, float]) -> tuple[Array, Readings]:
+def clear_readings(model: Model, state: State, imu: Imu, noise: Mapping[str, float]) -> tuple[Array, Readings]:
     """Return times (n,) s and what an IMU would read there, (n, 3), without what is only the fit's noise.
 
     At even times of the world, through the gaps of its samples too.
@@ -96,11 +92,13 @@ def met(model: Model, state: State, imu: Imu, noise: Mapping[str, float]) -> tup
     reading = model.reading(imu, state, moment, segment)
     many = (len(moment.time.value), 3)  # on a base that stands still a reading is one for all times
     x = {n: np.broadcast_to(j.value, many) for n, j in (("gyro", reading.gyro), ("accel", reading.accel))}
-    cut = {n: clear_of_noise(v, max(noise[f"{imu.name}.{n}"], plateau(v, imu.rate)), imu.rate) for n, v in x.items()}
+    cut = {
+        n: clear_of_noise(v, max(noise[f"{imu.name}.{n}"], high_band_std(v, imu.rate)), imu.rate) for n, v in x.items()
+    }
     return moment.time.value[:, 0], {part: slower(v, cut[part], imu.rate) for part, v in x.items()}
 
 
-def plateau(signal: Array, sampling: float) -> float:
+def high_band_std(signal: Array, sampling: float) -> float:
     """Return the std of white noise as loud as a signal (n, 3) is in the upper third of its frequencies.
 
     A gyroscope that also follows from another's accelerometer is fitted with several times its own noise there.
@@ -111,10 +109,10 @@ def plateau(signal: Array, sampling: float) -> float:
 
 def is_short(time: Array, delay: float) -> bool:
     """Return whether a delay in s is far shorter than the steps of times (n,)."""
-    return bool(delay < SHORT * (time[1] - time[0]))
+    return bool(delay < DELAY.short * (time[1] - time[0]))
 
 
-def straight_on(time: Array, x: Readings, delay: float) -> tuple[Array, Readings]:
+def extrapolated(time: Array, x: Readings, delay: float) -> tuple[Array, Readings]:
     """Return fine times and readings (n, 3) there, which go straight on before the first one and after the last.
 
     A filter that begins at the first reading, which is moving, would be wrong there by all that it delays. With a delay
@@ -122,14 +120,14 @@ def straight_on(time: Array, x: Readings, delay: float) -> tuple[Array, Readings
     """
     if is_short(time, delay):
         return time, dict(x)
-    start, end = time[0] - SETTLED * delay, time[-1] + SETTLED * delay
-    fine = np.linspace(start, end, int(np.ceil((end - start) / (FINE * delay))) + len(time))
+    start, end = time[0] - DELAY.settled * delay, time[-1] + DELAY.settled * delay
+    fine = np.linspace(start, end, int(np.ceil((end - start) / (DELAY.step * delay))) + len(time))
     inside = np.clip(fine, time[0], time[-1])
     splines = {part: CubicSpline(time, y) for part, y in x.items()}
     return fine, {part: s(inside) + (fine - inside)[:, None] * s(inside, 1) for part, s in splines.items()}
 
 
-def beside(law: Effect, time: Array, x: Mapping[str, Array], delay: float) -> Readings:
+def beyond_delay(law: Effect, time: Array, x: Mapping[str, Array], delay: float) -> Readings:
     """Return c (n, 3): what a filter's `law` reads beside one that only delays, at even times (n,) of the world."""
     if is_short(time, delay):
         splines = {part: CubicSpline(time, y) for part, y in x.items()}
@@ -140,11 +138,13 @@ def beside(law: Effect, time: Array, x: Mapping[str, Array], delay: float) -> Re
 
 
 def left_by(both: JointInformation, wanted: Array, by: Array) -> float:
-    """Return what is lost when a direction (k,) stands for another, its size near 1: a cutoff near the delay's."""
+    """Return the loss of a direction (k,) in another's place, its size near 1, so that the cutoff is the delay's."""
     pull = by @ both.information @ by
-    size = float(np.clip(by @ both.information @ wanted / max(float(pull), 1e-300), 1 / NEAR, NEAR))
+    size = float(
+        np.clip(by @ both.information @ wanted / max(float(pull), 1e-300), 1 / DELAY.cutoff_ratio, DELAY.cutoff_ratio)
+    )
     rest = wanted - size * by
     return 0.5 * float(rest @ both.information @ rest)
 
 
-__all__ = ["filters", "late", "left_by", "quick"]
+__all__ = ["filter_beyond_delay", "filters", "late_imu", "left_by"]

@@ -7,30 +7,27 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import LAW
+from imubench.diagnosis.config.noise import REML
+from imubench.diagnosis.config.shared import DECLARED_NOISE, EVIDENCE, STATISTICS
 from imubench.diagnosis.criteria.conditional_aic import aic_gain, aic_gain_and_freedoms
-from imubench.diagnosis.criteria.trial import NEEDED, Trial
-from imubench.diagnosis.noise.colour_bound import COLOUR, louder_where
+from imubench.diagnosis.criteria.trial import Trial
+from imubench.diagnosis.noise.colour_bound import louder_where
 from imubench.diagnosis.noise.coloured import off_none
 from imubench.diagnosis.noise.nominal import rougher
-from imubench.diagnosis.noise.reml import LAW_FLOOR, with_noise
+from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.process_factors import state_rows
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
-DOUBTED, LEFT = 4.0, 0.05  # times a law's std, and of what drives it, that may be left; beyond, its state is a spline
-TIGHTER = 0.1  # of a law's level at its floor: tried as well
-DECIDED = 10.0  # times the freedoms: worth so much, a refit is not chosen or refused for them
-SAME = 1.0  # nat, which a tighter law may cost
-DELAYED = 15.0  # nat, that a filter must be worth by its delay alone
 TRIPLES = ("gyro", "accel")  # variants of a filter that delay one against the other: nothing else does
-IMPLAUSIBLE = 4.0  # of its prior's standard deviations, on every axis
 
 
 def trial_beside(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
     """Return a refit beside the fit without its effects; where its freedoms decide, its laws as tight as it bears."""
     loose, freedoms = judged(fit, hypotheses, tried)
-    if not -freedoms < loose.evidence < DECIDED * freedoms:
+    if not -freedoms < loose.evidence < LAW.decided * freedoms:
         return loose
     tight = tightened(tried, hypotheses)
     return loose if tight is None else max(loose, judged(fit, hypotheses, tight)[0], key=lambda t: t.evidence)
@@ -39,11 +36,10 @@ def trial_beside(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
 def tightened(fit: Fit, hypotheses: Sequence[Hypothesis]) -> Fit | None:
     """Return a fit with tighter laws of some effects; None where none is at its floor.
 
-    There a state still follows some of the samples' noise, and the fit pays for that freedom: a soft mount of 43 Hz was
-    worth -137 nat so, and 70 with a tenth of its law's level.
+    There a state still follows some of the samples' noise, and pays for that freedom more than a tighter law would.
     """
     told = law_levels(fit, hypotheses)
-    lower = {n: TIGHTER * fit.noise[n] for n in told if LAW_FLOOR / 2 < fit.noise[n] < 2 * LAW_FLOOR}
+    lower = {n: LAW.tighter * fit.noise[n] for n in told if REML.law_floor / 2 < fit.noise[n] < 2 * REML.law_floor}
     return with_noise(replace(fit, noise=fit.noise | lower), 2) if lower else None
 
 
@@ -57,7 +53,7 @@ def with_tight_laws(fit: Fit) -> Fit:
     for h in [h for h in fit.model.hypotheses if h.effect.lawful]:
         with suppress(NotPositiveDefiniteError):
             tight = tightened(fit, [h])
-            if tight is not None and aic_gain(fit, tight) > -SAME:
+            if tight is not None and aic_gain(fit, tight) > -LAW.tighter_cost_nat:
                 fit = tight
     return fit
 
@@ -68,36 +64,40 @@ def judged(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> tuple[Trial, f
     With it come the freedoms that it pays for.
 
     A filter must explain something beside a rougher motion too: knowing which frequencies do not pass, it takes from
-    the fit the freedom to follow noise there (233 freedoms and 14 nat of a clean pendulum, -216 beside the rougher).
+    the fit the freedom to follow noise there.
     """
     won, freedoms = aic_gain_and_freedoms(fit, tried)
-    if won > NEEDED and any(h.effect.filters for h in hypotheses):
+    if won > EVIDENCE.needed_nat and any(h.effect.filters for h in hypotheses):
         beside = aic_gain(rougher(fit), rougher(tried))
-        won = won if beside > NEEDED else min(won, beside)
+        won = won if beside > EVIDENCE.needed_nat else min(won, beside)
     if won > 0 and not any(h.effect.lawful for h in hypotheses):
-        won -= min(of_colour(tried, hypotheses, freedoms), won * 2 * COLOUR / max(taken(fit, tried), COLOUR))
+        won -= min(
+            coloured_noise_gain(tried, hypotheses, freedoms),
+            won * 2 * DECLARED_NOISE.colour / max(noise_power_taken(fit, tried), DECLARED_NOISE.colour),
+        )
     return Trial(hypotheses[0], tried, won, tuple(hypotheses[1:])), freedoms
 
 
-def taken(before: Fit, after: Fit) -> float:
+def noise_power_taken(before: Fit, after: Fit) -> float:
     """Return how much noise power a sensor has lost at most from one fit to the other, over what is left.
 
     What a spline gains grows faster than the power that it takes: noise that is at most half as coloured gives it at
-    most half of that. A pivot that moved took 2.2 times the accelerometer's noise, which no colour is.
+    most half of that.
     """
     return max((before.noise[r.name] / after.noise[r.name]) ** 2 - 1 for r in after.measured)
 
 
-def of_colour(fit: Fit, hypotheses: Sequence[Hypothesis], freedoms: float) -> float:
+def coloured_noise_gain(fit: Fit, hypotheses: Sequence[Hypothesis], freedoms: float) -> float:
     """Return the nat that splines may gain of noise as coloured as it may be without being a mismatch.
 
-    Noise of `COLOUR` of the white one's power adds that share of a sample's freedom at each sample and each of their
-    columns, however it is spread; and no more than their freedoms, each as loud as where they move the readings.
+    Noise of `DECLARED_NOISE.colour` of the white one's power adds that share of a sample's freedom at each sample and
+    each of their columns, however it is spread; and no more than their freedoms, each as loud as where they move the
+    readings.
     """
     signals = added(fit, hypotheses)
     width = sum(s.width for h in hypotheses for s in h.effect.states)
     samples = float(np.median([len(time) for _, time, _ in signals]))
-    return min(COLOUR * samples * width, freedoms * (louder_where(signals, {}, {}) - 1))
+    return min(DECLARED_NOISE.colour * samples * width, freedoms * (louder_where(signals, {}, {}) - 1))
 
 
 def added(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[str, Array, Array]]:
@@ -120,7 +120,6 @@ def holds_its_law(trial: Trial) -> bool:
     """Return whether every law holds, with plausible numbers, and a rate in Hz that its sensor's samples can show.
 
     A filter's cutoff must be known: what it delays by, 1 / (2 pi cutoff), is no more than nothing where that is not.
-    Three clean pendulums had filters of 30 to 134 nat, with cutoffs known within 64 to 97 %.
     """
     fit, rates = trial.fit, {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
     found = (trial.hypothesis, *trial.also)
@@ -130,11 +129,11 @@ def holds_its_law(trial: Trial) -> bool:
             value = fit.state.values[h.key(p.name)]
             most = rates.get(h.at, np.inf) / (2 if h.effect.filters else 1)  # above is a delay, which has a name
             unseen = p.unit == "Hz" and float(np.exp(value).min()) > most  # not on any axis
-            if not apart and (unseen or np.all(np.abs(value - p.centre) > IMPLAUSIBLE * p.std)):
+            if not apart and (unseen or np.all(np.abs(value - p.centre) > STATISTICS.prior_sigmas * p.std)):
                 return False
-            if h.effect.filters and 0.5 * off_none(fit, h.key(p.name)) ** 2 < DELAYED:
+            if h.effect.filters and 0.5 * off_none(fit, h.key(p.name)) ** 2 < LAW.delay_nat:
                 return False
-    return all(left < max(DOUBTED, LEFT * drive) for left, drive in laws(fit, found))
+    return all(left < max(LAW.doubted_std, LAW.doubted_share * drive) for left, drive in laws(fit, found))
 
 
 def laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, float]]:

@@ -18,6 +18,8 @@ from itertools import product
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import LAW
+from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, linear_tally, tally
 from imubench.diagnosis.criteria.effect_dynamics import solved_by_law, with_clear_motion
 from imubench.diagnosis.criteria.trial import kind
@@ -28,7 +30,6 @@ from imubench.diagnosis.problem.dynamics_factors import swing_rows
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.motion_prior import middles
 from imubench.diagnosis.problem.residuals import Parameters
-from imubench.diagnosis.samples.check_findings import DECLARED
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import all_rows
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
@@ -36,13 +37,6 @@ from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.schur import Base, promise
 from imubench.diagnosis.solve.threads import one_thread, side_by_side
 from imubench.jets import derivatives_by
-
-ROUGH = (1e2, 1e3, 1e4, 1e5)  # of a free state, in its unit per s^4 and root Hz
-MIDDLE = ROUGH[1]  # at which the points of its grid are compared
-AMOUNT = 0.3  # std about 1 of the share of a driven motion that a recording shows: the fit has taken in some of it
-FAINTEST = 0.01  # of a driven motion, at which a fit begins that may scale it
-NEARLY = 0.1  # of the best promise: what one with fewer states may lack
-FAIR = 0.3  # of the best point's promise: of such points that comes first whose amount is nearest to 1
 
 
 @dataclass(frozen=True)
@@ -74,7 +68,7 @@ def screen(fit: Fit, hypotheses: list[Hypothesis]) -> list[Screened]:
 def _plainest(one: Screened, out: list[Screened]) -> Screened:
     """Return, of the variants without a law of one's effect, the one with fewest states that promises nearly most."""
     same = [s for s in out if s.hypothesis.effect.free and kind(s.hypothesis) == kind(one.hypothesis)]
-    good = [s for s in same if s.evidence >= same[0].evidence - NEARLY * abs(same[0].evidence)]
+    good = [s for s in same if s.evidence >= same[0].evidence - LAW.fewer_states * abs(same[0].evidence)]
     return min(good, key=lambda s: sum(state.width for state in s.hypothesis.effect.states))
 
 
@@ -102,9 +96,9 @@ def lawful_score(base: Base, h: Hypothesis) -> Screened | None:
         return None
     best = max(found, key=lambda s: s.evidence)
     if h.effect.scale:
-        drive = {h.key(h.effect.scale): np.log(np.full(1, max(best.amount, FAINTEST)))}
+        drive = {h.key(h.effect.scale): np.log(np.full(1, max(best.amount, LAW.least_amount)))}
         return replace(best, values=best.values | drive)
-    fair = [s for s in found if s.evidence >= FAIR * best.evidence] or found
+    fair = [s for s in found if s.evidence >= LAW.fair * best.evidence] or found
     begin = min(fair, key=lambda s: abs(np.log(max(s.amount, 1e-3))))
     return replace(begin, evidence=best.evidence, best=best.values)
 
@@ -124,11 +118,11 @@ def _scored(base: Base, model: Model, state: State, sensitivity: Array, h: Hypot
         change = now.residual - base.parts[rows.name].residual
         columns.append((rows.name, np.concatenate([change[:, :, None], slopes], axis=2)))
     schur, gradient = base.reduced(columns, k)
-    prior = np.concatenate([[AMOUNT], *(np.full(p.width, p.std) for p in h.effect.parameters)])
-    gradient[0] -= 1 / AMOUNT**2  # the law says 1
+    prior = np.concatenate([[LAW.amount_std], *(np.full(p.width, p.std) for p in h.effect.parameters)])
+    gradient[0] -= 1 / LAW.amount_std**2  # the law says 1
     found = promise(schur, gradient, prior)
     values = {name: state.values[name].copy() for name in shared.widths}
-    return Screened(h, found.evidence - 0.5 / AMOUNT**2, values, {}, float(found.step[0]))
+    return Screened(h, found.evidence - 0.5 / LAW.amount_std**2, values, {}, float(found.step[0]))
 
 
 def lawless_score(base: Base, h: Hypothesis) -> Screened | None:
@@ -139,7 +133,7 @@ def lawless_score(base: Base, h: Hypothesis) -> Screened | None:
     """
     fit = base.fit
     start, end = fit.span
-    told = {n: std for n, std in declared(fit.model).items() if DECLARED * std < fit.noise.get(n, 0.0)}
+    told = {n: std for n, std in declared(fit.model).items() if DECLARED_NOISE.most_std * std < fit.noise.get(n, 0.0)}
     ways = ({}, told) if told else ({},)
     known = tally(fit)
 
@@ -156,9 +150,9 @@ def lawless_score(base: Base, h: Hypothesis) -> Screened | None:
     grid = points(h, end - start)
     best = grid[0]
     if len(grid) > 1:
-        promised = side_by_side(lambda point: _promise(at_level(point, ways[-1], MIDDLE)), grid)
+        promised = side_by_side(lambda point: _promise(at_level(point, ways[-1], LAW.middle_roughness)), grid)
         best = grid[int(np.argmax(list(promised)))]
-    return max(side_by_side(lambda way: at_level(best, *way), product(ways, ROUGH)), key=_promise)
+    return max(side_by_side(lambda way: at_level(best, *way), product(ways, LAW.free_roughness)), key=_promise)
 
 
 def points(h: Hypothesis, seconds: float) -> list[dict[str, float]]:

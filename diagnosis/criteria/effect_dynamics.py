@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import LAW
+from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.noise.coherence import clear_at, slower
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import SUPPORT, Moment, Tracks
@@ -17,21 +19,16 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.narrow_band import solved
 from imubench.diagnosis.solve.normal_equations import Normal
-from imubench.diagnosis.solve.refit import LAWFUL_SMOOTH
 from imubench.diagnosis.solve.retract import shifted
 from imubench.effects.effect import Effect
 from imubench.jets import Jet
-
-SMALL = 1e-6  # of its plausible size: how weakly a driven state is held where nothing says where it is
-TOLD = 1e-3  # the same of a filter's, and of one that the effect itself tells
-PASSES = 2  # solves of a law, the second where the first has led
 
 
 def with_clear_motion(fit: Fit, imu: str) -> State:
     """Return the fit's state with its motion only as quick as it is more than an IMU's noise.
 
-    What a fitted motion has beyond is the noise of samples, and springs resound with it: a mount of 12 Hz on a hinge
-    moved at up to 1.7 Hz promised -25 nat, and was worth 470.
+    What a fitted motion has beyond is the noise of samples, and springs resound with it: the score of a spring beyond
+    the motion's band is then about that noise.
     """
     tracks, time = fit.model.tracks, inside(fit.model)
     start, step = tracks.knots.start, tracks.knots.step
@@ -49,7 +46,7 @@ def solved_by_law(model: Model, state: State, h: Hypothesis, drive: State | None
     The motion of `drive` moves them, or else the state's own.
 
     What a law leaves open, how its state begins, is as smooth as a fit would have it: held at zero instead, a mount
-    that sags on its springs rang from the first sample on, at 76 times the noise. A filter has no sag, and forgets.
+    that sags on its springs rings from the first sample on. A filter has no sag, and forgets.
     """
     own = Tracks(model.tracks.knots, {h.key(s.name): s.width for s in h.effect.states})
     shared = Parameters({h.key(p.name): p.width for p in h.effect.parameters})
@@ -57,8 +54,8 @@ def solved_by_law(model: Model, state: State, h: Hypothesis, drive: State | None
     if not own.widths:
         return state, np.zeros((model.tracks.knots.count, 0, shared.count))
     begun, (state, passes) = state, followed(model, drive or state, h)
-    levels = {f"smooth.{h.key(s.name)}": LAWFUL_SMOOTH * s.std for s in h.effect.states}
-    smooth, held = ([], TOLD) if h.effect.filters else (list(own.widths), SMALL)
+    levels = {f"smooth.{h.key(s.name)}": START.lawful_state_roughness * s.std for s in h.effect.states}
+    smooth, held = ([], LAW.told_state) if h.effect.filters else (list(own.widths), LAW.loose_state)
     for turn in range(passes):
         normal = Normal.empty(own, shared)
         rows = [*state_rows(model, state, h), *smooth_rows(model, state, levels, smooth)]
@@ -88,11 +85,11 @@ def driven_by_motion(model: Model, state: State, hypotheses: Iterable[Hypothesis
 def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
     """Return the state with h's splines where the effect itself says they are, and how many solves are left to do."""
     if type(h.effect).follow is Effect.follow:
-        return state, PASSES
+        return state, LAW.passes
     ((_, scene),) = scenes(model, state, h)
     told = h.effect.follow(scene, model.values(h, state))
     if not told:
-        return state, PASSES
+        return state, LAW.passes
     time, coefficients = inside(model), state.coefficients.copy()
     for name, value in told.items():
         own = Tracks(model.tracks.knots, {h.key(name): value.shape[1]})
@@ -100,7 +97,7 @@ def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
         normal = Normal.empty(own, Parameters({}))
         normal.add([linearise(Rows("follow", time, track - value, np.ones(own.width)), own, Parameters({}))])
         normal.fill(own)
-        _held(normal, own, h.key(name), TOLD, 1.0)
+        _held(normal, own, h.key(name), LAW.told_state, 1.0)
         move = -solved(normal, normal.gradient[:, :, None]).reshape(-1, own.width)
         coefficients[:, model.tracks.columns(h.key(name))] = move[: own.knots.count]
     return replace(state, coefficients=coefficients), 1

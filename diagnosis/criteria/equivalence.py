@@ -1,9 +1,9 @@
 """What a recording cannot tell apart: effects that, in another's place, would explain it as well.
 
-What an effect adds to the measurements is held against what a rival can make of them once the motion, the
-geometry and the other effects have followed. With M the information of both after that, a the effect's own
-column (its mark, as fitted), r the rival's parameters and L its prior's information, the rival would cost
-the fit (M_aa - M_ar (M_rr + L)^-1 M_ra) / 2 nat.
+What an effect adds to the measurements is compared with what a rival can make of it once the motion, the geometry and
+the other effects are free to follow. With M the information of both, the others marginalised, a the effect's own column
+(its mark, as fitted), r the rival's parameters and L its prior's information, the rival would leave (M_aa - M_ar (M_rr
++ L)^-1 M_ra) / 2 nat of the effect unexplained.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.delays import filters, late, left_by
+from imubench.diagnosis.config.criteria import EQUIVALENCE
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.delays import filters, late_imu, left_by
 from imubench.diagnosis.criteria.signatures import MARK, Columns, JointInformation, joint_information, signature
 from imubench.diagnosis.noise.colour_bound import louder_where
 from imubench.diagnosis.noise.coloured import Spectra, noise_spectra
@@ -23,11 +25,6 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import extended, guess_of, log_evidence, refit
 from imubench.effects import EFFECTS, possible
 from imubench.effects.effect import Effect
-
-LIKE = 5.0  # nat, up to which a rival counts as equal: odds of 150
-DOUBT = 0.2  # of what an effect explains: a rival that would lose less is refitted, for laws are not linear
-DULL, DULL_DOUBT = 1.5, 0.6  # times white noise, from where on more is in doubt: a rival has its own part of the noise
-REFITTED = 3  # rivals at most
 
 
 @dataclass(frozen=True)
@@ -68,7 +65,7 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     `sure`: the closest few are refitted exactly, for a law far from linear seems to lose more than it does.
     """
     bare, still, added = signature(fit, fit.state, [h])
-    slow = late(fit, h)
+    slow = late_imu(fit, h)
     stands = State(still.coefficients, fit.state.values)
     smooth = filters(bare, stands, *slow, fit.noise) if slow else {}
     both, wanted, single = _against(fit, (bare, still, added), alternatives(fit.model, h), smooth)
@@ -81,8 +78,8 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
         found += [Rival(n, slow[0].name, left_by(both, wanted, both.along(n)[:, 0])) for n in smooth]
     if sure:
         shown = noise_spectra(fit)
-        doubt = DULL_DOUBT if louder(fit, added, shown) > DULL else DOUBT
-        close = [one for one in single if one.loss > LIKE and one.share < doubt][:REFITTED]
+        doubt = EQUIVALENCE.dull_doubt if louder(fit, added, shown) > EQUIVALENCE.dull_level else EQUIVALENCE.doubt
+        close = [one for one in single if one.loss > EVIDENCE.needed_nat and one.share < doubt][: EQUIVALENCE.refits]
         asked = {one.hypothesis: one.guess for one in close} | elsewhere(fit, h)
         tried = [_refitted(fit, h, other, guess, shown) for other, guess in asked.items()]
         found += [t for t in tried if t is not None]
@@ -133,12 +130,12 @@ def louder(fit: Fit, signals: Mapping[str, Array], shown: Mapping[str, Spectra])
 
 def equivalents(fit: Fit, h: Hypothesis) -> list[Rival]:
     """Return what the recording cannot tell from `h`, a kept effect of the fit, the closest first."""
-    found = {(r.effect, r.at): r for r in rivals(fit, h) if r.loss < LIKE}
+    found = {(r.effect, r.at): r for r in rivals(fit, h) if r.loss < EVIDENCE.needed_nat}
     same = [other for other in fit.model.hypotheses if other.effect.name == h.effect.name]
     if h in same and len(same) == len(fit.model.recording.imus):
         for name, at in shared_with(h.effect).items():
             loss = _all_of(fit, same, name, at)
-            if loss < LIKE:
+            if loss < EVIDENCE.needed_nat:
                 found[(name, at)] = Rival(name, at, loss)
     return sorted(found.values(), key=lambda r: r.loss)
 
@@ -184,4 +181,4 @@ def _against(
     return both, wanted, sorted(out, key=lambda one: one.loss)
 
 
-__all__ = ["LIKE", "Replacement", "Rival", "alternatives", "equivalents", "replacements", "rivals"]
+__all__ = ["Replacement", "Rival", "alternatives", "equivalents", "replacements", "rivals"]

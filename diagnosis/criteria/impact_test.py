@@ -1,7 +1,8 @@
-"""What of some samples no motion explains: the fit is solved with them in it, and beside other samples left out.
+"""What no motion explains of some samples: the fit is solved with them in it, and beside other samples without them.
 
-With n numbers more its cost rises by about n / 2 less what the motion takes of them; Q = 2 (cost with - cost without)
-/ n is the power per number that no motion explains, summed over every row within `BESIDE` of a stretch.
+With n more numbers its negative log likelihood J rises by about n / 2, minus the part that the motion follows; Q = 2 (J
+with - J without) / n is the power per number that no motion explains, summed over every row within
+`IMPACT_TEST.beside_s` of a stretch.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,18 +12,14 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.cross_validation import SEED
+from imubench.diagnosis.config.criteria import HELD_OUT, IMPACT_TEST
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.noise.masking import with_mask
-from imubench.diagnosis.samples.check_findings import UNITS
+from imubench.diagnosis.samples.check_findings import UNIT_OF_PART
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.windows import Window, covered
 
 Mask = NDArray[np.bool_]
-
-BESIDE = 0.25  # s on either side of a peak, in which the fit bends for it
-OTHERS, FEWEST_OTHERS = 20, 5  # stretches of other samples
-ALARM = 1e-6  # of each peak, or of all together, of noise alone
-OTHERS_ALARM = 1e-4  # of each of the others: beyond, the fit leaves more than noise, and a peak may be that
 
 
 def knocks(fit: Fit, imu: str, struck: Mask, peaks: Sequence[Window], together: bool = False) -> Array:
@@ -32,24 +29,26 @@ def knocks(fit: Fit, imu: str, struck: Mask, peaks: Sequence[Window], together: 
     """
     time, known = fit.model.recording.imu(imu).time, counted(fit, imu)
     others = elsewhere(time, np.logical_and.reduce([*known.values()]), peaks)
-    if len(others) < FEWEST_OTHERS:
+    if len(others) < IMPACT_TEST.least_others:
         return np.array([])
     left_out = ~covered(time, others)
     without = solved(fit, {name: mask & left_out for name, mask in known.items()})
-    if any(power > chance(OTHERS_ALARM, n) for power, n in (unexplained(without, fit, p) for p in others)):
+    if any(power > chance(IMPACT_TEST.others_alarm, n) for power, n in (unexplained(without, fit, p) for p in others)):
         return np.array([])
     with_peaks = solved(fit, {name: mask | struck for name, mask in known.items()})
     found = np.array([unexplained(fit, with_peaks, p) for p in peaks])
     if together:
         power, count = float(found[:, 0] @ found[:, 1]), float(found[:, 1].sum())
-        return np.array([a for a, _ in peaks] if power > count * chance(ALARM, count) else [])
-    return np.array([a for (a, _), (power, n) in zip(peaks, found, strict=True) if power > chance(ALARM, n)])
+        return np.array([a for a, _ in peaks] if power > count * chance(STATISTICS.false_alarm_of_one, count) else [])
+    return np.array(
+        [a for (a, _), (power, n) in zip(peaks, found, strict=True) if power > chance(STATISTICS.false_alarm_of_one, n)]
+    )
 
 
 def counted(fit: Fit, imu: str) -> dict[str, Mask]:
     """Return which samples (n,) of an IMU are in the fit, by group ("imu1.gyro")."""
     everything = np.ones(fit.model.recording.imu(imu).time.size, dtype=bool)
-    return {f"{imu}.{part}": (fit.model.masks or {}).get(f"{imu}.{part}", everything) for part in UNITS}
+    return {f"{imu}.{part}": (fit.model.masks or {}).get(f"{imu}.{part}", everything) for part in UNIT_OF_PART}
 
 
 def chance(alarm: float, count: float) -> float:
@@ -74,7 +73,7 @@ def within(fit: Fit, window: Window) -> tuple[int, float]:
     start, end = (t - fit.model.start for t in window)
     count, cost = 0, 0.0
     for rows in fit.rows:
-        near = (rows.time >= start - BESIDE) & (rows.time <= end + BESIDE)
+        near = (rows.time >= start - IMPACT_TEST.beside_s) & (rows.time <= end + IMPACT_TEST.beside_s)
         if len(rows.time) == len(rows.residual.value) and near.any():
             cost += 0.5 * float(np.sum(rows.whitened.reshape(len(near), -1)[near] ** 2))
             count += int(near.sum()) * rows.residual.value.shape[1] if rows.counts else 0
@@ -83,17 +82,17 @@ def within(fit: Fit, window: Window) -> tuple[int, float]:
 
 def elsewhere(time: Array, counts: Mask, peaks: Sequence[Window]) -> list[Window]:
     """Return stretches as long as the peaks, at random, of samples that count (n,) and lie apart."""
-    rng = np.random.default_rng(SEED)
+    rng = np.random.default_rng(HELD_OUT.bootstrap_seed)
     lengths = [b - a for a, b in peaks]
     out: list[Window] = []
-    for _ in range(10 * OTHERS):
-        start = float(rng.uniform(time[0] + 2 * BESIDE, time[-1] - 2 * BESIDE))
+    for _ in range(10 * IMPACT_TEST.others):
+        start = float(rng.uniform(time[0] + 2 * IMPACT_TEST.beside_s, time[-1] - 2 * IMPACT_TEST.beside_s))
         window = (start, start + float(rng.choice(lengths)))
-        inside = (time >= window[0] - BESIDE) & (time <= window[1] + BESIDE)
-        apart = all(abs(start - a) > 4 * BESIDE for a, _ in out)
-        if counts[inside].all() and apart and len(out) < OTHERS:
+        inside = (time >= window[0] - IMPACT_TEST.beside_s) & (time <= window[1] + IMPACT_TEST.beside_s)
+        apart = all(abs(start - a) > 4 * IMPACT_TEST.beside_s for a, _ in out)
+        if counts[inside].all() and apart and len(out) < IMPACT_TEST.others:
             out.append(window)
     return out
 
 
-__all__ = ["BESIDE", "counted", "elsewhere", "knocks", "solved"]
+__all__ = ["counted", "elsewhere", "knocks", "solved"]

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.bspline import SUPPORT, Knots
 from imubench.diagnosis.solve.bordered import tensor
 from imubench.diagnosis.solve.linearize import Linear
-from imubench.diagnosis.solve.normal_equations import KNOTS_PER_BLOCK
 from imubench.diagnosis.solve.schur import Base, promise
-
-TOGETHER = 2  # moments whose columns are held at once
 
 
 @dataclass(frozen=True)
@@ -55,11 +54,11 @@ class After:
         """
         (count, _, width, r), solution = self.cross.shape, self.base.solution
         blocks, earlier = len(solution.factor.lower), int(np.ceil(within / self.knots.step)) + 1
-        whole = np.zeros((blocks * KNOTS_PER_BLOCK + SUPPORT, width, r))
+        whole = np.zeros((blocks * ALGEBRA.knots_per_block + SUPPORT, width, r))
         for s in range(SUPPORT):
             whole[s : s + count] += self.cross[:, s]
         out = []
-        for some in np.array_split(moments, -(-len(moments) // TOGETHER)):
+        for some in np.array_split(moments, -(-len(moments) // ADMISSION.moments_at_once)):
             starts = np.floor((some - self.knots.start) / self.knots.step).astype(int)
             starts = np.clip(starts, 0, count - SUPPORT + 1)  # no sample starts there or later
             act = np.zeros((len(whole), width, len(some), r))
@@ -75,10 +74,10 @@ class After:
                     across[i] += np.einsum("nmp,nmr->pr", part.border, own)
                     corner[i] += np.einsum("nmr,nms->rs", own, own)
                     pull[i] += np.einsum("nm,nmr->r", part.residual, own)
-            target = act[: blocks * KNOTS_PER_BLOCK].reshape(blocks, -1, len(some) * r)
+            target = act[: blocks * ALGEBRA.knots_per_block].reshape(blocks, -1, len(some) * r)
             taken = np.tensordot(self.base.step.splines, target, axes=2).reshape(-1, r)
             front = solution.factor.forward(target)
-            for i, first in enumerate(np.maximum(starts - earlier, 0) // KNOTS_PER_BLOCK):
+            for i, first in enumerate(np.maximum(starts - earlier, 0) // ALGEBRA.knots_per_block):
                 own = front[first:, :, i * r : i * r + r]
                 rest = across[i] - tensor(solution.half[first:], own)
                 schur = corner[i] - tensor(own, own) - rest.T @ np.linalg.solve(solution.schur, rest)

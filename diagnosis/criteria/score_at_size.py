@@ -18,7 +18,9 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 
-SIZES = tuple(float(s) for s in 10.0 ** np.arange(-3.0, 3.0, 0.5))  # of an effect's prior, or of a term's weights
+SIZES_OF_PRIOR = tuple(
+    float(s) for s in 10.0 ** np.arange(-3.0, 3.0, 0.5)
+)  # of an effect's prior, or of a term's weights
 
 
 @one_thread
@@ -29,15 +31,15 @@ def scores_at_size(base: Base, some: Sequence[Hypothesis]) -> dict[Hypothesis, t
         std = prior_std(h)
         values, vectors = np.linalg.eigh(information * np.outer(std, std))
         pull = (vectors.T @ (gradient * std)) ** 2
-        out[h] = at_best_size(values, pull, SIZES)
+        out[h] = at_best_size(values, pull, SIZES_OF_PRIOR)
     return out
 
 
 def gain_at_size(without: Fit, gone: Sequence[Hypothesis], lost: float) -> float:
     """Return the nat that one name near linear, worth `lost` in a fit, gains at the size that it has; 0 for others.
 
-    A term's weights are as large as they explain most. A gyroscope's scale of 0.02 % was worth 40 nat, and 55 at its
-    own size; a term that has one weight for all axes was worth 12 more than the first, and so took its place.
+    A term's weights are as large as they explain most. An effect whose prior is far wider than its number pays for that
+    width; a term that has one weight for all axes does not, and would take its place.
     """
     if len(gone) > 1 or not linear_in(gone[0]):
         return 0.0
@@ -46,11 +48,11 @@ def gain_at_size(without: Fit, gone: Sequence[Hypothesis], lost: float) -> float
 
 def at_best_size(values: Array, pull: Array, sizes: Iterable[float], louder: float = 1.0) -> tuple[float, float]:
     """Return the nat that weights win less the price of their freedom, and the size of their prior, that have most."""
-    told = ((weighed(values, pull, size, louder), size) for size in sizes)
+    told = ((gain_of_weights(values, pull, size, louder), size) for size in sizes)
     return max(((won - price, size) for (won, price), size in told), key=lambda t: t[0])
 
 
-def weighed(values: Array, pull: Array, std: float, louder: float = 1.0) -> tuple[float, float]:
+def gain_of_weights(values: Array, pull: Array, std: float, louder: float = 1.0) -> tuple[float, float]:
     """Return the nat that weights with a prior `std` win, and the price of their freedom.
 
     `values`, `pull` (k,): eigenvalues of their information, squares of the gradient along its eigenvectors, with white
@@ -61,4 +63,4 @@ def weighed(values: Array, pull: Array, std: float, louder: float = 1.0) -> tupl
     return won, 0.5 * float(np.sum(np.log(grown / louder)))
 
 
-__all__ = ["SIZES", "at_best_size", "gain_at_size", "scores_at_size", "weighed"]
+__all__ = ["SIZES_OF_PRIOR", "at_best_size", "gain_at_size", "gain_of_weights", "scores_at_size"]

@@ -1,9 +1,9 @@
 """Every candidate effect scored from one fit: what it would explain, before anything is fitted anew.
 
-With g the gradient of the cost by an effect's parameters and M their information once the motion,
-the geometry and the effects already in the model are free to move, the quadratic model of the cost
-promises a gain of g' (M + L)^-1 g / 2, L the prior's information; its Laplace evidence subtracts
-log det(I + L^-1 M) / 2, the price of the freedom. (M + L)^-1 is also the Cramer-Rao bound.
+With g the gradient of the negative log likelihood by an effect's parameters and M their information once the motion,
+the geometry and the effects already in the model are free to move, its quadratic model predicts a gain of g' (M + L)^-1
+g / 2, L the prior's information; its Laplace evidence subtracts log det(I + L^-1 M) / 2, the price of the freedom. (M +
+L)^-1 is also the Cramer-Rao bound.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.problem.batch_model import started
 from imubench.diagnosis.problem.bspline import Tracks
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -22,9 +23,6 @@ from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.schur import Base, promise
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.jets import derivatives_by
-
-AT_ONCE = 48  # numbers whose columns are held together, where these
-HELD = 8_000_000  # numbers, are not exceeded
 
 
 @dataclass(frozen=True)
@@ -86,7 +84,7 @@ def reduced(base: Base, some: Sequence[Hypothesis]) -> tuple[Parameters, Array, 
 def at_once(base: Base) -> int:
     """Return how many parameters' columns may be held together: as many numbers each as a fit has coefficients."""
     tracks = base.fit.model.tracks
-    return min(AT_ONCE, HELD // max(tracks.knots.count * tracks.width, 1))
+    return min(ADMISSION.columns_at_once, ADMISSION.numbers_at_once // max(tracks.knots.count * tracks.width, 1))
 
 
 def together(candidates: Iterable[Hypothesis], most: int) -> Iterator[list[Hypothesis]]:

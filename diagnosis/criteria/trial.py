@@ -10,12 +10,6 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.samples.rest_noise import quietest
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
-NEEDED = 5.0  # nat of evidence before an effect is looked at on held-out data: odds of 150 for some 60 candidates
-TRIED = 3  # of the best scores, refitted exactly in each round
-UNEXPLAINED = 1.4  # misfit above which a sensor's own motion is tried too; a declared noise explains up to 1.6
-SCREENED = 15.0  # s of a recording on which effects with states are tried first
-MOST = 5  # effects in one diagnosis
-
 
 @dataclass(frozen=True)
 class Trial:
@@ -75,7 +69,6 @@ def misfit(fit: Fit, at_least: bool = False) -> float:
 def breaks_its_law(fit: Fit, h: Hypothesis) -> bool:
     """Return whether an effect's states leave more of their law than it allows, and so are splines.
 
-    Of a gyroscope with hysteresis a filter that broke its law by 2.8 times its std explained 690,000 nat, and a term of
-    where the reading came from 212 fewer; a filter's own readings break it by a tenth of its std.
+    A filter's own readings break its law by a tenth of its std; readings that a filter cannot make leave several.
     """
     return any(std > 1.0 for name, std in fit.noise.items() if h.effect.lawful and name.startswith(h.key("")))

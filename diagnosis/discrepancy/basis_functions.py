@@ -6,16 +6,8 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.cross_validation import BLOCK, BLOCKS
-
-PIECES = 6  # of a cubic spline over the range of what it is a function of: 9 weights
-PIECE = 1.3  # blocks of held-out data that a drift's pieces last, or it could not be predicted
-KINKS = (0.01, 0.03, 0.1, 0.3)  # of what is signed: its scatter
-ZONES = (0.07, 0.14, 0.28, 0.56, 1.12)  # of its scatter: where a law may break besides
-WIDTHS = (0.03, 0.06, 0.12, 0.25, 0.5)  # of a reading's own scatter: half widths of play that it may have
-SETTLED = (0.05, 0.15, 0.45)  # of a recording: times after which a share 1/e is left of what settles
-SLOW = (0.1, 0.3, 1.0)  # s, over which shaking is felt
-SHAKING = 2.0  # Hz, from which on it is shaking
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.discrepancy import BASIS
 
 
 def curve(x: Array) -> Array:
@@ -23,7 +15,7 @@ def curve(x: Array) -> Array:
     low, high = float(x.min()), float(x.max())
     if high - low < 1e-9:
         return np.zeros((len(x), 0))
-    knots = np.linspace(low, high, PIECES + 1)
+    knots = np.linspace(low, high, BASIS.pieces + 1)
     knots = np.concatenate([[low] * 3, knots, [high] * 3])
     basis = BSpline.design_matrix(np.append(np.clip(x, low, high), np.clip(0.0, low, high)), knots, 3).toarray()
     return np.asarray(basis[:-1] - basis[-1])
@@ -40,14 +32,14 @@ def kinked(x: Array) -> Array:
 def signs(x: Array) -> list[Array]:
     """Return signs of x (n, ...), each channel's rounded over some shares of its scatter."""
     scatter = np.maximum(np.std(x, axis=0), 1e-9)
-    rounded = [np.tanh(x / (share * scatter)) for share in KINKS]
-    return [*rounded, *(np.clip(x / (share * scatter), -1.0, 1.0) for share in ZONES)]
+    rounded = [np.tanh(x / (share * scatter)) for share in BASIS.kinks]
+    return [*rounded, *(np.clip(x / (share * scatter), -1.0, 1.0) for share in BASIS.zones)]
 
 
 def drifts(time: Array) -> Array:
     """Return smooth functions of time (n, k), zero at the start."""
     seconds = float(time[-1] - time[0])
-    pieces = int(np.clip(seconds / (PIECE * min(BLOCK, seconds / BLOCKS)), 2, 12))
+    pieces = int(np.clip(seconds / (BASIS.drift_piece * min(HELD_OUT.block_s, seconds / HELD_OUT.least_blocks)), 2, 12))
     knots = np.linspace(time[0], time[-1], pieces + 1)
     knots = np.concatenate([[knots[0]] * 3, knots, [knots[-1]] * 3])
     basis = BSpline.design_matrix(time, knots, 3).toarray()
@@ -57,7 +49,7 @@ def drifts(time: Array) -> Array:
 def settling(time: Array) -> Array:
     """Return functions of time (n, k) that settle exponentially from the start on, as what creeps or warms up does."""
     late = (time - time[0]) / float(time[-1] - time[0])
-    return np.asarray(1 - np.exp(-late[:, None] / np.array(SETTLED)))
+    return np.asarray(1 - np.exp(-late[:, None] / np.array(BASIS.settling)))
 
 
 def play(x: Array, width: Array) -> Array:
@@ -71,10 +63,10 @@ def play(x: Array, width: Array) -> Array:
 
 
 def shaking(x: Array, rate: float) -> Array:
-    """Return the power (n, k) of x (n, 3) above `SHAKING`, felt over some times."""
-    fast = x - gaussian_filter1d(x, rate / (2 * np.pi * SHAKING) * 1.2, axis=0, mode="nearest")
+    """Return the power (n, k) of x (n, 3) above `BASIS.shaking_hz`, felt over some times."""
+    fast = x - gaussian_filter1d(x, rate / (2 * np.pi * BASIS.shaking_hz) * 1.2, axis=0, mode="nearest")
     power = np.sum(fast**2, axis=1)
-    decays = [np.exp(-1 / (s * rate)) for s in SLOW]
+    decays = [np.exp(-1 / (s * rate)) for s in BASIS.shaking_s]
     return np.stack([lfilter([1 - d], [1, -d], power, zi=[d * power[0]])[0] for d in decays], axis=1)
 
 

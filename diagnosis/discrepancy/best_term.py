@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.diagnosis.config.discrepancy import TERM
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.discrepancy.drift_tests import SlowErrors
-from imubench.diagnosis.discrepancy.fitted_terms import NEEDED, SHAPE_NEEDED, FittedTerm, fitted_term
+from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm, fitted_term
 from imubench.diagnosis.discrepancy.term_scores import Guess, promising
 from imubench.diagnosis.discrepancy.terms import SERIES
 from imubench.diagnosis.problem.residuals import CHANNELS
@@ -15,33 +17,29 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.threads import one_thread
 
-REFITTED = 2  # terms at least, where they promise enough, until one is good
-RIVAL = 0.5  # of the best one's promise, from which the best of another place is fitted too
-SHAPED = 30.0  # nat, that a slow error's shape must be worth where it foretells nothing
-
 
 def best_term(fit: Fit) -> FittedTerm | None:
     """Return the best term with its refit, None where none has the evidence or predicts.
 
     What is at one sensor can look like a term at another until it is fitted: the best of each place are refitted, and
-    the one that predicts most is it. A walk foretells little of itself (of one of 112 deviations -1,700 nat, of the
-    same at the other IMU 2,900): that its shape tells is enough, and where it is.
+    the one that predicts most is it. A walk foretells little of itself: that its shape tells is enough, and where it
+    is.
     """
     guesses, tried = promising(fit)
     price = float(np.log(max(tried, 1)))
-    untold = SERIES if chased(fit) else ()
-    told = [g for g in by_shape(fit, guesses, SHAPE_NEEDED + price) if g.term.goes_with not in untold]
+    untold = SERIES if follows_lone_accelerometer(fit) else ()
+    told = [g for g in with_shape_gains(fit, guesses, TERM.shape_nat + price) if g.term.goes_with not in untold]
     likely = [g for g in told if believable(g.evidence - price, g.shape)]
     places = [next(g for g in likely if g.term.at == at) for at in dict.fromkeys(g.term.at for g in likely)]
-    rivals = [g for g in places if g.white > RIVAL * likely[0].white]
+    rivals = [g for g in places if g.white > TERM.rival * likely[0].white]
     others = [g for g in likely if g not in rivals]
     good: list[FittedTerm] = []
-    for guess in (*rivals, *others[: max(REFITTED - len(rivals), 0)]):
+    for guess in (*rivals, *others[: max(TERM.refits - len(rivals), 0)]):
         if good and guess not in rivals:
             break
         with suppress(NotPositiveDefiniteError):
             done = fitted_term(fit, guess, price)
-            if believable(done.evidence, done.shape) and (done.heldout.foretells() or tells_itself(done)):
+            if believable(done.evidence, done.shape) and (done.heldout.is_sure() or needs_no_cross_validation(done)):
                 good.append(done)
     best = max(good, key=lambda f: f.heldout.value, default=None)
     return max((f for f in good if f.term.drift), key=lambda f: f.shape) if best and best.term.drift else best
@@ -49,24 +47,24 @@ def best_term(fit: Fit) -> FittedTerm | None:
 
 def believable(evidence: float, shape: float) -> bool:
     """Return whether a term is worth enough nat, or its shape is."""
-    return evidence > NEEDED or shape > SHAPE_NEEDED
+    return evidence > EVIDENCE.clear_nat or shape > TERM.shape_nat
 
 
-def tells_itself(done: FittedTerm) -> bool:
+def needs_no_cross_validation(done: FittedTerm) -> bool:
     """Return whether a term need not be foretold: a slow error of a clear shape, or a mount that turns and loses none.
 
-    A mount that crept by 10 deviations was worth 13 nat beside the noise's colour, and gained 10 on left-out seconds
-    that chance alone lets differ by 20. In 67 recordings with nothing wrong three such turns were worth -8 at most.
+    A mount that creeps is worth less beside coloured noise than what it gains on left-out seconds may differ by chance,
+    so the held-out test cannot decide; without a creep such a turn loses.
     """
-    return done.shape > SHAPED or (done.term.part == "both" and done.heldout.value > 0)
+    return done.shape > TERM.shape_alone_nat or (done.term.part == "both" and done.heldout.value > 0)
 
 
 @one_thread
-def by_shape(fit: Fit, guesses: Sequence[Guess], least: float) -> list[Guess]:
+def with_shape_gains(fit: Fit, guesses: Sequence[Guess], least: float) -> list[Guess]:
     """Return the guesses, slow errors that are worth `least` beside white noise also weighed by their shape.
 
-    It is one of two of each triple. Noise as coloured as it may be is that everywhere; a walk of 19 deviations from a
-    bias was worth 7 nat beside it, and 30 by its shape.
+    It is one of two of each triple. Noise as coloured as it may be is that everywhere, also where a walk is not: the
+    shape takes that into account.
     """
     known: dict[tuple[str, str], SlowErrors] = {}
     out = []
@@ -80,14 +78,14 @@ def by_shape(fit: Fit, guesses: Sequence[Guess], least: float) -> list[Guess]:
     return out
 
 
-def chased(fit: Fit) -> bool:
+def follows_lone_accelerometer(fit: Fit) -> bool:
     """Return whether a spline follows all that a lone accelerometer reads.
 
     Nothing but its gyroscope says then how the IMU turns, and what its noise adds to a turn's acceleration goes with
-    the turn as a delay does: 830 nat beside a pivot that shakes by 0.05 m/s^2.
+    the turn as a delay does.
     """
     alone = len(fit.model.recording.imus) == 1
     return alone and any(h.effect.free and h.effect.place == "joint" for h in fit.model.hypotheses)
 
 
-__all__ = ["best_term", "chased"]
+__all__ = ["best_term", "follows_lone_accelerometer"]

@@ -6,30 +6,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.discrepancy.basis_functions import (
-    WIDTHS,
-    curve,
-    drifts,
-    even,
-    kinked,
-    play,
-    settling,
-    shaking,
-    signs,
-)
-from imubench.diagnosis.discrepancy.terms import JUMP, LATE, LATER, OWN, RATE, TURNING, Term
+from imubench.diagnosis.config.discrepancy import BASIS
+from imubench.diagnosis.discrepancy.basis_functions import curve, drifts, even, kinked, play, settling, shaking, signs
+from imubench.diagnosis.discrepancy.terms import ANGULAR_ACCELERATION, JOINT_RATE, JUMP, LATE, LATER, OWN, Term
 from imubench.diagnosis.noise.coherence import clear_in, slower
 from imubench.diagnosis.problem.bspline import Moment
-from imubench.diagnosis.problem.dynamics_factors import GROUP, swing_rows
+from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, swing_rows
 from imubench.diagnosis.problem.motion_prior import middles
 from imubench.diagnosis.problem.rig_kinematics import HINGE
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.jets import Jet, skew
 from imubench.recording import Imu
-
-LAGS = (0.02, 0.04, 0.08)  # s, by which a reading enters another axis later
-HARMONICS = 12  # of the joint's angle
-TURN = 0.01  # rad, of a mount that turns
 
 
 def terms(fit: Fit) -> Iterator[Term]:
@@ -63,7 +50,9 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
             continue
         make = Maker(imu.name, part, time, unit)
         slope = np.gradient(x, time, axis=0)
-        lags = np.moveaxis(play(x[:, None], np.std(x, axis=0) * np.array(WIDTHS)[:, None]) - x[:, None], 1, 0)
+        lags = np.moveaxis(
+            play(x[:, None], np.std(x, axis=0) * np.array(BASIS.play_widths)[:, None]) - x[:, None], 1, 0
+        )
         yield make.each(OWN, [kinked(x[:, i]) for i in range(3)])
         yield make.each(f"{OWN} and where it came from", [even(*(lag[:, i] for lag in lags)) for i in range(3)])
         yield make.alike(f"{OWN}, by one law for all axes", [x, x * np.abs(x), x**3, *signs(x)])
@@ -71,10 +60,10 @@ def sensor_terms(fit: Fit, imu: Imu) -> Iterator[Term]:
         bend = np.gradient(slope, time, axis=0)
         yield make.every(LATER, even(*x.T, *slope.T, *bend.T))
         for i in range(3):
-            before = [np.interp(time - late, time, x[:, i]) for late in LAGS]
+            before = [np.interp(time - late, time, x[:, i]) for late in BASIS.lags_s]
             basis = even(x[:, i], slope[:, i], bend[:, i], *before)
             yield make.others(f"the reading of axis {'xyz'[i]}, {LATE}", i, basis)
-        yield make.every(TURNING, even(*turning.T))
+        yield make.every(ANGULAR_ACCELERATION, even(*turning.T))
         if part == "gyro":
             yield make.every("shaking", np.concatenate([*shaken.values()], axis=1))
         yield make.every("the accelerometer's shaking", shaken["accel"])
@@ -94,7 +83,7 @@ def turning_with(goes_with: str, at: str, time: Array, sensed: Mapping[str, Arra
     late = late - late.mean(axis=0)  # the mount is where it is on average
     turned = {part: np.einsum("nk,nij->nijk", late, skew(x)) for part, x in sensed.items()}
     turned["gyro"] += np.einsum("nk,ij->nijk", np.gradient(late, time, axis=0), np.eye(3))
-    signals = {part: TURN * s.reshape(len(time), 3, -1) for part, s in turned.items()}
+    signals = {part: BASIS.turn_rad * s.reshape(len(time), 3, -1) for part, s in turned.items()}
     return Term(at, "both", goes_with, time, signals, (-1,) * (3 * late.shape[1]))
 
 
@@ -150,12 +139,12 @@ def torque_terms(fit: Fit) -> Iterator[Term]:
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     segment = model.last(state, moment)
     angle, rate, _ = (x.value[:, 0] for x in model.scene(moment, segment).turned())
-    unit = fit.noise.get(GROUP, 1.0) * float(np.mean(rows[0].std))
-    waves = [f(k * angle) for k in range(1, HARMONICS + 1) for f in (np.sin, np.cos)]
+    unit = fit.noise.get(SWING_EQUATION, 1.0) * float(np.mean(rows[0].std))
+    waves = [f(k * angle) for k in range(1, BASIS.harmonics + 1) for f in (np.sin, np.cos)]
     bases: dict[str, Callable[[], Array]] = {
         "the joint's angle, again and again": lambda: np.stack(waves, axis=1),
         "the joint's angle": lambda: curve(angle - np.mean(angle)),
-        RATE: lambda: kinked(rate),
+        JOINT_RATE: lambda: kinked(rate),
         "time": lambda: drifts(time),
     }
     for words, basis in bases.items():

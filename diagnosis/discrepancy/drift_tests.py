@@ -9,8 +9,7 @@ knows of all w, motion, geometry and effects free to follow, and g the gradient 
 
 so that ln N(g; 0, R M R + M P M) is what a shape is worth, at its best size s, colour a and corner, in all channels or
 one; a constant is free. Noise that may be as loud as all of a curve need not be so: white noise of which three cosines
-are loud, as those of a jump are, is not coloured noise. A jump of 15 deviations from any drift was worth 6 nat where
-all noise was as loud as it may be at most, and 35 so.
+are loud, as those of a jump are, is not coloured noise.
 """
 
 from collections.abc import Iterator
@@ -21,24 +20,27 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.discrepancy import BASIS, DRIFT, TERM
+from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.criteria.score_at_size import at_best_size
 from imubench.diagnosis.criteria.score_test import each
 from imubench.diagnosis.discrepancy.candidate_terms import Maker
-from imubench.diagnosis.discrepancy.term_scores import JUMPS, SIZES, hypothesis_of
+from imubench.diagnosis.discrepancy.term_scores import hypothesis_of
 from imubench.diagnosis.discrepancy.terms import Term
-from imubench.diagnosis.noise.colour_bound import COLOUR, powers
+from imubench.diagnosis.noise.colour_bound import powers
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 
-TOP, MOST = 1.5, 60  # Hz of the quickest cosine, and how many there are at most
-SHARES = (0.15 * COLOUR, 0.5 * COLOUR, COLOUR)  # of the white noise's power, that coloured noise may have
-KNOWN = 1e-6  # of the best known combination of cosines: of one less known the recording says nothing
-FREE = 100.0  # standard deviations of white noise, of a constant
+COLOURED_POWERS = (
+    0.15 * DECLARED_NOISE.colour,
+    0.5 * DECLARED_NOISE.colour,
+    DECLARED_NOISE.colour,
+)  # of the white noise's power, that coloured noise may have
 
 
 @dataclass(frozen=True)
-class Beside:
+class ShapeTest:
     """The same beside noise of one colour, and a constant, that have been made white."""
 
     alone: float  # log likelihood of no slow error at all
@@ -50,7 +52,7 @@ class Beside:
         reached = self.reach @ spread
         values, vectors = np.linalg.eigh(reached.T @ reached)
         pull = (vectors.T @ (reached.T @ self.pull)) ** 2
-        return self.alone + at_best_size(values, pull, SIZES)[0]
+        return self.alone + at_best_size(values, pull, BASIS.sizes)[0]
 
 
 @dataclass(frozen=True)
@@ -58,13 +60,13 @@ class SlowErrors:
     """What a fit knows of slow errors of one triple, in r combinations of 3 k cosines that it knows anything of."""
 
     cosines: Array  # (n, k) at the sensor's samples
-    beside: tuple[Beside, ...]  # beside noise of each colour
+    beside: tuple[ShapeTest, ...]  # beside noise of each colour
 
     @classmethod
     def of(cls, fit: Fit, term: Term) -> "SlowErrors":
         """Return what a fit knows of slow errors of a term's triple."""
         time, seconds = term.time, float(term.time[-1] - term.time[0])
-        cosines = cosines_at((time - time[0]) / seconds, min(int(2 * seconds * TOP), MOST) + 1)
+        cosines = cosines_at((time - time[0]) / seconds, min(int(2 * seconds * DRIFT.most_hz), DRIFT.most_cosines) + 1)
         every = Maker(term.at, term.part, time, fit.noise[f"{term.at}.{term.part}"]).every(term.goes_with, cosines)
         ((_, information, force),) = each(Base.of(fit), [hypothesis_of(every, 1.0)])
         return cls.told(cosines, seconds, information, force)
@@ -74,16 +76,16 @@ class SlowErrors:
         """Return it from the information (3 k, 3 k) of all cosines over so many seconds, and the gradient (3 k,)."""
         n, count = cosines.shape
         values, vectors = np.linalg.eigh(information)
-        seen = vectors[:, values > KNOWN * values[-1]].T
+        seen = vectors[:, values > DRIFT.least_information * values[-1]].T
         reach = seen @ information
-        constants = FREE * reach[:, ::count]
+        constants = DRIFT.free_constant * reach[:, ::count]
         out = []
-        for louder in (np.ones(count), *colours(np.arange(count) / (2 * seconds), seconds / (n - 1))):
+        for louder in (np.ones(count), *noise_colours(np.arange(count) / (2 * seconds), seconds / (n - 1))):
             noisy = seen * np.sqrt(np.tile(louder, 3))
             factor = np.linalg.cholesky(noisy @ information @ noisy.T + constants @ constants.T)
             pull = solve_triangular(factor, seen @ force, lower=True)
             alone = -float(np.log(np.diag(factor)).sum()) - 0.5 * float(pull @ pull)
-            out.append(Beside(alone, solve_triangular(factor, reach, lower=True), pull))
+            out.append(ShapeTest(alone, solve_triangular(factor, reach, lower=True), pull))
         return cls(cosines, tuple(out))
 
     def worth(self, spread: Array) -> float:
@@ -91,7 +93,7 @@ class SlowErrors:
 
         In all channels or one.
         """
-        spreads = [np.kron(channels, spread) for channels in ALL_OR_ONE]
+        spreads = [np.kron(channels, spread) for channels in ALL_CHANNELS_OR_ONE]
         return max(beside.worth(s) for beside, s in product(self.beside, spreads))
 
     def none(self) -> float:
@@ -109,7 +111,7 @@ class SlowErrors:
 
     def jump(self, signal: Array) -> float:
         """Return the same of a signal (n,) that is a jump, its moment one of many."""
-        return self.worth(self.projected(signal)) - float(np.log(JUMPS))
+        return self.worth(self.projected(signal)) - float(np.log(TERM.jumps))
 
     def beyond(self, term: Term) -> float:
         """Return by how much more the shape of a term, a jump or a walk, is worth than a drift or nothing."""
@@ -121,7 +123,7 @@ class SlowErrors:
         return np.asarray(self.cosines.T @ signal[:, None] / len(signal))
 
 
-ALL_OR_ONE = (np.eye(3), *np.eye(3)[:, :, None])
+ALL_CHANNELS_OR_ONE = (np.eye(3), *np.eye(3)[:, :, None])
 
 
 @one_thread
@@ -139,9 +141,9 @@ def cosines_at(share: Array, count: int) -> Array:
     return np.asarray(np.cos(np.pi * share[:, None] * wave) * np.where(wave > 0, np.sqrt(2), 1.0))
 
 
-def colours(frequencies: Array, step: float) -> Iterator[Array]:
+def noise_colours(frequencies: Array, step: float) -> Iterator[Array]:
     """Yield by how much noise may be louder than white (k,), of samples every `step` s."""
-    for power, share in product(powers(frequencies, step)[::2], SHARES):
+    for power, share in product(powers(frequencies, step)[::2], COLOURED_POWERS):
         yield 1 + share * power
 
 

@@ -4,9 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.discrepancy import TERM
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import BLOCK, SEED, Gain, predicted
-from imubench.diagnosis.criteria.score_at_size import weighed
+from imubench.diagnosis.criteria.cross_validation import Gain, predicted
+from imubench.diagnosis.criteria.score_at_size import gain_of_weights
 from imubench.diagnosis.discrepancy.candidate_terms import sensor_terms, torque_terms
 from imubench.diagnosis.discrepancy.term_scores import Guess, colour, hypothesis_of
 from imubench.diagnosis.discrepancy.terms import Term
@@ -15,12 +18,6 @@ from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
 from imubench.diagnosis.solve.refit import evidence_over, information, refit
-
-NEEDED = 10.0  # nat beyond the price of all that was tried, before a term is believed
-SHAPE_NEEDED = 4.0  # nat of a slow error's shape; in 67 recordings with nothing wrong 1.8 at most
-MOST = 2  # unknowns in one diagnosis
-BENDS, AGAIN = 1000.0, 3  # nat from which on a term's signals are taken again, and how often at most
-BRIEF = 1.0  # s left out at a time under a term that is a function of time
 
 
 @dataclass(frozen=True)
@@ -42,14 +39,14 @@ def fitted_term(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     """Return a term's exact refit, its evidence less `price`, and what it predicts.
 
     What is worth much has bent the motion that its signals were taken from: they are taken again from the motion that
-    it leaves, while that explains more. Of a gyroscope's dead zone 1.4 times the noise was left at first, then 1.15.
+    it leaves, while that explains more.
     """
-    found = once(fit, guess, price)
-    for _ in range(AGAIN):
-        if found.evidence < BENDS or guess.term.timed:
+    found = refit_once(fit, guess, price)
+    for _ in range(TERM.retakes):
+        if found.evidence < TERM.bends_nat or guess.term.timed:
             break
-        further = once(fit, replace(guess, term=taken_again(fit, found)), price)
-        if not further.heldout.foretells() or aic_gain(found.fit, further.fit) < NEEDED:
+        further = refit_once(fit, replace(guess, term=taken_again(fit, found)), price)
+        if not further.heldout.is_sure() or aic_gain(found.fit, further.fit) < EVIDENCE.clear_nat:
             break
         found = further
     return found
@@ -66,7 +63,7 @@ def taken_again(fit: Fit, found: FittedTerm) -> Term:
     return term if len(term.channel) == len(old.channel) else term.only(old.channel[0])
 
 
-def once(fit: Fit, guess: Guess, price: float) -> FittedTerm:
+def refit_once(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     """Return a term's exact refit with its signals as they are.
 
     The evidence is the lesser one of the motion as rough as the fit has it, and of a rougher: what a motion held too
@@ -76,15 +73,20 @@ def once(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     tried = refit(fit, (*fit.model.hypotheses, h), steps=4)
     better = with_noise(tried, 2)
     ruler = at_noise_of(fit, better)
-    heldout = predicted(ruler, better, np.random.default_rng(SEED), BRIEF if guess.term.timed else BLOCK)
+    heldout = predicted(
+        ruler,
+        better,
+        np.random.default_rng(HELD_OUT.bootstrap_seed),
+        TERM.block_s if guess.term.timed else HELD_OUT.block_s,
+    )
     louder = colour(better, guess.term)
     freer = rougher(better)
-    evidence = min(gained(ruler, better, h, louder), gained(rougher(ruler), freer, h, louder)) - price
+    evidence = min(gain_of_term(ruler, better, h, louder), gain_of_term(rougher(ruler), freer, h, louder)) - price
     evidence = max(evidence, guess.shape)
     return FittedTerm(h, guess.term, better, freer, evidence, heldout, louder, guess.shape)
 
 
-def gained(before: Fit, after: Fit, h: Hypothesis, louder: float) -> float:
+def gain_of_term(before: Fit, after: Fit, h: Hypothesis, louder: float) -> float:
     """Return the nat that a term is worth at equal noise levels, where noise is so many times louder than white.
 
     Beside louder noise its weights win less, and their freedom costs less.
@@ -96,12 +98,12 @@ def gained(before: Fit, after: Fit, h: Hypothesis, louder: float) -> float:
     pull = (values * (vectors.T @ after.state.values[h.key("weight")])) ** 2
     (parameter,) = h.effect.parameters
     own = values - 1 / parameter.std**2
-    (white, price), (left, lower) = (weighed(own, pull, parameter.std, times) for times in (1.0, louder))
+    (white, price), (left, lower) = (gain_of_weights(own, pull, parameter.std, times) for times in (1.0, louder))
     share = left / white if white > 0 else 1 / louder
-    return (won - eased(before, after)) * share - freedom + price - lower
+    return (won - smoothness_gain(before, after)) * share - freedom + price - lower
 
 
-def eased(before: Fit, after: Fit) -> float:
+def smoothness_gain(before: Fit, after: Fit) -> float:
     """Return the nat by which the motion of a fit is smoother than before; 0 where it is rougher.
 
     A term in what the sensor itself reads may be the motion: the less of it is in the splines, the less their prior

@@ -1,23 +1,21 @@
 """Whether a sensor seems to read by a law of its own: then nothing needs to move, and no spring is sought.
 
-A gyroscope's dead zone left 13 to 17 times the noise power, and rounds of springs took 500 s, for nothing. What moves
-shows in more than the reading that it enters: of rocking and soft mounts, skin and pivots, a scale first where one was
-needed, curves over an own reading promised less than another term, or took off a quarter of the excess at most.
+A dead zone or a saturation is a function of the reading alone: one curve over it explains most of the excess, and
+rounds of springs are in vain. What moves shows in more than the reading that it enters, so of springs, skin and pivots
+such a curve takes a small part, or promises less than another term.
 """
 
 from contextlib import suppress
 
 import numpy as np
 
+from imubench.diagnosis.config.discrepancy import TERM
 from imubench.diagnosis.criteria.trial import misfit
-from imubench.diagnosis.discrepancy.fitted_terms import BENDS, once
+from imubench.diagnosis.discrepancy.fitted_terms import refit_once
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.discrepancy.terms import OWN
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-
-ABOVE = 2.0  # times what any other term promises
-TAKEN = 0.75  # of the excess misfit, at least, by the first fit of such a law
 
 
 def reads_by_own_law(fit: Fit) -> bool:
@@ -26,12 +24,12 @@ def reads_by_own_law(fit: Fit) -> bool:
     own = [g for g in guesses if g.term.goes_with.startswith(OWN)]
     best = max(own, key=lambda g: g.evidence, default=None)
     rival = max((g.evidence for g in guesses if g not in own), default=0.0)
-    if best is None or best.evidence < max(BENDS, ABOVE * rival):
+    if best is None or best.evidence < max(TERM.bends_nat, TERM.own_law * rival):
         return False
     with suppress(NotPositiveDefiniteError):
-        found, before = once(fit, best, float(np.log(tried))), misfit(fit)
-        taken = before - misfit(found.fit) > TAKEN * (before - 1)
-        return taken and found.evidence > BENDS and found.heldout.foretells()
+        found, before = refit_once(fit, best, float(np.log(tried))), misfit(fit)
+        taken = before - misfit(found.fit) > TERM.own_law_takes * (before - 1)
+        return taken and found.evidence > TERM.bends_nat and found.heldout.is_sure()
     return False
 
 

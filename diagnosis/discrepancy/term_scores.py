@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.discrepancy import BASIS, TERM
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.score_at_size import at_best_size
 from imubench.diagnosis.criteria.score_test import each
 from imubench.diagnosis.discrepancy.candidate_terms import jumps, terms
@@ -18,13 +20,6 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.recording import Imu
-
-LIKELY = 2  # terms whose triples are searched for a jump, and those that drift
-JUMPS = 20  # times of a jump that are tried, twice
-TRIED = 8  # terms whose information is taken exactly, besides those that the motion follows
-SIZES = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)  # of weights, in noise standard deviations
-SEEN = 0.4  # of a signal's power that motion cannot follow, a first guess to rank by
-ENOUGH = 5.0  # nat that an effect has to be worth beside a term
 
 
 @dataclass(frozen=True)
@@ -51,20 +46,22 @@ def promising(fit: Fit) -> tuple[list[Guess], int]:
         if term.part == "both" or (term.part == "gyro" and alone):
             followed.append(term)
         else:
-            ranked = sorted([*ranked, (_best(*_plain(fit, term), term).evidence, term)], key=lambda r: -r[0])[:TRIED]
+            ranked = sorted([*ranked, (_best(*_plain(fit, term), term).evidence, term)], key=lambda r: -r[0])[
+                : TERM.exact
+            ]
     if not ranked:  # an encoder alone, and no equation of motion
         return [], 0
     shown = noise_spectra(fit)  # first: it holds factors of its own while it is made
     base = Base.of(fit)
     guesses = _exact(base, shown, [*(term for _, term in ranked), *followed])
     guesses.sort(key=lambda g: -g.evidence)
-    likely = [g.term for g in guesses if g.evidence > ENOUGH]
-    triples = {(t.at, t.part) for i, t in enumerate(likely) if i < LIKELY or t.drift}
+    likely = [g.term for g in guesses if g.evidence > EVIDENCE.needed_nat]
+    triples = {(t.at, t.part) for i, t in enumerate(likely) if i < TERM.likely or t.drift}
     for imu in fit.model.recording.imus:
         for part in CHANNELS:
             if (imu.name, part) in triples:
                 guesses += _jumped(base, shown, imu, part)
-                tried += 4 * JUMPS  # of three channels, or all
+                tried += 4 * TERM.jumps  # of three channels, or all
     return sorted(guesses, key=lambda g: -g.white), 2 * tried  # of two sizes: neighbours are hardly another
 
 
@@ -72,10 +69,10 @@ def _jumped(base: Base, shown: Mapping[str, Spectra], imu: Imu, part: str) -> li
     """Return the best jump of one triple, sought on a grid and then on a finer one."""
     low, high = (float(t) - base.fit.model.start for t in (imu.time[0], imu.time[-1]))
     for _ in range(2):
-        step = (high - low) / (JUMPS + 1)
-        starts = np.asarray(low + step * np.arange(1, JUMPS + 1), dtype=float)
+        step = (high - low) / (TERM.jumps + 1)
+        starts = np.asarray(low + step * np.arange(1, TERM.jumps + 1), dtype=float)
         tried = _exact(base, shown, jumps(base.fit, imu, part, starts))
-        best = max(range(JUMPS), key=lambda i: tried[i].evidence)
+        best = max(range(TERM.jumps), key=lambda i: tried[i].evidence)
         low, high = starts[best] - step, starts[best] + step
     return [tried[best]]
 
@@ -103,7 +100,7 @@ def _plain(fit: Fit, term: Term) -> tuple[Array, Array]:
     for rows, signal in signals_of(fit, term):
         total += signal.T @ signal
         force += signal.T @ rows.whitened.reshape(-1)
-    return SEEN * total, force
+    return BASIS.followed * total, force
 
 
 def _best(matrix: Array, gradient: Array, term: Term, louder: float = 1.0) -> Guess:
@@ -118,8 +115,8 @@ def _best(matrix: Array, gradient: Array, term: Term, louder: float = 1.0) -> Gu
         values, vectors = np.linalg.eigh(matrix[np.ix_(own, own)])
         pull = (vectors.T @ gradient[own]) ** 2
         chosen = term if channel is None else term.only(channel)
-        white = max(white, at_best_size(values, pull, SIZES)[0])
-        evidence, std = at_best_size(values, pull, SIZES, louder)
+        white = max(white, at_best_size(values, pull, BASIS.sizes)[0])
+        evidence, std = at_best_size(values, pull, BASIS.sizes, louder)
         if evidence > out.evidence:
             out = Guess(chosen, std, evidence, 0.0)
     return replace(out, white=white)
@@ -135,4 +132,4 @@ def colour(fit: Fit, term: Term, shown: Mapping[str, Spectra] | None = None) -> 
     return louder_where(signals, {}, shown) if term.drift else louder_where(signals, shown, {})
 
 
-__all__ = ["ENOUGH", "SIZES", "Guess", "colour", "hypothesis_of", "promising"]
+__all__ = ["Guess", "colour", "hypothesis_of", "promising"]

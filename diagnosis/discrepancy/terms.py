@@ -13,20 +13,20 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.problem.bspline import Held, interpolated
-from imubench.diagnosis.problem.dynamics_factors import GROUP
+from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION
 from imubench.diagnosis.problem.residuals import CHANNELS, Rows
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.effects import traits_of
 from imubench.effects.effect import Effect, Error, Parameter, Place, Reading, Scene, Values
 from imubench.jets import Jet
 
-RATE = "the joint's rate"
+JOINT_RATE = "the joint's rate"
 OWN = "its own reading"
-TURNING = "angular acceleration"
+ANGULAR_ACCELERATION = "angular acceleration"
 JUMP = "time: a jump"
 LATE = "a little later"
 LATER = f"how the sensor turns and is pushed, {LATE}"
-SERIES = (TURNING, LATER)  # what a delay or a filter does to first order, and to second
+SERIES = (ANGULAR_ACCELERATION, LATER)  # what a delay or a filter does to first order, and to second
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Term:
 
     def holds(self, effect: str) -> bool:
         """Return whether it holds a law of friction, a torque with the rate: neither stands in for the other."""
-        return self.goes_with == RATE and traits_of(effect).friction
+        return self.goes_with == JOINT_RATE and traits_of(effect).friction
 
     def only(self, channel: int) -> "Term":
         """Return the part that enters one channel."""
@@ -108,14 +108,14 @@ class UnknownTorque(Unknown):
 
 def signals_of(fit: Fit, term: Term) -> list[tuple[Rows, Array]]:
     """Return the rows that a term enters, and its whitened signals (n m, k) there; a torque's sign turned."""
-    names = {GROUP: "torque"} if term.part == "torque" else {f"{term.at}.{p}": p for p in term.signals}
+    names = {SWING_EQUATION: "torque"} if term.part == "torque" else {f"{term.at}.{p}": p for p in term.signals}
     out = []
     for rows in fit.rows:
         if rows.name in names:
             known = term.signals[names[rows.name]]
             n, m = rows.residual.value.shape
             values = interpolated(rows.time, term.time, known.reshape(len(known), -1)).reshape(n, -1, term.count)
-            if rows.name == GROUP:
+            if rows.name == SWING_EQUATION:
                 values = -np.broadcast_to(values, (n, m, term.count))
             std = np.broadcast_to(rows.std, (n, m))
             out.append((rows, (values / std[:, :, None]).reshape(n * m, term.count)))

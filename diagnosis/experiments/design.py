@@ -11,11 +11,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.config.simulation import EXPERIMENT
 from imubench.diagnosis.criteria.signatures import MARK, JointInformation, joint_information, signature
 from imubench.diagnosis.experiments.motion_menu import MENU, Motion, Stage, Swing
-from imubench.diagnosis.experiments.planned_recording import assumed, laid, read, readings, staged
+from imubench.diagnosis.experiments.planned_recording import (
+    assumed_forearm,
+    measured_model,
+    readings,
+    state_of_stage,
+    unmeasured_recording,
+)
 from imubench.diagnosis.experiments.symmetries import same_readings
-from imubench.diagnosis.problem.dynamics_factors import GROUP, inertia_about_joint
+from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, inertia_about_joint
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE_AXIS
 from imubench.diagnosis.solve.initialize import model_of
@@ -26,11 +34,6 @@ from imubench.jets import Jet
 from imubench.links import ZERO
 from imubench.links import Motion as Moved
 from imubench.recording import Recording
-
-SECONDS = 20.0
-CLEAR = 10.0  # nat: a motion that is expected to show less separates nothing
-STEPS = 6  # of the solver, where a promise is checked: as of any refit
-NEARLY = 0.9  # of the best: from there the motion that comes first in the menu, the simpler one, is named
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ class Separation:
 
 
 def separate(
-    fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], seconds: float = SECONDS
+    fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], seconds: float = EXPERIMENT.recording_s
 ) -> list[Separation | None]:
     """Return for each kept effect and its rival the motion that tells them best, None where none of the menu does."""
     recording = fit.model.recording
@@ -76,11 +79,11 @@ def _best(
         if not same_readings(*pair, recording, swings=any(stage.free for stage in m.stages))
     }
     most = max(some.values(), default=0.0)
-    if most <= CLEAR:
+    if most <= EVIDENCE.clear_nat:
         return None
-    motion = next(m for m, gain in some.items() if gain >= NEARLY * most)
+    motion = next(m for m, gain in some.items() if gain >= EXPERIMENT.nearly * most)
     gain = some[motion] if recording.poses else min(some[motion], at_size(fit, *pair, motion, seconds))
-    return Separation(motion, seconds, gain, recording.body is not None) if gain > CLEAR else None
+    return Separation(motion, seconds, gain, recording.body is not None) if gain > EVIDENCE.clear_nat else None
 
 
 def separation(fit: Fit, h: Hypothesis, rivals: Sequence[Hypothesis]) -> str:
@@ -110,7 +113,7 @@ def playable(recording: Recording) -> list[Motion]:
 
 
 def expected(
-    fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], motion: Motion, seconds: float = SECONDS
+    fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], motion: Motion, seconds: float = EXPERIMENT.recording_s
 ) -> list[float]:
     """Return the log Bayes factor in nat that a motion is expected to show for each effect over its rival."""
     stages = [shown(fit, pairs, s, seconds / len(motion.stages)) for s in motion.stages]
@@ -122,12 +125,12 @@ def expected(
 def shown(fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], stage: Stage, seconds: float) -> JointInformation:
     """Return the information of every rival and of every effect's mark in one way to move."""
     kept, rivals = ({x.name: x for x in some} for some in zip(*pairs, strict=True))
-    recording = staged(fit.model.recording, stage, seconds)
+    recording = unmeasured_recording(fit.model.recording, stage, seconds)
     model = replace(model_of(recording, 1 / fit.model.tracks.knots.step), mounts=fit.model.mounts)
-    noise = {GROUP: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
+    noise = {SWING_EQUATION: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
     swing = _swing(fit, recording, next(iter(kept.values()))) if stage.free else None
-    still = laid(model, stage, swing)
-    model = read(model, still)
+    still = state_of_stage(model, stage, swing)
+    model = measured_model(model, still)
     bare = replace(fit, model=model, state=still, noise=noise)
     marks = {}
     for name, h in kept.items():
@@ -155,7 +158,9 @@ def placed(fit: Fit, h: Hypothesis, stage: Stage, recording: Recording) -> tuple
     return there, values
 
 
-def at_size(fit: Fit, h: Hypothesis, rival: Hypothesis, motion: Motion, seconds: float = SECONDS) -> float:
+def at_size(
+    fit: Fit, h: Hypothesis, rival: Hypothesis, motion: Motion, seconds: float = EXPERIMENT.recording_s
+) -> float:
     """Return by how many nat a rival fits worse than an effect that is there, by simulating it and fitting both.
 
     The linear prediction holds for a small effect and a motion that the splines follow exactly. Here the motion is laid
@@ -172,22 +177,24 @@ def at_size(fit: Fit, h: Hypothesis, rival: Hypothesis, motion: Motion, seconds:
     """
     total = 0.0
     for stage in motion.stages:
-        recording = staged(fit.model.recording, stage, seconds / len(motion.stages))
+        recording = unmeasured_recording(fit.model.recording, stage, seconds / len(motion.stages))
         swing = _swing(fit, recording, h, pulled=True) if stage.free else None
         there, values = placed(fit, h, stage, recording)
-        noise = {GROUP: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
+        noise = {SWING_EQUATION: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
         fine, coarse = (
             replace(model_of(recording, k / fit.model.tracks.knots.step), mounts=fit.model.mounts) for k in (2, 1)
         )
-        truth = extended(replace(fit, model=fine, state=laid(fine, stage, swing), noise=noise), (there,), values)
+        truth = extended(
+            replace(fit, model=fine, state=state_of_stage(fine, stage, swing), noise=noise), (there,), values
+        )
         model = replace(coarse, recording=readings(truth.model, truth.state))
-        bare = replace(fit, model=model, state=laid(model, stage, swing), noise=noise)
+        bare = replace(fit, model=model, state=state_of_stage(model, stage, swing), noise=noise)
         costs = []
         for one, guess in ((there, values), (_carried(rival, stage), None)):
             begun = extended(bare, (one,), guess)
             turns = model.tracks.columns(ATTITUDE) if model.rig.turns else None
             first = None if turns is None else begun.state.coefficients[0, turns]
-            costs.append(solve(begun.model, begun.state, begun.noise, first, steps=STEPS).cost)
+            costs.append(solve(begun.model, begun.state, begun.noise, first, steps=EXPERIMENT.steps).cost)
         total += costs[1] - costs[0]
     return total
 
@@ -237,5 +244,5 @@ def _crossed(noise: dict[str, float]) -> dict[str, float]:
 
 def _lighter(before: Recording, after: Recording) -> float:
     """Return by what a relative error of the inertia shrinks with the mass that was added."""
-    one, two = (inertia_about_joint(r.body or assumed(r))[HINGE_AXIS, HINGE_AXIS] for r in (before, after))
+    one, two = (inertia_about_joint(r.body or assumed_forearm(r))[HINGE_AXIS, HINGE_AXIS] for r in (before, after))
     return float(one / two)

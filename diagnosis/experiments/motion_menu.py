@@ -7,13 +7,9 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.config.simulation import EXPERIMENT
 from imubench.diagnosis.problem.dynamics_factors import inertia_about_joint
 from imubench.recording import Body
-
-STEP = 0.005  # s, of an integrated swing
-RELEASE = 1.0  # rad from hanging
-PACE = 2.0  # rad/s of a spin
-TURNED = 0.6  # rad, how far a held joint may be bent meanwhile
 
 
 @dataclass(frozen=True)
@@ -93,8 +89,8 @@ def spin(axis: int) -> Callable[[Array, Swing | None], Course]:
 
     def play(time: Array, _: Swing | None) -> Course:
         angles, place, angle = _still(time)
-        angles[:, axis] = PACE * time
-        return Course(_turned(angles), place, angle + TURNED)
+        angles[:, axis] = EXPERIMENT.spin_rad_s * time
+        return Course(_turned(angles), place, angle + EXPERIMENT.held_rad)
 
     return play
 
@@ -102,7 +98,7 @@ def spin(axis: int) -> Callable[[Array, Swing | None], Course]:
 def bending(time: Array, _: Swing | None) -> Course:
     """The joint bent to and fro at up to 2 rad/s, segment 1 held still."""
     angles, place, _angle = _still(time)
-    return Course(_turned(angles), place, 0.8 * np.sin(PACE / 0.8 * time))
+    return Course(_turned(angles), place, 0.8 * np.sin(EXPERIMENT.spin_rad_s / 0.8 * time))
 
 
 def taps(time: Array, _: Swing | None) -> Course:
@@ -137,14 +133,14 @@ def swung(time: Array, how: Swing) -> Array:
     around = np.linspace(-np.pi, np.pi, 721)
     torque = np.array([pull(q) for q in around])
     falls = np.flatnonzero((torque[:-1] > 0) & (torque[1:] <= 0))  # where it is driven back from both sides
-    q, rate = float(around[falls[0]] if len(falls) else 0.0) + RELEASE, 0.0
-    count = int(np.ceil((time[-1] - time[0]) / STEP)) + 2
+    q, rate = float(around[falls[0]] if len(falls) else 0.0) + EXPERIMENT.release_rad, 0.0
+    count = int(np.ceil((time[-1] - time[0]) / EXPERIMENT.step_s)) + 2
     out = np.empty(count)
     for i in range(count):
         out[i] = q
-        rate += STEP * (pull(q) + how.torque(q, rate)) / inertia
-        q += STEP * rate
-    return np.interp(time - time[0], STEP * np.arange(count), out)
+        rate += EXPERIMENT.step_s * (pull(q) + how.torque(q, rate)) / inertia
+        q += EXPERIMENT.step_s * rate
+    return np.interp(time - time[0], EXPERIMENT.step_s * np.arange(count), out)
 
 
 MENU: tuple[Motion, ...] = (

@@ -13,7 +13,7 @@ from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, FORCE, HINGE, HI
 from imubench.recording import Body, Imu, Recording
 
 
-def staged(recording: Recording, stage: Stage, seconds: float) -> Recording:
+def unmeasured_recording(recording: Recording, stage: Stage, seconds: float) -> Recording:
     """Return a recording of the same rig and sensors, as long as wanted, nothing measured in it yet."""
     imus = tuple(_empty(i, seconds) for i in recording.imus)
     encoders = tuple(
@@ -29,7 +29,7 @@ def staged(recording: Recording, stage: Stage, seconds: float) -> Recording:
         for p in recording.poses
         for t in [_stamps(p.time, seconds)]
     )
-    body = recording.body or assumed(recording)
+    body = recording.body or assumed_forearm(recording)
     if stage.loaded:
         body = Body(body.mass * (1 + stage.loaded), body.com, body.inertia)
     return replace(
@@ -42,7 +42,7 @@ def staged(recording: Recording, stage: Stage, seconds: float) -> Recording:
     )
 
 
-def assumed(recording: Recording) -> Body:
+def assumed_forearm(recording: Recording) -> Body:
     """Return a forearm's mass, centre and inertia, where none is declared."""
     far = 0.15 * np.array(recording.tree.last.along or (0.0, 0.0, -1.0))
     return Body(1.0, far, np.full(3, 0.01))
@@ -58,7 +58,7 @@ def _empty(imu: Imu, seconds: float) -> Imu:
     return replace(imu, time=time, gyro=np.zeros((len(time), 3)), accel=np.zeros((len(time), 3)))
 
 
-def laid(model: Model, stage: Stage, swing: Swing | None) -> State:
+def state_of_stage(model: Model, stage: Stage, swing: Swing | None) -> State:
     """Return the state of a model that moves as a stage says, everything else at its start."""
     knots = model.tracks.knots
     time = np.asarray(
@@ -84,7 +84,7 @@ def laid(model: Model, stage: Stage, swing: Swing | None) -> State:
     return State(coefficients, {name: prior.start.copy() for name, prior in model.priors.items()})
 
 
-def read(model: Model, state: State) -> Model:
+def measured_model(model: Model, state: State) -> Model:
     """Return the model of a recording in which the IMUs have measured what the model says."""
     return replace(model, recording=readings(model, state))
 

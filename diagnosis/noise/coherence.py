@@ -15,18 +15,13 @@ from scipy.signal import butter, sosfiltfilt, welch
 from scipy.stats import chi2
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.noise import COHERENCE
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.samples.rest_noise import quiet_noise
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.recording import Imu
 
-LAGS = (-6, -3, -1, 0, 1, 3, 6)  # samples
-ABOVE, SLOW = 4.0, 1.0  # times the noise's power; Hz, the least that a motion is asked up to
 SENSED = {"gyro": "rate", "accel": "force"}  # of a motion
-UPPER = 0.4  # of the sampling rate: what is loud beyond alone is a spline between its knots, and no motion
-SETTLED = 60  # samples that the filter needs
-CHANCE = 1e-6  # that white noise alone looks so, for one channel
-BELOW = 0.5  # of a hum's frequency: the fitted motion hums as well
-RELATED = 3.0  # of follows_motion, from which a sensor may have a motion of its own; clean recordings stay below 2
 
 
 def follows_motion(fit: Fit) -> dict[str, float]:
@@ -41,7 +36,7 @@ def follows_motion(fit: Fit) -> dict[str, float]:
         if imu is None:
             continue
         signals = [*_motion(fit, imu, rows.time + model.start).values()]
-        cut = min(clear_in(fit, imu, "gyro"), BELOW * model.humming.get(sensor, np.inf))
+        cut = min(clear_in(fit, imu, "gyro"), COHERENCE.below_hum * model.humming.get(sensor, np.inf))
         out[rows.name] = _gain(rows.whitened, slower(np.concatenate(signals, axis=1), cut, imu.rate))
     return out
 
@@ -50,7 +45,7 @@ def clear_at(fit: Fit, name: str) -> float:
     """Return the frequency in Hz up to which the fitted motion of an IMU, or what pushes it, is more than noise."""
     imu = fit.model.recording.imu(name)
     cut = max(clear_in(fit, imu, part) for part in SENSED)
-    return min(cut, BELOW * fit.model.humming.get(name, np.inf))
+    return min(cut, COHERENCE.below_hum * fit.model.humming.get(name, np.inf))
 
 
 def _motion(fit: Fit, imu: Imu, stamps: Array) -> dict[str, Array]:
@@ -89,14 +84,14 @@ def clear_of_noise(signal: Array, noise: float, sampling: float) -> float:
     `noise` is its standard deviation, in the signal's unit; `sampling` in Hz.
     """
     f, power = welch(signal, sampling, nperseg=min(256, max(len(signal) // 8, 16)), axis=0)
-    loud = power.sum(axis=1) > ABOVE * 3 * 2 * noise**2 / sampling
-    clear = f[loud & (f <= UPPER * sampling)]
-    return float(max(clear[-1], SLOW)) if clear.size else SLOW
+    loud = power.sum(axis=1) > COHERENCE.clear_power * 3 * 2 * noise**2 / sampling
+    clear = f[loud & (f <= COHERENCE.most_of_rate * sampling)]
+    return float(max(clear[-1], COHERENCE.least_hz)) if clear.size else COHERENCE.least_hz
 
 
 def slower(signals: Array, cut: float, sampling: float) -> Array:
     """Return signals (n, k) without what is faster than `cut` Hz; all of them where that is near half the sampling."""
-    if cut > UPPER * sampling or len(signals) < SETTLED:
+    if cut > COHERENCE.most_of_rate * sampling or len(signals) < COHERENCE.filter_samples:
         return signals
     sos = butter(4, cut, fs=sampling, output="sos")
     return np.asarray(sosfiltfilt(sos, signals, axis=0))
@@ -107,17 +102,17 @@ def _gain(residual: Array, signals: Array) -> float:
 
     None of fewer samples than there are signals to explain them, as of a sensor that clips nearly throughout.
     """
-    edge = max(LAGS)
-    if len(residual) - 2 * edge <= len(LAGS) * signals.shape[1] + 1:
+    edge = max(COHERENCE.lags)
+    if len(residual) - 2 * edge <= len(COHERENCE.lags) * signals.shape[1] + 1:
         return 0.0
-    lagged = [np.roll(signals, -lag, axis=0)[edge:-edge] for lag in LAGS]
+    lagged = [np.roll(signals, -lag, axis=0)[edge:-edge] for lag in COHERENCE.lags]
     x = np.concatenate([*lagged, np.ones((len(signals) - 2 * edge, 1))], axis=1)
     x = x / np.maximum(np.linalg.norm(x, axis=0), 1e-12)
     u, s, _ = np.linalg.svd(x, full_matrices=False)
     u = u[:, s > 1e-6 * s[0]]
     y = residual[edge:-edge]
     y = y / np.sqrt(np.mean(y**2, axis=0))
-    return float(np.max(np.sum((u.T @ y) ** 2, axis=0)) / chi2.isf(CHANCE, u.shape[1]))
+    return float(np.max(np.sum((u.T @ y) ** 2, axis=0)) / chi2.isf(STATISTICS.false_alarm_of_one, u.shape[1]))
 
 
-__all__ = ["RELATED", "clear_at", "clear_in", "clear_of_noise", "even_stamps", "follows_motion", "slower"]
+__all__ = ["clear_at", "clear_in", "clear_of_noise", "even_stamps", "follows_motion", "slower"]

@@ -2,7 +2,7 @@
 
 Coloured noise is of first order: beside white noise of power 1 its power at a frequency f is a L(f), with
 
-    L(f) = 1 / (pi step c) / (1 + (f / c)^2),    share of the white noise's power a <= COLOUR, corner c >= SLOWEST
+    L(f) = 1 / (pi step c) / (1 + (f / c)^2),    share of the white noise's power a <= colour, corner c >= slowest_hz
 
 A drift takes what noise there is in its own band, so the residuals do not show it there. What such noise has above
 that band no drift takes: there the residuals say, for every corner, how large `a` may be.
@@ -14,14 +14,13 @@ from itertools import pairwise
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.noise.coloured import DRAWS, Spectra
+from imubench.diagnosis.config.noise import COLOUR
+from imubench.diagnosis.config.shared import DECLARED_NOISE, STATISTICS
+from imubench.diagnosis.noise.coloured import Spectra
 
-COLOUR, SLOWEST = 0.2, 0.5  # of the noise's power, and Hz: coloured noise that is no mismatch
-CORNERS = SLOWEST * 2.0 ** np.arange(0, 5.5, 0.5)  # Hz; noise quicker than the last is louder than the white nowhere
-ABOVE = 0.6  # Hz, from which on drifts of pieces of 1.3 s take no noise
-QUICK = 6.0  # Hz, from which on the noise is as good as white
-VISIBLE = 0.1  # of white noise's power, that the fit must leave in a band that tells
-CHANCE = 2.5  # standard deviations by which `a` may be larger than what the residuals show
+CORNERS_HZ = COLOUR.slowest_hz * 2.0 ** np.arange(
+    0, 5.5, 0.5
+)  # Hz; noise quicker than the last is louder than the white nowhere
 
 
 def louder_where(
@@ -55,34 +54,36 @@ def frequencies(samples: int, step: float) -> Array:
 
 def powers(f: Array, step: float) -> Array:
     """Return L (corners, n) at frequencies f (n,) Hz, of samples every `step` s."""
-    corner = CORNERS[:, None]
+    corner = CORNERS_HZ[:, None]
     return np.asarray(1 / (np.pi * step * corner) / (1 + (f / corner) ** 2))
 
 
 def shares(shown: Spectra | None, samples: int, step: float) -> Array:
     """Return the share (corners,) of the white noise's power that coloured noise of each corner may have at most.
 
-    The bands' powers less the white one's, over L, weighted by what chance lets each be off; and `CHANCE` times the
-    chance of that.
+    The bands' powers less the white one's, over L, weighted by what chance lets each be off; and
+    `STATISTICS.band_sigmas` times the chance of that.
     """
-    most = np.full(len(CORNERS), COLOUR)
+    most = np.full(len(CORNERS_HZ), DECLARED_NOISE.colour)
     if shown is None:
         return most
     f = frequencies(samples, step)
     bands = [(int(low), int(high)) for low, high in pairwise(shown.edges)]
-    told = [i for i, (low, _) in enumerate(bands) if f[low] >= ABOVE and shown.seen[i] > VISIBLE]
+    told = [i for i, (low, _) in enumerate(bands) if f[low] >= COLOUR.drift_free_hz and shown.seen[i] > COLOUR.visible]
     if not told:
         return most
-    quick = [i for i in told if f[bands[i][0]] >= QUICK]
+    quick = [i for i in told if f[bands[i][0]] >= COLOUR.white_hz]
     white = min(1.0, float(np.min(shown.power[quick]))) if quick else 1.0
     expected = np.stack([powers(f[low:high], step).mean(axis=1) for low, high in (bands[i] for i in told)], axis=1)
     counts = np.array([3 * (bands[i][1] - bands[i][0]) * shown.seen[i] for i in told])
     power = shown.power[told] / white
-    chance = np.maximum(power, 1.0) * np.sqrt((1 + 1 / DRAWS) / counts)
+    chance = np.maximum(power, 1.0) * np.sqrt((1 + 1 / COLOUR.draws) / counts)
     weight = expected / chance**2
     known = np.sum(weight * expected, axis=1)
     found = weight @ (power - 1) / known
-    return np.asarray(np.clip(np.maximum(found, 0.0) + CHANCE / np.sqrt(known), 0.0, COLOUR))
+    return np.asarray(
+        np.clip(np.maximum(found, 0.0) + STATISTICS.band_sigmas / np.sqrt(known), 0.0, DECLARED_NOISE.colour)
+    )
 
 
 __all__ = ["COLOUR", "louder_where", "powers", "shares"]

@@ -14,7 +14,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.noise.debias import wider
+from imubench.diagnosis.config.noise import COLOUR
+from imubench.diagnosis.config.solve import ALGEBRA
+from imubench.diagnosis.noise.debias import widened_by_noise
 from imubench.diagnosis.problem.dynamics_factors import is_data
 from imubench.diagnosis.problem.motion_prior import TILT
 from imubench.diagnosis.problem.residuals import Rows
@@ -22,15 +24,9 @@ from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import factored
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import Linear
-from imubench.diagnosis.solve.marginals import Spread
-from imubench.diagnosis.solve.normal_equations import KNOTS_PER_BLOCK
+from imubench.diagnosis.solve.marginals import Marginals
 from imubench.diagnosis.solve.refit import covariance_of
 from imubench.diagnosis.solve.threads import one_thread
-
-DRAWS = 6  # of white noise
-SEED = 4242  # of them, so that a diagnosis repeats itself
-ABSORBED = 0.05  # of white noise's power: where the fit leaves less, the residuals cannot tell the noise
-LEAST = 0.5  # of the white power: S falls below 1 only because slow noise raised the level
 
 
 @dataclass(frozen=True)
@@ -54,8 +50,8 @@ _known: WeakKeyDictionary[Fit, dict[str, Spectra]] = WeakKeyDictionary()
 def parameter_std(fit: Fit) -> dict[str, Array]:
     """Return every parameter's standard deviations, colour of the residuals and noise in a law's states counted in."""
     fit, solution, parts = _solved(fit)
-    measured, doubts = _measured(fit, parts), wider(fit, solution, parts)
-    spread = replace(Spread.of(solution, fit.model.tracks.width), shared=covariance_of(fit.model, solution.schur))
+    measured, doubts = _measured(fit, parts), widened_by_noise(fit, solution, parts)
+    spread = replace(Marginals.of(solution, fit.model.tracks.width), shared=covariance_of(fit.model, solution.schur))
     variance = np.diag(spread.shared).copy()
     for (r, part), white in zip(measured, white_residuals(solution, measured, fit.model.tracks.width), strict=True):
         found = spectra(r.whitened, white)
@@ -63,7 +59,7 @@ def parameter_std(fit: Fit) -> dict[str, Array]:
         power = np.sum(np.abs(np.fft.rfft(a, axis=0)) ** 2, axis=1) / len(a)  # (bins, p)
         power[1 : (len(a) + 1) // 2] *= 2
         variance += (found.at(len(power)) - 1) @ power
-    std = np.sqrt(np.maximum(variance, LEAST * np.diag(spread.shared)))
+    std = np.sqrt(np.maximum(variance, COLOUR.least_spectrum * np.diag(spread.shared)))
     return {name: std[fit.model.parameters.columns(name)] * doubts.get(name, 1.0) for name in fit.model.priors}
 
 
@@ -97,23 +93,23 @@ def _measured(fit: Fit, parts: list[Linear]) -> list[tuple[Rows, Linear]]:
     return [(r, part) for r, part in zip(fit.rows, parts, strict=True) if r.counts]
 
 
-def influence(spread: Spread, part: Linear) -> Array:
+def influence(spread: Marginals, part: Linear) -> Array:
     """Return how far a whitened residual of 1 moves the parameters (n, m, p)."""
     return np.asarray((part.border - part.along(spread.reach)) @ spread.shared)
 
 
 def white_residuals(solution: Solution, measured: Sequence[tuple[Rows, Linear]], width: int) -> list[Array]:
     """Return what the linear fit leaves of draws of white noise, (n, m, draws) for every group."""
-    rng = np.random.default_rng(SEED)
-    noise = [rng.standard_normal((*part.residual.shape, DRAWS)) for _, part in measured]
+    rng = np.random.default_rng(COLOUR.seed)
+    noise = [rng.standard_normal((*part.residual.shape, COLOUR.draws)) for _, part in measured]
     blocks, b, p = solution.border.shape
-    pull = np.zeros((blocks * KNOTS_PER_BLOCK, width, DRAWS))
-    shared = np.zeros((p, DRAWS))
+    pull = np.zeros((blocks * ALGEBRA.knots_per_block, width, COLOUR.draws))
+    shared = np.zeros((p, COLOUR.draws))
     for (_, part), e in zip(measured, noise, strict=True):
         part.scatter(e, pull)
         shared += np.einsum("nmp,nmd->pd", part.border, e)
-    x, values = solution.solve(pull.reshape(blocks, b, DRAWS), shared)
-    knots = x.reshape(-1, width, DRAWS)
+    x, values = solution.solve(pull.reshape(blocks, b, COLOUR.draws), shared)
+    knots = x.reshape(-1, width, COLOUR.draws)
     return [e - part.border @ values - part.along(knots) for (_, part), e in zip(measured, noise, strict=True)]
 
 
@@ -129,8 +125,8 @@ def spectra(left: Array, white: Array) -> Spectra:
     whole = left.shape[1] * len(left)  # power of white noise in one bin
     seen = np.array([np.mean(expected[low:high]) for low, high in pairwise(edges)]) / whole
     found = np.array([np.mean(power[low:high]) for low, high in pairwise(edges)]) / whole
-    ratio = np.where(seen > ABSORBED, found / np.maximum(seen, ABSORBED), 1.0)
-    return Spectra(np.array(edges, dtype=float), np.maximum(ratio, LEAST), seen)
+    ratio = np.where(seen > COLOUR.least_left, found / np.maximum(seen, COLOUR.least_left), 1.0)
+    return Spectra(np.array(edges, dtype=float), np.maximum(ratio, COLOUR.least_spectrum), seen)
 
 
 __all__ = ["Spectra", "influence", "noise_spectra", "off_none", "parameter_std", "spectra", "white_residuals"]

@@ -22,52 +22,46 @@ from itertools import groupby
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.noise import DEBIAS
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.hypothesis import Hypothesis, Prior, State
 from imubench.diagnosis.problem.process_factors import law_rows, scenes
 from imubench.diagnosis.solve.block_tridiagonal import Factor
 from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import Linear, linearise
-from imubench.diagnosis.solve.normal_equations import KNOTS_PER_BLOCK, Normal
+from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.effects.effect import Scene
 
-DRAWS = 16
-SEED = 4401  # of the draws, so that a fit repeats itself
-DELTA = 1e-4  # of a parameter's prior standard deviation: the step of the difference
-FURTHEST = 0.5  # of a logarithm, or of another number's prior: how far one pull may lead
-MOST = 0.9  # of the information, that is taken for noise's at most
-LEAST = 1e-9  # of the largest information: less is rounding
-STRIDE = 0.85  # the same for a step: longer ones overshoot
-
 Residuals = dict[str, Array]
-"""Whitened residuals (n, m, DRAWS) under noise, by group."""
+"""Whitened residuals (n, m, draws) under noise, by group."""
 
 
 @dataclass(frozen=True)
-class Driven:
+class NoiseOnLaws:
     """What the measurements' noise does to laws, for k of their numbers."""
 
     pull: Array  # (k,) the slope of the cost to be expected
     noise: Array  # (k, k) N
     whole: Array  # (k, k) I
 
-    def grown(self, most: float = MOST) -> Array:
+    def grown(self, most: float = DEBIAS.most_from_noise) -> Array:
         """Return I (I - N)^-1 (k, k), no share of N larger than `most`."""
         values, vectors = np.linalg.eigh(self.whole)
-        root = (vectors * np.sqrt(np.maximum(values, LEAST * values[-1]))) @ vectors.T
+        root = (vectors * np.sqrt(np.maximum(values, DEBIAS.rounding * values[-1]))) @ vectors.T
         back = np.linalg.inv(root)
         shares, axes = np.linalg.eigh(back @ self.noise @ back)
         return np.asarray(root @ (axes / (1 - np.clip(shares, 0.0, most))) @ axes.T @ back)
 
 
-def tilts(
+def noise_pull(
     fit: Fit, normal: Normal, solution: Solution, parts: list[Linear], every: bool = False, share: float = 1.0
 ) -> dict[str, Prior]:
     """Return the pull on a law's logarithmic parameters, or on all, as a place and how weakly it is held there.
 
     `normal`, `solution` and `parts` are those of the fit's rows; `share`: of the whole step, how much is taken.
     """
-    logs = {name: log for _, name, log in lawful(fit) if log or every}
+    logs = {name: log for _, name, log in law_parameters(fit) if log or every}
     names = list(logs)
     if not names:
         return {}
@@ -79,18 +73,18 @@ def tilts(
     driven = replace(driven, whole=driven.whole - np.diag(np.concatenate(stiff)))  # a pull is no information
     pulled = [(told[n].start - now[n]) / told[n].std ** 2 if n in told else np.zeros(len(now[n])) for n in names]
     slope = slope + np.concatenate(pulled)  # the cost's own, without the pull
-    aim = slope + share * driven.grown(STRIDE) @ (driven.pull - slope)
+    aim = slope + share * driven.grown(DEBIAS.most_of_step) @ (driven.pull - slope)
     out = {}
     for name, pull in zip(names, np.split(aim, np.cumsum([len(p) for p in pulled])[:-1]), strict=True):
-        far = FURTHEST * (1.0 if logs[name] else fit.model.priors[name].std)
+        far = DEBIAS.most_pull * (1.0 if logs[name] else fit.model.priors[name].std)
         std = np.sqrt(far / np.maximum(np.abs(pull), 1e-9))
         out[name] = Prior(now[name] + far * np.sign(pull), std)
     return out
 
 
-def wider(fit: Fit, solution: Solution, parts: list[Linear]) -> dict[str, Array]:
+def widened_by_noise(fit: Fit, solution: Solution, parts: list[Linear]) -> dict[str, Array]:
     """Return by what the standard deviations of the laws' numbers are larger than the fit's own information says."""
-    names = [name for _, name, _ in lawful(fit)]
+    names = [name for _, name, _ in law_parameters(fit)]
     if not names:
         return {}
     driven = driven_by_noise(fit, solution, parts, names)
@@ -100,48 +94,48 @@ def wider(fit: Fit, solution: Solution, parts: list[Linear]) -> dict[str, Array]
     return dict(zip(names, np.split(np.maximum(ratio, 1.0), np.cumsum(widths)[:-1]), strict=True))
 
 
-def lawful(fit: Fit) -> list[tuple[Hypothesis, str, bool]]:
+def law_parameters(fit: Fit) -> list[tuple[Hypothesis, str, bool]]:
     """Return every parameter of a law with a state: whose, its name in the fit, and whether it is a logarithm."""
     laws = [h for h in fit.model.hypotheses if h.effect.lawful and any(p.log for p in h.effect.parameters)]
     free = fit.model.fixed or {}
     return [(h, h.key(p.name), p.log) for h in laws for p in h.effect.parameters if h.key(p.name) not in free]
 
 
-def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Sequence[str]) -> Driven:
+def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Sequence[str]) -> NoiseOnLaws:
     """Return what noise does to laws, for all numbers of the named parameters."""
-    moved, drawn = noisy(fit, solution.factor, parts)
+    moved, drawn = noise_draws(fit, solution.factor, parts)
     groups = {r.name: part for r, part in zip(fit.rows, parts, strict=True)}
     blocks, width = len(solution.factor.lower), fit.model.tracks.width
     count = sum(len(fit.state.values[n]) for n in names)
-    columns = np.zeros((blocks, KNOTS_PER_BLOCK * width, count, DRAWS))
+    columns = np.zeros((blocks, ALGEBRA.knots_per_block * width, count, DEBIAS.draws))
     pull, corner, across = [], [], []
     for i, (left, slope) in enumerate(_slopes(fit, names, moved, drawn)):
-        pull.append(float(sum(np.sum(left[group] * column) for group, column in slope.items())) / DRAWS)
-        cross = np.zeros((blocks * KNOTS_PER_BLOCK, width, DRAWS))
+        pull.append(float(sum(np.sum(left[group] * column) for group, column in slope.items())) / DEBIAS.draws)
+        cross = np.zeros((blocks * ALGEBRA.knots_per_block, width, DEBIAS.draws))
         for group, column in slope.items():
             groups[group].scatter(column, cross)
-        columns[:, :, i] = cross.reshape(blocks, -1, DRAWS)
+        columns[:, :, i] = cross.reshape(blocks, -1, DEBIAS.draws)
         corner.append(slope)
         across.append(sum(np.einsum("nmp,nmd->pd", groups[g].border, c) for g, c in slope.items()))
     own = np.array([[sum(np.sum(a[g] * b[g]) for g in a.keys() & b.keys()) for b in corner] for a in corner])
-    noise = solution.complements(columns, np.stack(across, axis=1), own) / DRAWS
+    noise = solution.complements(columns, np.stack(across, axis=1), own) / DEBIAS.draws
     places = fit.model.parameters.places(list(names))
     whole = np.linalg.inv(np.linalg.inv(solution.schur)[np.ix_(places, places)])
-    return Driven(np.array(pull), noise, (whole + whole.T) / 2)
+    return NoiseOnLaws(np.array(pull), noise, (whole + whole.T) / 2)
 
 
-def noisy(fit: Fit, factor: Factor, parts: list[Linear]) -> tuple[Array, Residuals]:
-    """Return what draws of the measurements' noise do to the splines (knots, width, DRAWS), and the draws by group."""
-    rng = np.random.default_rng(SEED)
+def noise_draws(fit: Fit, factor: Factor, parts: list[Linear]) -> tuple[Array, Residuals]:
+    """Return what draws of the measurements' noise do to the splines (knots, width, draws), and the draws by group."""
+    rng = np.random.default_rng(DEBIAS.seed)
     width = fit.model.tracks.width
-    pull = np.zeros((len(factor.lower) * KNOTS_PER_BLOCK, width, DRAWS))
+    pull = np.zeros((len(factor.lower) * ALGEBRA.knots_per_block, width, DEBIAS.draws))
     drawn = {}
     for rows, part in zip(fit.rows, parts, strict=True):
         if rows.counts:
-            drawn[rows.name] = rng.standard_normal((*part.residual.shape, DRAWS))
+            drawn[rows.name] = rng.standard_normal((*part.residual.shape, DEBIAS.draws))
             part.scatter(drawn[rows.name], pull)
-    moved = factor.solve(-pull.reshape(len(factor.lower), -1, DRAWS))
-    return np.asarray(moved.reshape(-1, width, DRAWS)), drawn
+    moved = factor.solve(-pull.reshape(len(factor.lower), -1, DEBIAS.draws))
+    return np.asarray(moved.reshape(-1, width, DEBIAS.draws)), drawn
 
 
 def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> Iterator[tuple[Residuals, Residuals]]:
@@ -151,7 +145,7 @@ def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> I
     another number (a lever arm) may be in what the law's sensor reads as well.
     """
     model, state = fit.model, fit.state
-    for h, own in groupby(lawful(fit), key=lambda one: one[0]):
+    for h, own in groupby(law_parameters(fit), key=lambda one: one[0]):
         ((_, scene),) = scenes(model, state, h)
         asked = [(name, log) for _, name, log in own if name in names]
         read = {} if all(log for _, log in asked) else _read(fit, state, h, moved)
@@ -159,19 +153,19 @@ def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> I
         for name, log in asked:
             for i, std in enumerate(model.priors[name].std):
                 value = state.values[name].copy()
-                value[i] += DELTA * std
+                value[i] += DEBIAS.difference * std
                 there = State(state.coefficients, state.values | {name: value})
                 ((_, seen),) = [(h, scene)] if log else scenes(model, there, h)
                 change = _residual(fit, there, h, seen, moved)
-                slope = {group: (x - left[group]) / (DELTA * std) for group, x in change.items()}
+                slope = {group: (x - left[group]) / (DEBIAS.difference * std) for group, x in change.items()}
                 if not log:
                     change = _read(fit, there, h, moved)
-                    slope |= {group: (x - read[group]) / (DELTA * std) for group, x in change.items()}
+                    slope |= {group: (x - read[group]) / (DEBIAS.difference * std) for group, x in change.items()}
                 yield left, slope
 
 
 def _read(fit: Fit, state: State, h: Hypothesis, moved: Array) -> Residuals:
-    """Return what moved splines do to the whitened readings (n, m, DRAWS) of h's sensor, by group."""
+    """Return what moved splines do to the whitened readings (n, m, draws) of h's sensor, by group."""
     out = {}
     for rows in fit.model.measured(state, (h.at,)):
         whitened = replace(rows, std=rows.std * fit.noise[rows.name] * fit.loose)
@@ -180,7 +174,7 @@ def _read(fit: Fit, state: State, h: Hypothesis, moved: Array) -> Residuals:
 
 
 def _residual(fit: Fit, state: State, h: Hypothesis, scene: Scene, moved: Array) -> Residuals:
-    """Return the whitened residuals (n, m, DRAWS) of h's law, by group, where noise has moved the splines."""
+    """Return the whitened residuals (n, m, draws) of h's law, by group, where noise has moved the splines."""
     out = {}
     for rows in law_rows(fit.model, state, h, scene):
         whitened = replace(rows, std=rows.std * fit.noise.get(rows.name, 1.0) * fit.loose)

@@ -1,48 +1,54 @@
 """Springs whose numbers lean on no noise: as few knots as there may be, and every number pulled.
 
 While names are sought, only stiffnesses and dampings are pulled (diagnosis/noise/debias.py). A lever arm leans as well:
-what noise turns a rocking sensor by moves its sensing point, which explains noise of its accelerometer (arms of 5 to 9
-cm that were below 2, by up to 7 standard deviations). Here every number of a law is pulled until none moves any more.
+what noise turns a rocking sensor by moves its sensing point, which explains noise of its accelerometer, and the arm
+comes out too long. Here every number of a law is pulled until none moves any more.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.noise.debias import lawful, tilts
+from imubench.diagnosis.config.noise import DEBIAS
+from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.noise.debias import law_parameters, noise_pull
 from imubench.diagnosis.noise.knot_selection import coarsest, finer
 from imubench.diagnosis.solve.gauss_newton import factored
-from imubench.diagnosis.solve.levenberg_marquardt import FINE, FREE, LONG, Fit, search
+from imubench.diagnosis.solve.levenberg_marquardt import Fit, search
 from imubench.diagnosis.solve.threads import one_thread
-
-ROUNDS = 12  # of pulls at most
-STEPS = 5  # of the solver after a pull; the first is solved to its end
-STILL = 0.1  # of its standard deviation: a number that moves less has settled
 
 
 def debiased(fit: Fit) -> Fit:
     """Return the fit with its laws' numbers pulled off what noise makes of them."""
-    return settled(finer(coarsest(fit))) if lawful(fit) else fit
+    return settled(finer(coarsest(fit))) if law_parameters(fit) else fit
 
 
 @one_thread
 def settled(fit: Fit) -> Fit:
     """Return the fit at the noise levels that it has, every number of its laws pulled until all stay.
 
-    Where noise says most of what seems to be known, a whole pull leads beyond and the next one back, further each time
-    (by 0.4 and in the end 1.4 standard deviations, and 5 nat above where they cross): after each turn pulls are halved.
+    Where noise says most of what seems to be known, a whole pull leads beyond and the next one back, further each time:
+    after each turn pulls are halved.
     """
     share, last = 1.0, np.zeros(1)
-    for turn in range(ROUNDS):
+    for turn in range(DEBIAS.rounds):
         normal, solution, parts = factored(fit.model, fit.rows)
-        model = replace(fit.model, tilts=tilts(fit, normal, solution, parts, every=True, share=share))
+        model = replace(fit.model, tilts=noise_pull(fit, normal, solution, parts, every=True, share=share))
         names = list(model.tilts or {})
         std = np.sqrt(np.diag(np.linalg.inv(solution.schur))[fit.model.parameters.places(names)])
         del normal, solution, parts  # memory
         before = fit.state.values
-        fit = search(model, fit.state, fit.noise, fit.anchor, STEPS if turn else LONG, FINE, FREE)[0]
+        fit = search(
+            model,
+            fit.state,
+            fit.noise,
+            fit.anchor,
+            DEBIAS.steps if turn else SOLVER.fine_steps,
+            SOLVER.fine_gain,
+            SOLVER.free_damping,
+        )[0]
         move = np.concatenate([fit.state.values[n] - before[n] for n in names]) / std
-        if np.max(np.abs(move)) < STILL:
+        if np.max(np.abs(move)) < DEBIAS.settled:
             break
         share, last = share / 2 if np.sum(move * last) < 0 else share, move
     return fit

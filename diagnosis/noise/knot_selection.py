@@ -1,9 +1,8 @@
 """A motion on fewer knots, where nothing that a recording shows needs as many, and on more, where springs ring.
 
 With a knot for every sample a slow motion follows half of the noise, up to a frequency at which springs resound with
-it: their numbers then lean on that noise as much as on what moves them, and its level comes out too small (that of one
-accelerometer by 29 %). Of the numbers of three mounts in a blind run, worth 22 to 30 bounds and moved at up to 2.2 Hz,
-19 of 36 were in their 95 % interval so, and 28 with a third or a quarter of the knots.
+it: their numbers then lean on that noise as much as on what moves them, and its level comes out too small. On as few
+knots as the motion needs neither is so.
 
 A knot less is one too few where the motion, or what rings on it, is above the noise near the highest frequency that
 the knots can follow, or where what they cannot follow is left: white noise leaves a flat spectrum beyond. Slow noise,
@@ -20,35 +19,24 @@ from scipy.sparse import csr_array, identity
 from scipy.sparse.linalg import spsolve
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
 from imubench.diagnosis.noise.coherence import clear_at, clear_in
-from imubench.diagnosis.noise.debias import lawful
-from imubench.diagnosis.noise.reml import FINE, levels
+from imubench.diagnosis.noise.debias import law_parameters
+from imubench.diagnosis.noise.reml import levels
 from imubench.diagnosis.problem.bspline import DEGREE, SUPPORT, Knots, Tracks
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 
-TIMES = (4, 3, 2)  # fewer knots, the fewest first
-SPARED = 0.45  # of the highest frequency of the knots: above, nothing may be more than noise
-BANDS, FLAT = 6, 1.25  # of a residual's spectrum, and how far above the topmost any may be
-BEYOND = 0.7  # of the highest frequency of the knots: from there on they do not follow a residual
-PERIOD = 7  # knots, at least, in that of springs that ring
-RUNG = 0.65  # of their frequency: a motion clear up to there makes them ring
-SHOWN = 0.4  # of a sensor's rate: what rings quicker it does not show
-MORE = 1.1  # times as far apart as the knots are: less is no change
-STEPS = 15  # of the solver, to where fewer knots lead
-WINDOW = 256  # samples of which a spectrum is taken
-TINY = 1e-9  # of a coefficient's weight, for those that no time asks for
-
 
 def coarsest(fit: Fit) -> Fit:
     """Return the fit on as few knots as its recording needs, at the noise levels that it leaves there, or as it is."""
     finest = model_of(fit.model.recording).tracks.knots.step
-    step, most = fit.model.tracks.knots.step, widest(fit)
-    for times in (n for n in TIMES if MORE * step < n * finest < most):
+    step, most = fit.model.tracks.knots.step, widest_spacing(fit)
+    for times in (n for n in KNOT_SELECTION.fewer if KNOT_SELECTION.change * step < n * finest < most):
         other = coarser(fit, times * finest / step)
-        if enough(other):
+        if knots_suffice(other):
             return relevelled(other)
     return fit
 
@@ -56,25 +44,23 @@ def coarsest(fit: Fit) -> Fit:
 def finer(fit: Fit) -> Fit:
     """Return the fit on so many knots that springs ring as they would, at the noise levels that it leaves there.
 
-    Three knots a period cannot: damping ratios came out at 0.18 and 0.10 for 0.22 and 0.14, by 5 and 4 standard
-    deviations, and the fit 78 nat above the one in which they are right.
+    A spline of three knots a period damps what it follows, and the damping ratios come out wrong.
     """
-    times = widest(fit) / fit.model.tracks.knots.step
-    return relevelled(coarser(fit, times)) if times < 1 / MORE else fit
+    times = widest_spacing(fit) / fit.model.tracks.knots.step
+    return relevelled(coarser(fit, times)) if times < 1 / KNOT_SELECTION.change else fit
 
 
-def widest(fit: Fit) -> float:
+def widest_spacing(fit: Fit) -> float:
     """Return how many seconds knots may be apart for what rings on a fit's motion; inf where nothing does."""
     quickest = ringing(fit)
-    return 1 / (PERIOD * quickest) if quickest else np.inf
+    return 1 / (KNOT_SELECTION.knots_per_period * quickest) if quickest else np.inf
 
 
 def ringing(fit: Fit) -> float:
     """Return the frequency in Hz of the quickest springs that ring, 0 of none: those of which a motion is as quick.
 
     Springs of which one is quicker follow a slow motion with no life of their own, and knots for them only let in
-    noise: 12 of 12 numbers of springs of 30 Hz in a motion of 4 Hz were in their interval with 25 knots a second, 8
-    with 150. How quick a motion is the gyroscope tells: a hum shakes an accelerometer at any frequency.
+    noise. How quick a motion is the gyroscope tells: a hum shakes an accelerometer at any frequency.
     """
     imus = {imu.name: imu for imu in fit.model.recording.imus}
     springs = [h for h in fit.model.hypotheses if h.at in imus and h.effect.lawful and not h.effect.filters]
@@ -82,8 +68,8 @@ def ringing(fit: Fit) -> float:
     for h in springs:
         quick = [np.exp(fit.state.values[h.key(p.name)]) for p in h.effect.parameters if p.unit == "Hz"]
         most = max((float(f.max()) for f in quick), default=0.0)
-        if RUNG * most <= clear_in(fit, imus[h.at], "gyro"):
-            out = max(out, min(most, SHOWN * imus[h.at].rate))
+        if KNOT_SELECTION.rung * most <= clear_in(fit, imus[h.at], "gyro"):
+            out = max(out, min(most, KNOT_SELECTION.shown * imus[h.at].rate))
     return out
 
 
@@ -97,19 +83,19 @@ def relevelled(fit: Fit) -> Fit:
 def coarser(fit: Fit, times: float) -> Fit:
     """Return the fit solved on so many times fewer knots (more, below 1) at its noise levels, its laws' numbers kept.
 
-    Without their pulls they would run off: a damping ratio to 9,800.
+    Without their pulls they would run off.
     """
     old = fit.model.tracks.knots
     knots = model_of(fit.model.recording, 1 / (times * old.step)).tracks.knots
     time = np.linspace(old.start + old.step / 2, old.start + old.step * (old.count - SUPPORT), 3 * old.count)
     time = time[(time > knots.start) & (time < knots.start + knots.step * (knots.count - DEGREE))]
     design, wanted = matrix(knots, time), matrix(old, time) @ fit.state.coefficients
-    normal = (design.T @ design + TINY * identity(knots.count)).tocsc()
+    normal = (design.T @ design + KNOT_SELECTION.unasked_weight * identity(knots.count)).tocsc()
     state = State(np.reshape(spsolve(normal, design.T @ wanted), (knots.count, -1)), fit.state.values)
-    held = {name: state.values[name] for _, name, _ in lawful(fit)}
+    held = {name: state.values[name] for _, name, _ in law_parameters(fit)}
     model = replace(fit.model, tracks=Tracks(knots, fit.model.tracks.widths), tilts=None)
     still = replace(model, fixed=(model.fixed or {}) | held)
-    found = solve(still, state, fit.noise, fit.anchor, steps=STEPS, enough=FINE)
+    found = solve(still, state, fit.noise, fit.anchor, steps=KNOT_SELECTION.steps, enough=REML.fine_gain)
     return solve(model, found.state, fit.noise, fit.anchor, steps=0)
 
 
@@ -119,33 +105,33 @@ def matrix(knots: Knots, time: Array) -> csr_array:
     return BSpline.design_matrix(time, places, DEGREE)
 
 
-def enough(fit: Fit) -> bool:
+def knots_suffice(fit: Fit) -> bool:
     """Return whether a fit's knots follow all that its recording shows; not where no IMU tells."""
     imus = fit.model.recording.imus
-    most = SPARED / (2 * fit.model.tracks.knots.step)
+    most = KNOT_SELECTION.spared / (2 * fit.model.tracks.knots.step)
     quick = any(clear_at(fit, imu.name) > most for imu in imus)
-    return bool(imus) and not quick and all(peak <= FLAT for peak in peaks(fit))
+    return bool(imus) and not quick and all(peak <= KNOT_SELECTION.flat_power for peak in peaks(fit))
 
 
 def peaks(fit: Fit) -> Iterator[float]:
     """Yield by how much the loudest band of each IMU's residuals beyond the knots is above their topmost ones."""
-    least = BEYOND / (2 * fit.model.tracks.knots.step)
+    least = KNOT_SELECTION.unfollowed / (2 * fit.model.tracks.knots.step)
     imus = {imu.name for imu in fit.model.recording.imus}
     yield from (peak(rows, least) for rows in fit.measured if rows.name.split(".")[0] in imus)
 
 
 def peak(rows: Rows, least: float) -> float:
     """Return that of one group from a frequency in Hz on; inf of so few samples that they have no spectrum there."""
-    window = min(WINDOW, len(rows.time) // 4)
-    if window < BANDS:
+    window = min(KNOT_SELECTION.window_samples, len(rows.time) // 4)
+    if window < KNOT_SELECTION.bands:
         return np.inf
     rate = 1 / float(np.median(np.diff(rows.time)))
     f, power = welch(rows.whitened, rate, nperseg=window, axis=0)
     beyond = power[f >= least].sum(axis=1)
-    if len(beyond) < BANDS:
+    if len(beyond) < KNOT_SELECTION.bands:
         return np.inf
-    bands = [float(band.mean()) for band in np.array_split(beyond, BANDS)]
-    return max(bands) / float(np.mean(bands[-BANDS // 4 :]))
+    bands = [float(band.mean()) for band in np.array_split(beyond, KNOT_SELECTION.bands)]
+    return max(bands) / float(np.mean(bands[-KNOT_SELECTION.bands // 4 :]))
 
 
 __all__ = ["coarser", "coarsest", "finer"]

@@ -2,28 +2,27 @@
 
 A sensor that turns by `twist` q with its skin says (axis + twist) q: of the part along the joint's axis only the
 product with the angle q is seen, and the two apart only in second order of q. Noise that the splines follow costs, by
-how smooth the motion is held, in proportion to q^2: 75 nat of a hand's motion. The least cost is therefore at angles
-that are too small and twists that are too large, by up to 7 standard deviations on hinges whose angle nobody measured.
-Held `LOOSE` times less tightly the splines follow the noise at no cost (2.4 at most in seven such). It
-takes 2 to 12 s, and what is compared or left over is the tighter fit's: an effect without a name would hide in the
-looser motion.
+how smooth the motion is held, in proportion to q^2. The least cost is therefore at angles that are too small and twists
+that are too large, by many standard deviations on hinges whose angle nobody measured. Held `LOOSE_FIT.motion` times
+less tightly the splines follow the noise at next to no cost. What is compared or remains is the tighter fit's: an
+effect without a name would hide in the looser motion.
 """
 
 from dataclasses import replace
 
+from imubench.diagnosis.config.noise import LOOSE_FIT
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, converged
 
-LOOSE = 64.0  # times: 16 leave up to 0.7 of a deviation of it, 256 change nothing more
-TURNING = tuple(f"smooth.{name}" for name in (ATTITUDE, HINGE))
+TURNING_ROUGHNESS = tuple(f"smooth.{name}" for name in (ATTITUDE, HINGE))
 
 
 def with_looser_motion(fit: Fit) -> Fit:
     """Return the fit, its turning motion loosened and solved again where an effect's numbers scale it."""
     if fit.model.recording.encoders or not any(h.effect.scales_angle for h in fit.model.hypotheses):
         return fit
-    noise = {name: std * (LOOSE if name in TURNING else 1.0) for name, std in fit.noise.items()}
+    noise = {name: std * (LOOSE_FIT.motion if name in TURNING_ROUGHNESS else 1.0) for name, std in fit.noise.items()}
     return converged(replace(fit, noise=noise))
 
 
-__all__ = ["LOOSE", "with_looser_motion"]
+__all__ = ["with_looser_motion"]

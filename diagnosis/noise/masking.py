@@ -11,15 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.noise import MASKING
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import CHANNELS
-from imubench.diagnosis.solve.levenberg_marquardt import AGAIN, Fit, at_noise_of, solve
+from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of, solve
 from imubench.diagnosis.windows import covered
-
-PEAK, FITS = 10.0, 1.3  # nat in the moment, and of what is left elsewhere, where an effect's course is its law's
-
-UNTOLD = 10.0  # times the noise: a sample says a hundredth of what another does, and is left out
 
 Masks = dict[str, NDArray[np.bool_]]
 """The samples (n,) that count, by group."""
@@ -60,12 +58,16 @@ def weighed_beside(fit: Fit, hypotheses: Iterable[Hypothesis], sound: Masks | No
                 continue
             acts = covered(stamps - fit.model.start, windows)
             times = float(np.hypot(1.0, unsure[part] / fit.noise[name]))
-            if times > UNTOLD:
+            if times > MASKING.left_out_noise:
                 masks[name] = masks.get(name, np.ones(len(stamps), dtype=bool)) & ~acts
             else:
                 louder[name] = louder.get(name, np.ones(len(stamps))) * np.where(acts, times, 1.0)
     model = replace(fit.model, masks=masks or None, louder=louder or None)
-    return fit if _alike(model, fit.model) else solve(model, fit.state, fit.noise, fit.anchor, steps=AGAIN)
+    return (
+        fit
+        if _alike(model, fit.model)
+        else solve(model, fit.state, fit.noise, fit.anchor, steps=SOLVER.steps_after_noise)
+    )
 
 
 def _alike(one: Model, other: Model) -> bool:
@@ -82,8 +84,8 @@ def _alike(one: Model, other: Model) -> bool:
 def shows_in_its_moments(fit: Fit, first: Fit, h: Hypothesis) -> bool:
     """Return whether what an effect does in the moments in which it acts anyhow is there, and is what its law says.
 
-    Five slips of 12 to 60 bounds left 0.9 to 1.04 of what is left elsewhere, and had explained 21 to 350 nat; knocks of
-    a joint with play left 1.4 and 1.9, a slip of 114 bounds, whose course is not quite the law's, 7.
+    There the fit leaves about as much as elsewhere if the law has the course of what happened, and several times as
+    much where it only stands for something else.
     """
     windows = first.model.blind(h, first.state)
     if not windows:
@@ -96,12 +98,12 @@ def shows_in_its_moments(fit: Fit, first: Fit, h: Hypothesis) -> bool:
         won += 0.5 * float(np.sum(before[rows.name].whitened[acts] ** 2) - square[acts].sum())
         left += float(square[acts].sum())
         usual += float(square[~acts].mean() * acts.sum())
-    return won > PEAK and left < FITS * usual
+    return won > MASKING.peak_nat and left < MASKING.fits * usual
 
 
 def with_mask(fit: Fit, counted: Masks | None) -> Fit:
     """Return the fit on those samples alone, noise levels as they were."""
-    return solve(replace(fit.model, masks=counted), fit.state, fit.noise, fit.anchor, steps=AGAIN)
+    return solve(replace(fit.model, masks=counted), fit.state, fit.noise, fit.anchor, steps=SOLVER.steps_after_noise)
 
 
 __all__ = ["mask_beside", "shows_in_its_moments", "weighed_beside", "with_mask"]

@@ -7,24 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.noise.coherence import RELATED, follows_motion
-from imubench.diagnosis.noise.reml import LOOSENED, declared, fit_with_noise, with_noise
+from imubench.diagnosis.config.noise import COHERENCE, LOOSE_FIT, REML
+from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.noise.coherence import follows_motion
+from imubench.diagnosis.noise.reml import declared, fit_with_noise, with_noise
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.motion_prior import START_SMOOTH, prior_rows
 from imubench.diagnosis.problem.process_factors import equation_rows
 from imubench.diagnosis.samples.pose_correlation import GaussMarkov
 from imubench.diagnosis.solve.initialize import blind_start, model_of
-from imubench.diagnosis.solve.levenberg_marquardt import AGAIN, STEPS, Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.effects import EFFECTS
 from imubench.recording import Recording
 
 START_NOISE = {"gyro": 0.3, "accel": 1.0, "angle": 0.01, "position": 0.01, "rotation": 0.02}  # loose: rad/s, m/s^2, ...
-LOOSE_EQUATION = 1e4  # of its std: the sensors say what moves before the equation of motion is asked
-ABOVE = 3.0  # times the roughness of the start, where that is more than the first guess
-FREER = 8.0  # times the roughness of a motion that may be held too smooth
-UNRELATED = 1.0  # of follows_motion: no more than by chance
-LITTLE = 0.7  # of what follows the motion: where a freer motion leaves more, it was not held too smooth
 
 
 def nominal_fit(
@@ -44,7 +41,7 @@ def nominal_fit(
     start = first_fit(model.with_effects((*known, *biases(model))))
     model, anchor = start.model, start.anchor
     fit = fit_with_noise(model, start.state, start.noise | declared(model), anchor, motion=True)
-    fit = freed(fit)
+    fit = with_freer_motion(fit)
     laws = {r.name for r in equation_rows(model, start.state)}
     if not laws:
         return fit
@@ -53,15 +50,15 @@ def nominal_fit(
     return fit
 
 
-def first_fit(model: Model, steps: int = STEPS) -> Fit:
+def first_fit(model: Model, steps: int = SOLVER.steps) -> Fit:
     """Return a first fit from the recording alone, at noise levels that hold nothing tightly."""
     model, state, anchor = blind_start(model)
     noise = {r.name: START_NOISE[r.name.split(".")[1]] for r in model.measured(state)}
-    noise |= roughness(model, state, anchor) | {r.name: LOOSE_EQUATION for r in equation_rows(model, state)}
+    noise |= roughness(model, state, anchor) | {r.name: LOOSE_FIT.equation for r in equation_rows(model, state)}
     return solve(model, state, noise, anchor, steps, enough=1e-3)
 
 
-def certain(model: Model) -> tuple[str, ...]:
+def certain_effects(model: Model) -> tuple[str, ...]:
     """Return the effects that are there whatever else is: beside a pose whose errors wander, what every sensor has.
 
     A curve without a name that does as much as a clock's offset or a gyroscope's bias would be the pose's own errors.
@@ -72,8 +69,8 @@ def certain(model: Model) -> tuple[str, ...]:
 def biases(model: Model) -> tuple[Hypothesis, ...]:
     """Return the biases of gyroscopes beside poses whose errors wander, to be in the fit from the start.
 
-    Every gyroscope has one. Beside errors that go with the attitude a g-sensitivity of nine numbers takes its place
-    (163 nat against 139, with 20 mrad/s for 1 g), then what is left of a scale. It goes again if it predicts nothing.
+    Every gyroscope has one. Beside errors that go with the attitude a g-sensitivity of nine numbers takes its place,
+    then what remains of a scale. It goes again if it predicts nothing.
     """
     segments = {p.segment for i, p in enumerate(model.recording.poses) if f"pose{i + 1}" in model.wander}
     known = {h.at for h in model.hypotheses if h.effect.given}
@@ -83,7 +80,7 @@ def biases(model: Model) -> tuple[Hypothesis, ...]:
 
 
 def roughness(model: Model, state: State, anchor: Array | None) -> dict[str, float]:
-    """Return how rough the motion may be at first: the first guess, or `ABOVE` times what the start has already.
+    """Return how rough the motion may be at first: the first guess, or a multiple of what the start has already.
 
     A quick turn that is held too smooth costs least where its quaternion shrinks: at 9 rad/s to a tenth of its norm,
     after which hardly a step is a whole one.
@@ -91,41 +88,41 @@ def roughness(model: Model, state: State, anchor: Array | None) -> dict[str, flo
     guess = {f"smooth.{name}": START_SMOOTH[name] for name in model.tracks.widths if name in START_SMOOTH}
     for rows in prior_rows(model, state, guess, anchor):
         if rows.name in guess and (rough := float(np.sqrt(np.mean(rows.whitened**2)))) > 1.0:
-            guess[rows.name] *= ABOVE * rough
+            guess[rows.name] *= LOOSE_FIT.start_roughness * rough
     return guess
 
 
-def freed(fit: Fit) -> Fit:
+def with_freer_motion(fit: Fit) -> Fit:
     """Return the fit with its motion held less smooth, where that is all that its residuals had against it.
 
     One roughness for rests and quick strokes may be too small for the strokes; what a sensor does of its own shows
     against the other sensors, however rough the motion may be.
     """
     found = max(follows_motion(fit).values(), default=0.0)
-    if found < RELATED:
+    if found < COHERENCE.follows:
         return fit
     freer = rougher(fit)
-    if max(follows_motion(freer).values()) > LITTLE * found:
+    if max(follows_motion(freer).values()) > LOOSE_FIT.still_follows * found:
         return fit
     freer = with_noise(freer)
-    return freer if max(follows_motion(freer).values()) < UNRELATED else fit
+    return freer if max(follows_motion(freer).values()) < LOOSE_FIT.unrelated else fit
 
 
 def rougher_noise(fit: Fit) -> dict[str, float]:
-    """Return the noise levels of a fit with its motion, no effect's states, `FREER` times as rough."""
+    """Return the noise levels of a fit with its motion, no effect's states, `LOOSE_FIT.freer` times as rough."""
     own = {f"smooth.{name}" for name in START_SMOOTH}
-    return {name: std * (FREER if name in own else 1.0) for name, std in fit.noise.items()}
+    return {name: std * (LOOSE_FIT.freer if name in own else 1.0) for name, std in fit.noise.items()}
 
 
 def rougher(fit: Fit) -> Fit:
     """Return the fit solved again with its motion held less smooth."""
-    return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=AGAIN)
+    return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=SOLVER.steps_after_noise)
 
 
-def as_smooth(fit: Fit) -> Fit:
+def at_estimated_roughness(fit: Fit) -> Fit:
     """Return the fit, not solved again, with its motion held as smooth as it was estimated to be."""
     own = {f"smooth.{name}" for name in START_SMOOTH}
-    return replace(fit, noise={name: std / (LOOSENED if name in own else 1.0) for name, std in fit.noise.items()})
+    return replace(fit, noise={name: std / (REML.loosened if name in own else 1.0) for name, std in fit.noise.items()})
 
 
-__all__ = ["as_smooth", "first_fit", "freed", "nominal_fit", "rougher"]
+__all__ = ["at_estimated_roughness", "first_fit", "nominal_fit", "rougher", "with_freer_motion"]

@@ -2,30 +2,30 @@
 
 import numpy as np
 
-from imubench.diagnosis.noise.reml import ALLOWED, declared
+from imubench.diagnosis.config.shared import DECLARED_NOISE
+from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.noise.reml import declared
 from imubench.diagnosis.problem.residuals import CHANNELS
-from imubench.diagnosis.samples.check_findings import OFF
-from imubench.diagnosis.solve.levenberg_marquardt import AGAIN, Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 
-BLAMED = float(np.sqrt(ALLOWED))  # times a declared level, from which on it would be called loud
+BLAMED = float(np.sqrt(DECLARED_NOISE.most_power))  # times a declared level, from which on it would be called loud
 
 
 def with_pooled_noise(fit: Fit) -> Fit:
     """Return the fit with what it leaves shared by both IMUs, where it holds one alone for noisy; else the fit itself.
 
     What two IMUs read of one motion says how loud both are together. Estimated one by one, the one that is believed a
-    little more is believed in the end: an accelerometer that walked was left at 0.85 of its declared level and the
-    other raised to 7 times its own, so that a curve of time was found at the other, 2,500 nat worse at equal levels.
+    little more is believed in the end: its level falls, the other's rises, and effects are found at the wrong one.
     """
     told = declared(fit.model)
     noise = dict(fit.noise)
     for part in CHANNELS:
         names = [n for n in (f"{i.name}.{part}" for i in fit.model.recording.imus) if n in told and n in noise]
         times = np.array([noise[n] / told[n] for n in names])
-        if len(names) == 2 and times.max() > BLAMED and times.min() < 1 + OFF:
+        if len(names) == 2 and times.max() > BLAMED and times.min() < 1 + DECLARED_NOISE.std_error:
             shared = float(np.sqrt(np.mean(times**2)))
             noise |= {n: shared * told[n] for n in names}
-    return fit if noise == fit.noise else solve(fit.model, fit.state, noise, fit.anchor, steps=AGAIN)
+    return fit if noise == fit.noise else solve(fit.model, fit.state, noise, fit.anchor, steps=SOLVER.steps_after_noise)
 
 
 __all__ = ["with_pooled_noise"]

@@ -6,17 +6,17 @@ ends the diagnosis: what comes after would be judged on readings that mean somet
 
 from collections.abc import Callable, Iterator
 
-from imubench.diagnosis.nonsense.few import few
+from imubench.diagnosis.nonsense.different_motions import different_motions
 from imubench.diagnosis.nonsense.mirrored import mirrored
 from imubench.diagnosis.nonsense.stuck import stuck
 from imubench.diagnosis.nonsense.swapped import swapped
-from imubench.diagnosis.nonsense.together import not_together
+from imubench.diagnosis.nonsense.too_few_samples import too_few_samples
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Recording
 
 Check = Callable[[Recording], Iterator[Nonsense]]
 
-CHECKS: tuple[tuple[Check, ...], ...] = ((few,), (stuck,), (mirrored, not_together), (swapped,))
+CHECKS: tuple[tuple[Check, ...], ...] = ((too_few_samples,), (stuck,), (mirrored, different_motions), (swapped,))
 
 
 def nonsense(recording: Recording) -> tuple[Nonsense, ...]:

@@ -19,17 +19,10 @@ from scipy.stats import f as fisher
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.config.nonsense import AXIS_ORDER
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.nonsense.stretch import Samples
 from imubench.diagnosis.solve.initialize import integrated
-
-WINDOW = (
-    8.0  # s over which the velocity is compared: long beside a stroke, short beside what a bias of 0.05 rad/s turns
-)
-SHORTEST = 5.0  # s under which nothing is said
-LEVER, BIAS = 0.3, 0.03  # m, rad/s: the size of a lever arm and of a bias, as priors
-RATIO = 2.0  # times the velocity of the best other axes: 1.54 at most of 625 IMUs whose axes were right
-LEAST = 0.1  # m/s: what a degree of tilt makes in a second; below, a resting sensor's drift decides
-FALSE_ALARM = 1e-3  # of an F test over all 47 other ways
 
 
 def signed_permutations() -> tuple[Array, ...]:
@@ -43,14 +36,14 @@ def signed_permutations() -> tuple[Array, ...]:
     return tuple(sorted(out, key=lambda m: (-np.abs(np.diag(m)).sum(), -np.trace(m))))
 
 
-AXES = signed_permutations()
+SIGNED_PERMUTATIONS = signed_permutations()
 
 
 @dataclass(frozen=True)
 class Handedness:
     """How well each way of the gyroscope's axes along the accelerometer's explains one IMU."""
 
-    velocity: Array  # (48,) m/s RMS that is left, of `AXES`
+    velocity: Array  # (48,) m/s RMS that is left, of `SIGNED_PERMUTATIONS`
     count: float  # independent numbers that each is made of
 
     @property
@@ -70,15 +63,19 @@ class Handedness:
 
         By an F test of the two residual powers, and by far more than a model as rough as this may be wrong.
         """
-        chance = float(fisher.isf(FALSE_ALARM / (len(AXES) - 1), self.count, self.count))
-        return self.velocity[0] > LEAST and self.ratio > max(RATIO, float(np.sqrt(chance)))
+        chance = float(
+            fisher.isf(STATISTICS.false_alarms_per_recording / (len(SIGNED_PERMUTATIONS) - 1), self.count, self.count)
+        )
+        return self.velocity[0] > AXIS_ORDER.least_m_s and self.ratio > max(
+            AXIS_ORDER.velocity_ratio, float(np.sqrt(chance))
+        )
 
 
 def handedness(samples: Samples) -> Handedness | None:
     """Return how well each way explains an IMU's samples; none where they are too few seconds."""
-    if len(samples.time) * samples.step < SHORTEST:
+    if len(samples.time) * samples.step < AXIS_ORDER.least_s:
         return None
-    left = [_left(samples.gyro @ way.T, samples.accel, samples.step) for way in AXES]
+    left = [_left(samples.gyro @ way.T, samples.accel, samples.step) for way in SIGNED_PERMUTATIONS]
     velocity = np.array([float(np.sqrt(np.mean(np.sum(e**2, axis=2)))) for e in left])
     best = left[int(np.argmin(velocity))]
     return Handedness(np.maximum(velocity, 1e-12), independent(best))
@@ -89,16 +86,16 @@ def _left(gyro: Array, accel: Array, step: float) -> Array:
     turn = rotations.to_matrix(integrated(gyro, step))
     force = np.einsum("nij,nj->ni", turn, accel)
     swept = np.cross(gyro[:, None], np.eye(3)[None]).transpose(0, 2, 1)  # w x e_k as columns
-    lever = LEVER * (turn @ swept)
+    lever = AXIS_ORDER.lever_m * (turn @ swept)
     angle = np.cumsum(turn, axis=0) * step
-    width = min(round(WINDOW / step), len(gyro))
+    width = min(round(AXIS_ORDER.window_s / step), len(gyro))
     begins = range(0, len(gyro) - width + 1, max(width // 2, 1))
     line, _ = np.linalg.qr(np.vander(np.linspace(-1, 1, width), 2))
     columns, out = [], []
     for begin in begins:
         some = slice(begin, begin + width)
         tilted = np.cross((angle[some] - angle[begin]).transpose(0, 2, 1), force[some, None]).transpose(0, 2, 1)
-        bias = BIAS * step * np.cumsum(tilted, axis=0)
+        bias = AXIS_ORDER.bias_rad_s * step * np.cumsum(tilted, axis=0)
         both = np.concatenate([lever[some], bias], axis=2).reshape(width, -1)
         velocity = step * np.cumsum(force[some], axis=0)
         columns.append((both - line @ (line.T @ both)).reshape(width * 3, -1))
@@ -120,4 +117,4 @@ def independent(residual: Array) -> float:
     return max(3 * n * (windows + 1) / 2 / lasting, 3.0)
 
 
-__all__ = ["AXES", "Handedness", "handedness"]
+__all__ = ["SIGNED_PERMUTATIONS", "Handedness", "handedness"]

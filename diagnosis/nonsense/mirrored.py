@@ -11,16 +11,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.nonsense.handedness import AXES, Handedness, handedness
+from imubench.diagnosis.config.nonsense import AXIS_ORDER, STRETCH
+from imubench.diagnosis.nonsense.handedness import SIGNED_PERMUTATIONS, Handedness, handedness
 from imubench.diagnosis.nonsense.rough_fit import mounts_known, rough_misfit
-from imubench.diagnosis.nonsense.stretch import grid, gridded, liveliest, quick_enough
+from imubench.diagnosis.nonsense.stretch import dense_enough, grid, gridded, stretch_of_most_motion
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Imu, Recording
 
-LONGEST = 120.0  # s of a recording that are looked at
-CLEARLY = 0.7  # of the next best reading's misfit, RMS: half its power
-NAMES = "xyz"
-SAME = np.eye(3)
+AXIS_NAMES = "xyz"
+AS_DECLARED = np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -51,16 +50,18 @@ def flip(*axes: int) -> Array:
 
 def faults() -> Iterator[Fault]:
     """Yield the faults that happen: one sign of one sensor, a left-handed pair, two axes in the wrong order."""
-    for k, name in enumerate(NAMES):
+    for k, name in enumerate(AXIS_NAMES):
         gyr, acc = f"gyr_{name}", f"acc_{name}"
-        yield Fault(f"'s gyroscope looks mirrored in {name}: {gyr} has the wrong sign", flip(k), SAME, (gyr,))
-        yield Fault(f"'s accelerometer looks mirrored in {name}: {acc} has the wrong sign", SAME, flip(k), (acc,))
+        yield Fault(f"'s gyroscope looks mirrored in {name}: {gyr} has the wrong sign", flip(k), AS_DECLARED, (gyr,))
+        yield Fault(
+            f"'s accelerometer looks mirrored in {name}: {acc} has the wrong sign", AS_DECLARED, flip(k), (acc,)
+        )
         both = f" looks mirrored in {name}: {gyr} and {acc} have the wrong sign"
         yield Fault(both, flip(k), flip(k), (gyr, acc))
-        one, two = (n for n in NAMES if n != name)
+        one, two = (n for n in AXIS_NAMES if n != name)
         others = [i for i in range(3) if i != k]
         signs = "{}_" + one + " and {}_" + two + " have the wrong sign"
-        for part, gyro, accel in (("gyr", flip(*others), SAME), ("acc", SAME, flip(*others))):
+        for part, gyro, accel in (("gyr", flip(*others), AS_DECLARED), ("acc", AS_DECLARED, flip(*others))):
             sensor = "gyroscope" if part == "gyr" else "accelerometer"
             text = f"'s {sensor} looks turned half round about {name}: {signs.format(part, part)}"
             yield Fault(text, gyro, accel, (f"{part}_{one}", f"{part}_{two}"))
@@ -69,16 +70,16 @@ def faults() -> Iterator[Fault]:
         swap = np.eye(3)[order]
         channels = tuple(f"{part}_{n}" for part in ("gyr", "acc") for n in (one, two))
         yield Fault(f" looks mirrored: its {one} and {two} axes have changed places", swap, swap, channels)
-    every = tuple(f"gyr_{n}" for n in NAMES)
-    yield Fault("'s gyroscope has the wrong sign on all axes", flip(0, 1, 2), SAME, every)
+    every = tuple(f"gyr_{n}" for n in AXIS_NAMES)
+    yield Fault("'s gyroscope has the wrong sign on all axes", flip(0, 1, 2), AS_DECLARED, every)
 
 
 def mirrored(recording: Recording) -> Iterator[Nonsense]:
     """Yield every IMU whose axes cannot be what they are called."""
-    some = liveliest(recording, LONGEST)
+    some = stretch_of_most_motion(recording, STRETCH.most_s)
     wrong: dict[str, Handedness] = {}
     for imu in some.moving:
-        if quick_enough(imu.time) and (edges := grid([imu.time])).size > 1:
+        if dense_enough(imu.time) and (edges := grid([imu.time])).size > 1:
             found = handedness(gridded(imu, edges))
             if found is not None and found.wrong:
                 wrong[imu.name] = found
@@ -89,7 +90,7 @@ def mirrored(recording: Recording) -> Iterator[Nonsense]:
 
 def _named(recording: Recording, at: str, found: Handedness, alike: list[str]) -> Nonsense:
     """Return what is wrong with an IMU; the same is wrong with all that are `alike`, it among them."""
-    way = AXES[found.best]
+    way = SIGNED_PERMUTATIONS[found.best]
     likely = [f for f in faults() if f.fits(way)]
     best = chosen(recording, alike, likely)
     evidence = {"left_m_s": float(found.velocity[0]), "left_with_other_axes_m_s": float(found.velocity[found.best])}
@@ -107,7 +108,7 @@ def _named(recording: Recording, at: str, found: Handedness, alike: list[str]) -
 def component(row: Array) -> str:
     """Return the axis that a row (3,) of a signed permutation takes: "-y"."""
     k = int(np.argmax(np.abs(row)))
-    return ("-" if row[k] < 0 else "") + NAMES[k]
+    return ("-" if row[k] < 0 else "") + AXIS_NAMES[k]
 
 
 def chosen(recording: Recording, alike: list[str], likely: list[Fault]) -> Fault | None:
@@ -116,7 +117,7 @@ def chosen(recording: Recording, alike: list[str], likely: list[Fault]) -> Fault
         return likely[0] if len(likely) == 1 else None
     misfit = {i: rough_misfit(without(recording, alike, fault)) for i, fault in enumerate(likely)}
     first, second = sorted(misfit, key=lambda i: misfit[i])[:2]
-    return likely[first] if misfit[first] < CLEARLY * misfit[second] else None
+    return likely[first] if misfit[first] < AXIS_ORDER.clearly * misfit[second] else None
 
 
 def without(recording: Recording, alike: list[str], fault: Fault) -> Recording:

@@ -5,17 +5,15 @@ from collections.abc import Iterable
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.nonsense.handedness import AXES
+from imubench.diagnosis.config.nonsense import AXIS_ORDER
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.nonsense.handedness import SIGNED_PERMUTATIONS
 from imubench.diagnosis.nonsense.mirrored import component
 from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
 from imubench.diagnosis.result import Finding, Nonsense
 from imubench.effects import traits_of
 from imubench.recording import Imu, Recording
 from imubench.rotations import exp, to_matrix
-
-SURE = 0.5  # confidence from which a finding counts
-TURNED = 0.8  # rad: less is a mount that sits askew, not one axis in another's place (1.57)
-NEAR = 0.05  # rad, and three standard deviations: 2 % of directions are as near to one of the 23 others by chance
 
 
 def permuted(findings: Iterable[Finding], recording: Recording) -> tuple[Nonsense, ...]:
@@ -26,7 +24,7 @@ def permuted(findings: Iterable[Finding], recording: Recording) -> tuple[Nonsens
     """
     out = []
     for f in findings:
-        if not traits_of(f.effect).misplaces or f.confidence < SURE or recording.tree.ball is not None:
+        if not traits_of(f.effect).misplaces or f.confidence < CONFIDENCE.counts or recording.tree.ball is not None:
             continue
         way = way_of(f, recording.imu(f.at), recording.tree.hinge is not None)
         if way is not None:
@@ -43,13 +41,13 @@ def way_of(f: Finding, imu: Imu, hinge: bool) -> Array | None:
     """
     turn, std = f.parameters["rotation"].value, f.parameters["rotation"].std
     found = to_matrix(exp(turn)).T
-    if np.linalg.norm(turn) < TURNED:
+    if np.linalg.norm(turn) < AXIS_ORDER.turned_rad:
         return None
-    near = NEAR + 3 * float(np.max(std))
+    near = AXIS_ORDER.near_rad + 3 * float(np.max(std))
     axis = to_matrix(imu.mount_quaternion)[HINGE_AXIS]  # of the segment, in axes of the sensor as declared
     best, least = None, near
-    for way in AXES[1:]:
-        if np.linalg.det(way) < 0 or (hinge and way @ axis @ axis > np.cos(TURNED)):
+    for way in SIGNED_PERMUTATIONS[1:]:
+        if np.linalg.det(way) < 0 or (hinge and way @ axis @ axis > np.cos(AXIS_ORDER.turned_rad)):
             continue  # nearly the axis that is declared: nothing would have changed
         off = float(np.arccos(np.clip(found @ axis @ (way @ axis), -1, 1))) if hinge else angle(found @ way.T)
         if off < least:

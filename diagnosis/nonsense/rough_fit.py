@@ -1,18 +1,15 @@
-"""How badly a recording's liveliest seconds go with their declared rig: what tells two readings of it apart."""
+"""How badly the seconds of most motion go with the declared rig: what tells two readings of a recording apart."""
 
 from dataclasses import replace
 
 import numpy as np
 
+from imubench.diagnosis.config.nonsense import STRETCH
 from imubench.diagnosis.noise.nominal import first_fit
-from imubench.diagnosis.nonsense.stretch import RATE, grid, gridded, liveliest
+from imubench.diagnosis.nonsense.stretch import grid, gridded, stretch_of_most_motion
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.recording import Imu, Pose, Recording
-
-SECONDS = 10.0
-STEPS = 12  # of the solver: a right reading takes two to eight, and one that is not there yet is wrong
-KNOWN = 0.3  # rad: a mount that is declared no better tells no order of axes
 
 
 def rough_misfit(recording: Recording) -> float:
@@ -20,9 +17,9 @@ def rough_misfit(recording: Recording) -> float:
 
     0.1 to 0.2 for a recording that goes with its rig, 0.3 beside strong effects, up to 1.7 on real foam.
     """
-    some = thinned(liveliest(recording, SECONDS))
+    some = thinned(stretch_of_most_motion(recording, STRETCH.rough_s))
     try:
-        fit = first_fit(model_of(some), STEPS)
+        fit = first_fit(model_of(some), STRETCH.rough_steps)
     except (NotPositiveDefiniteError, np.linalg.LinAlgError):
         return np.inf
     count = sum(r.residual.value.size for r in fit.measured)
@@ -31,7 +28,7 @@ def rough_misfit(recording: Recording) -> float:
 
 
 def thinned(recording: Recording) -> Recording:
-    """Return a recording with its sensors at no more than `RATE`."""
+    """Return a recording with its sensors at no more than `STRETCH.grid_hz`."""
     poses = tuple(_pose(p) for p in recording.poses)
     return replace(recording, imus=tuple(_imu(i) for i in recording.imus), poses=poses)
 
@@ -45,7 +42,7 @@ def _imu(imu: Imu) -> Imu:
 
 
 def _pose(pose: Pose) -> Pose:
-    every = max(1, round(1 / (RATE * float(np.median(np.diff(pose.time))))))
+    every = max(1, round(1 / (STRETCH.grid_hz * float(np.median(np.diff(pose.time))))))
     position, quaternion = (None if x is None else x[::every] for x in (pose.position, pose.quaternion))
     return replace(pose, time=pose.time[::every], position=position, quaternion=quaternion)
 
@@ -53,7 +50,7 @@ def _pose(pose: Pose) -> Pose:
 def mounts_known(recording: Recording) -> bool:
     """Return whether all mounts are declared well enough to tell orders of axes apart."""
     stds = [imu.mount_rotation_std for imu in recording.imus]
-    return all(std is not None and std <= KNOWN for std in stds)
+    return all(std is not None and std <= STRETCH.known_mount_rad for std in stds)
 
 
 __all__ = ["mounts_known", "rough_misfit"]

@@ -15,19 +15,12 @@ from itertools import pairwise
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.nonsense import SHARED_MOTION
+from imubench.diagnosis.config.shared import STATISTICS
+from imubench.diagnosis.config.solve import START
 
-FOLDS = 4  # parts, each of which is foretold from the others
-BLOCKS = 2  # of each part: one early and one late in the recording
-RIDGE = 1e-3  # of the signals' mean power: directions that hardly vary are not divided by
-LAG = 0.24  # s, by which clocks may be apart: as far as a diagnosis looks for an offset
-STEP = 0.04  # s between the lags that are tried: signals below 2 Hz change little in that
-TURNS = 39  # surrogates, of which mean and spread are taken
-APART = 2.0  # s at least that a surrogate is turned: a stroke of the hand is over
-HIGHEST = 0.999  # correlation: beyond, z grows without end
-CHANCE = 3.0  # standard deviations of Fisher's z above the surrogates' mean, within which a pair is as good as chance
-ALIKE = 0.7
-"""Correlation under which sensors are told apart: of 295 pairs on one hinge the least had 0.76, in 10 s of a loose one,
-of 343 pairs from different recordings of 20 s one had more."""
+MOST_LAG_S = SHARED_MOTION.lag_step_s * int(START.most_offset_s / SHARED_MOTION.lag_step_s)
+"""Seconds by which clocks may be apart: whole steps, as far as a diagnosis looks for an offset."""
 
 
 @dataclass(frozen=True)
@@ -40,27 +33,32 @@ class Shared:
     @property
     def unrelated(self) -> bool:
         """Return whether there is no more in common than chance brings about, and less than any one motion leaves."""
-        return self.correlation < ALIKE and self.beyond < CHANCE
+        return self.correlation < SHARED_MOTION.alike and self.beyond < STATISTICS.clear_sigmas
 
 
 def shared(one: Array, two: Array, step: float) -> Shared | None:
     """Return what signals (n, p) and (n, q) on one grid of `step` s have in common; none where they are too short."""
-    most, apart = round(LAG / step), round(APART / step)
+    most, apart = round(MOST_LAG_S / step), round(SHARED_MOTION.surrogate_s / step)
     n = len(one)
-    if n < 2 * (most + apart) or n * step < FOLDS * BLOCKS:  # s: a block is no shorter than a stroke
+    if (
+        n < 2 * (most + apart) or n * step < SHARED_MOTION.folds * SHARED_MOTION.blocks
+    ):  # s: a block is no shorter than a stroke
         return None
     found = at_lags(one, two, most, step)
-    if found >= ALIKE:
+    if found >= SHARED_MOTION.alike:
         return Shared(found, np.inf)
-    turns = np.linspace(apart, n - apart, TURNS).astype(int)
+    turns = np.linspace(apart, n - apart, SHARED_MOTION.surrogates).astype(int)
     others = np.array([at_lags(one, np.roll(two, turn, axis=0), most, step) for turn in turns])
-    z, chance = np.arctanh(np.clip(found, -HIGHEST, HIGHEST)), np.arctanh(np.clip(others, -HIGHEST, HIGHEST))
+    z, chance = (
+        np.arctanh(np.clip(found, -SHARED_MOTION.most_correlation, SHARED_MOTION.most_correlation)),
+        np.arctanh(np.clip(others, -SHARED_MOTION.most_correlation, SHARED_MOTION.most_correlation)),
+    )
     return Shared(found, float((z - chance.mean()) / max(float(chance.std()), 1e-6)))
 
 
 def at_lags(one: Array, two: Array, most: int, step: float) -> float:
     """Return the largest held-out correlation of two signals over all lags up to `most` samples."""
-    every = max(1, round(STEP / step))
+    every = max(1, round(SHARED_MOTION.lag_step_s / step))
     first = one[most : len(one) - most]
     lags = range(-(most // every) * every, most + 1, every)
     return max(held_out(first, two[most + k : len(two) - most + k]) for k in lags)
@@ -70,9 +68,9 @@ def held_out(one: Array, two: Array) -> float:
     """Return the correlation of the first canonical pair of signals (n, p) and (n, q) on parts left out in turn."""
     p = one.shape[1]
     both = np.concatenate([one, two, np.ones((len(one), 1))], axis=1)  # the ones hold the sums beside the products
-    edges = np.linspace(0, len(both), FOLDS * BLOCKS + 1).astype(int)
+    edges = np.linspace(0, len(both), SHARED_MOTION.folds * SHARED_MOTION.blocks + 1).astype(int)
     products = np.array([both[a:b].T @ both[a:b] for a, b in pairwise(edges)])
-    parts = products.reshape(BLOCKS, FOLDS, *products.shape[1:]).sum(axis=0)
+    parts = products.reshape(SHARED_MOTION.blocks, SHARED_MOTION.folds, *products.shape[1:]).sum(axis=0)
     total = np.zeros(3)  # of a b, a a, b b
     for left in parts:
         learnt = parts.sum(axis=0) - left
@@ -94,7 +92,7 @@ def canonical(covariance: Array, p: int) -> tuple[Array, Array]:
 
 
 def _firm(own: Array) -> Array:
-    return own + (RIDGE * np.trace(own) / len(own) + 1e-12) * np.eye(len(own))
+    return own + (SHARED_MOTION.ridge * np.trace(own) / len(own) + 1e-12) * np.eye(len(own))
 
 
 def squares(rate: Array) -> Array:

@@ -1,4 +1,4 @@
-"""A recording's liveliest part on one even grid, small enough for checks that take a second or two."""
+"""The part of a recording with most motion on one even grid, small enough for checks that take a second or two."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,12 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.nonsense import STRETCH
 from imubench.recording import Encoder, Imu, Pose, Recording
 
 Mask = NDArray[np.bool_]
-
-RATE = 50.0  # Hz of the grid: a hand moves below 10 Hz, and the checks filter lower than that
-SLOWEST = 10.0  # Hz: the mean interval of a slower sensor is longer than what the checks compare
 
 
 @dataclass(frozen=True)
@@ -39,10 +37,10 @@ def averaged(time: Array, values: Array, edges: Array) -> Array:
     return np.asarray(np.diff(whole, axis=0) / np.diff(edges)[:, None])
 
 
-def grid(sensors: Sequence[Array], slowest: float = RATE) -> Array:
+def grid(sensors: Sequence[Array], slowest: float = STRETCH.grid_hz) -> Array:
     """Return the edges (n + 1,) s of an even grid where all of some clocks (m,) s have samples; empty where none is.
 
-    No finer than the slowest clock, at most `RATE`.
+    No finer than the slowest clock, at most `STRETCH.grid_hz`.
     """
     start, end = max(float(t[0]) for t in sensors), min(float(t[-1]) for t in sensors)
     step = max(1 / slowest, *(float(np.median(np.diff(t))) for t in sensors))
@@ -57,12 +55,12 @@ def gridded(imu: Imu, edges: Array) -> Samples:
     return Samples(edges[:-1] + step / 2, gyro, accel, step)
 
 
-def quick_enough(time: Array) -> bool:
+def dense_enough(time: Array) -> bool:
     """Return whether a clock's stamps (n,) s are near enough to each other for the checks."""
-    return len(time) > 1 and float(np.median(np.diff(time))) <= 1 / SLOWEST
+    return len(time) > 1 and float(np.median(np.diff(time))) <= 1 / STRETCH.least_rate_hz
 
 
-def liveliest(recording: Recording, seconds: float) -> Recording:
+def stretch_of_most_motion(recording: Recording, seconds: float) -> Recording:
     """Return the stretch of at most so many seconds in which the IMUs turn most.
 
     A shorter recording is returned as it is, and one without an IMU.
@@ -111,4 +109,4 @@ def _pose(pose: Pose, k: Mask) -> Pose:
     return replace(pose, time=pose.time[k], position=position, quaternion=quaternion)
 
 
-__all__ = ["RATE", "Samples", "averaged", "cut", "grid", "gridded", "liveliest", "quick_enough"]
+__all__ = ["Samples", "averaged", "cut", "dense_enough", "grid", "gridded", "stretch_of_most_motion"]

@@ -13,18 +13,13 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.nonsense import SHARED_MOTION, STUCK
+from imubench.diagnosis.nonsense.different_motions import rate_across_axis, rate_of
 from imubench.diagnosis.nonsense.stretch import grid
-from imubench.diagnosis.nonsense.together import TURNS, across, rate_of
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Imu, Recording
 
-LONG = 1.0  # s of one reading, longer than samples are held by chance
-MOST = 0.5  # of the samples: from there a channel is stuck, and below it has stretches that are
-BUSY = 0.5  # of the samples of another axis that differ from the one before: its steps are fine beside its motion
-TURNED = 0.1  # rad between directions of the specific force: more than a still sensor's noise or a bench that shakes
-RATE = 0.1  # rad/s RMS, beside which gravity turns too far for an accelerometer to read one number
-SAME = 1e-6  # relative: readings at one limit
-PARTS: Mapping[str, str] = {"gyro": "gyroscope", "accel": "accelerometer"}
+SENSOR_WORDS: Mapping[str, str] = {"gyro": "gyroscope", "accel": "accelerometer"}
 CHANNELS = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z")}
 
 Mask = NDArray[np.bool_]
@@ -33,9 +28,9 @@ Mask = NDArray[np.bool_]
 def stuck(recording: Recording) -> Iterator[Nonsense]:
     """Yield every IMU, triple or axis that is stuck."""
     for imu in recording.moving:
-        held = {part: repeating(imu.time, getattr(imu, part)) for part in PARTS}
+        held = {part: repeating(imu.time, getattr(imu, part)) for part in SENSOR_WORDS}
         whole = np.hstack([held["gyro"], held["accel"]]).all(axis=1)
-        if whole.mean() > MOST:
+        if whole.mean() > STUCK.most:
             yield from _whole(recording, imu, np.asarray(whole))
             continue
         for part, at in held.items():
@@ -43,13 +38,13 @@ def stuck(recording: Recording) -> Iterator[Nonsense]:
 
 
 def repeating(time: Array, values: Array) -> Mask:
-    """Return which readings (n, k) belong to `LONG` seconds or more of one number."""
+    """Return which readings (n, k) belong to `STUCK.long_s` seconds or more of one number."""
     out = np.zeros(values.shape, dtype=bool)
     for axis, x in enumerate(values.T):
         new = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
         last = np.append(new[1:], len(x)) - 1
         for a, b in zip(new, last, strict=True):
-            out[a : b + 1, axis] = time[b] - time[a] >= LONG
+            out[a : b + 1, axis] = time[b] - time[a] >= STUCK.long_s
     return out
 
 
@@ -67,25 +62,29 @@ def _whole(recording: Recording, imu: Imu, at: Mask) -> Iterator[Nonsense]:
 def carried(recording: Recording, imu: Imu) -> bool:
     """Return whether another sensor shows that an IMU's segment turns: what turns about two axes takes both along."""
     for other in recording.imus:
-        if other.name != imu.name and recording.tree.hinge is not None and across(other.gyro) > TURNS:
+        if (
+            other.name != imu.name
+            and recording.tree.hinge is not None
+            and rate_across_axis(other.gyro) > SHARED_MOTION.turning_rad_s
+        ):
             return True
     poses = [rate_of(p)[1] for p in recording.poses if p.quaternion is not None]
     turning = [float(np.sqrt(np.mean(np.sum(w**2, axis=1)))) for w in poses if len(w)]
-    return any(w > TURNS for w in turning)
+    return any(w > SHARED_MOTION.turning_rad_s for w in turning)
 
 
 def _triple(imu: Imu, part: str, held: Mask) -> Iterator[Nonsense]:
     """Yield that a triple of an IMU is stuck, or that some of its axes are."""
     values: Array = getattr(imu, part)
-    dead = [k for k in range(3) if held[:, k].mean() > MOST and not at_limit(imu, part, k)]
+    dead = [k for k in range(3) if held[:, k].mean() > STUCK.most and not at_limit(imu, part, k)]
     if len(dead) == 3:
         at = np.asarray(held.all(axis=1))
-        moves = turning_force(imu, at) > TURNED if part == "gyro" else rms_rate(imu, at) > RATE
-        if at.mean() > MOST and moves:
-            what = f"{imu.name}'s {PARTS[part]} is stuck: it reads the same {_how_long(float(at.mean()))}"
+        moves = turning_force(imu, at) > STUCK.turned_rad if part == "gyro" else rms_rate(imu, at) > STUCK.turning_rad_s
+        if at.mean() > STUCK.most and moves:
+            what = f"{imu.name}'s {SENSOR_WORDS[part]} is stuck: it reads the same {_how_long(float(at.mean()))}"
             yield Nonsense(imu.name, what, {"share": float(at.mean())}, CHANNELS[part], _advice(imu))
         return
-    busy = [k for k in range(3) if k not in dead and np.mean(values[1:, k] != values[:-1, k]) > BUSY]
+    busy = [k for k in range(3) if k not in dead and np.mean(values[1:, k] != values[:-1, k]) > STUCK.busy]
     if dead and busy:
         names = tuple(CHANNELS[part][k] for k in dead)
         share = float(held[:, dead].all(axis=1).mean())
@@ -100,17 +99,17 @@ def at_limit(imu: Imu, part: str, axis: int) -> bool:
     numbers, counts = np.unique(np.abs(values[:, axis]), return_counts=True)
     limit = float(numbers[int(np.argmax(counts))])
     known = imu.gyro_range if part == "gyro" else imu.accel_range
-    if known is not None and limit >= known * (1 - SAME):
+    if known is not None and limit >= known * (1 - STUCK.same_limit):
         return True
     others = np.abs(np.delete(values, axis, axis=1))
-    ends = np.abs(others - limit) <= SAME * limit
-    return limit > 0 and bool((ends.sum(axis=0) >= 3).any()) and float(others.max()) <= limit * (1 + SAME)
+    ends = np.abs(others - limit) <= STUCK.same_limit * limit
+    return limit > 0 and bool((ends.sum(axis=0) >= 3).any()) and float(others.max()) <= limit * (1 + STUCK.same_limit)
 
 
 def turning_force(imu: Imu, at: Mask) -> float:
     """Return the largest angle in rad between directions of the specific force, a second's mean each."""
     edges = grid([imu.time])
-    width = max(1, round(LONG / float(edges[1] - edges[0] if edges.size > 1 else LONG)))
+    width = max(1, round(STUCK.long_s / float(edges[1] - edges[0] if edges.size > 1 else STUCK.long_s)))
     force = uniform_filter1d(imu.accel, min(width, len(imu.time)), axis=0)[at]
     size = np.linalg.norm(force, axis=1, keepdims=True)
     force = force / np.maximum(size, 1e-12)

@@ -3,15 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from imubench.diagnosis.config.nonsense import AXIS_ORDER
 from imubench.diagnosis.nonsense.rough_fit import mounts_known, rough_misfit
-from imubench.diagnosis.nonsense.stretch import quick_enough
+from imubench.diagnosis.nonsense.stretch import dense_enough
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Imu, Recording
-
-ODD = 0.2  # misfit from which on the other order is tried; a recording with nothing wrong has 0.09 to 0.26
-TIMES = 2.0
-"""Times the misfit of the other order: 1.0 at most of 300 hinges with a strong effect or none, 1.3 on real ones, which
-hardly tell the orders apart. A likelihood ratio would be sure of less, but what an effect leaves is not noise."""
 
 
 def swapped(recording: Recording) -> Iterator[Nonsense]:
@@ -19,13 +15,13 @@ def swapped(recording: Recording) -> Iterator[Nonsense]:
     if recording.tree.hinge is None or len(recording.imus) != 2 or not mounts_known(recording):
         return
     one, two = recording.imus
-    if not (quick_enough(one.time) and quick_enough(two.time)):
+    if not (dense_enough(one.time) and dense_enough(two.time)):
         return
     alone = replace(recording, encoders=(), poses=(), free_swings=(), body=None, motion="hand")
-    if (declared := rough_misfit(alone)) < ODD:
+    if (declared := rough_misfit(alone)) < AXIS_ORDER.odd_misfit:
         return
     other = rough_misfit(replace(alone, imus=(reading(one, two), reading(two, one))))
-    if declared > TIMES * other:
+    if declared > AXIS_ORDER.swapped_factor * other:
         evidence = {"misfit": min(declared, 1e6), "misfit_swapped": other}
         what = "imu1 and imu2 look swapped: their files go with each other's mounts"
         yield Nonsense("joint", what, evidence, advice="check which file is of which IMU")

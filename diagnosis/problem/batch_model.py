@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import ALGEBRA, MOTION_PRIOR
 from imubench.diagnosis.problem.bspline import Moment, Tracks
 from imubench.diagnosis.problem.encoder_calibration import ERROR, misreads, read, spread
 from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis, Prior, State
@@ -19,10 +20,6 @@ from imubench.effects.effect import Reading, Scene, Values
 from imubench.jets import CONSTANT, Jet, Turn, rotation, variable
 from imubench.links import Link, Motion
 from imubench.recording import Imu, Recording
-
-FURTHEST = 30.0  # of a logarithm: a step that leads beyond is taken back anyhow
-HELD = 1e-6  # of its prior: how far a parameter moves that is fixed
-UNKNOWN_POSITION, UNKNOWN_ROTATION = 0.3, 1.0  # m, rad: priors of a mount that nobody declared
 
 
 @dataclass(frozen=True)
@@ -62,8 +59,8 @@ class Model:
         out: dict[str, Prior] = {}
         for imu in self.recording.imus:
             for part, declared, missing in (
-                ("translation", imu.mount_position_std, UNKNOWN_POSITION),
-                ("rotation", imu.mount_rotation_std, UNKNOWN_ROTATION),
+                ("translation", imu.mount_position_std, MOTION_PRIOR.unknown_position_m),
+                ("rotation", imu.mount_rotation_std, MOTION_PRIOR.unknown_rotation_rad),
             ):
                 std = max(missing if declared is None else declared, 1e-6)
                 out[f"{imu.name}.{part}"] = Prior(np.zeros(3), np.full(3, std))
@@ -75,7 +72,7 @@ class Model:
             for p in h.effect.parameters:
                 out[h.key(p.name)] = Prior(p.centre, np.full(p.width, p.std))
         for name, value in (self.fixed or {}).items():
-            out[name] = Prior(value, HELD * out[name].std)
+            out[name] = Prior(value, ALGEBRA.held * out[name].std)
         return out
 
     @cached_property
@@ -106,7 +103,7 @@ class Model:
         for p in h.effect.parameters:
             jet = variable((h.key(p.name), CONSTANT), state.values[h.key(p.name)])
             if p.log:
-                grown = np.exp(np.clip(jet.value, -FURTHEST, FURTHEST))
+                grown = np.exp(np.clip(jet.value, -ALGEBRA.most_log_step, ALGEBRA.most_log_step))
                 jet = jet.through(grown, grown)
             out[p.name] = jet
         return out

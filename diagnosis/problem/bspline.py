@@ -13,8 +13,8 @@ from imubench.jets import Jet, variable
 
 DEGREE = 5
 SUPPORT = DEGREE + 1  # coefficients that a point depends on
-KNOWN = 32  # times and orders whose weights are kept: a fit asks for the same ones at every step;
-LONG, KNOWN_LONG = 5_000, 4  # times of which only those of one moment are: memory
+KEPT_BASES = 32  # times and orders whose weights are kept: a fit asks for the same ones at every step;
+LONG_TIMES, KEPT_LONG_BASES = 5_000, 4  # times of which only those of one moment are: memory
 Held = NDArray[np.float32] | Array
 """Signals as a term holds them: in single precision, for twenty of them in a long recording are half a gigabyte."""
 
@@ -55,7 +55,7 @@ class Knots:
         return np.asfortranarray(self._at(time, order).matrix @ coefficients)
 
     def _at(self, time: Array, order: int) -> "Weights":
-        return (_weighed if len(time) < LONG else _weighed_long)(self, time.tobytes(), order)
+        return (_weighed if len(time) < LONG_TIMES else _weighed_long)(self, time.tobytes(), order)
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def _weigh(knots: Knots, stamps: bytes, order: int) -> Weights:
     return Weights(first, weights, csr_array((weights.ravel(), columns, ends), (len(place), knots.count)))
 
 
-_weighed, _weighed_long = lru_cache(KNOWN)(_weigh), lru_cache(KNOWN_LONG)(_weigh)
+_weighed, _weighed_long = lru_cache(KEPT_BASES)(_weigh), lru_cache(KEPT_LONG_BASES)(_weigh)
 
 
 def place_of(widths: dict[str, int], name: str) -> slice:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import SWING
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.hypothesis import State
@@ -20,21 +21,17 @@ from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
 from imubench.jets import Jet, cross
 from imubench.recording import STANDARD_GRAVITY, Body
 
-GROUP = "swing.torque"
-STILL, REST = 0.05, 0.3  # rad/s: a mean rate over so many seconds under which a segment is at rest
-TURN = 2.0  # intervals between knots, within which no spline follows a torque that jumps: let go, turned round, held
-HARD = 1.5  # times what gravity alone may give: quicker, the segment is turned round by a stop
-SHARE = 0.01  # of the torque of the segment's weight: how closely the equation holds, before it is estimated
+SWING_EQUATION = "swing.torque"
 
 
 def is_data(rows: Rows) -> bool:
     """Return whether rows are samples, or the equation of motion in free swings."""
-    return rows.counts or rows.name == GROUP
+    return rows.counts or rows.name == SWING_EQUATION
 
 
 def equation_of(rows: Iterable[Rows]) -> Rows | None:
     """Return the equation of motion among the rows of a fit; None where nothing swings freely."""
-    return next((r for r in rows if r.name == GROUP), None)
+    return next((r for r in rows if r.name == SWING_EQUATION), None)
 
 
 def inertia_about_joint(body: Body) -> Array:
@@ -46,8 +43,8 @@ def inertia_about_joint(body: Body) -> Array:
 def resting(model: Model, time: Array) -> NDArray[np.bool_]:
     """Return at which of the times (n,) the segment is at rest: friction may hold it where no law says."""
     imu = model.recording.imus[-1]
-    rate = uniform_filter1d(np.linalg.norm(imu.gyro, axis=1), max(int(REST * imu.rate), 1))
-    return np.asarray(np.interp(time, imu.time - model.start, rate) < STILL, dtype=bool)
+    rate = uniform_filter1d(np.linalg.norm(imu.gyro, axis=1), max(int(SWING.rest_s * imu.rate), 1))
+    return np.asarray(np.interp(time, imu.time - model.start, rate) < SWING.still_rad_s, dtype=bool)
 
 
 def turning(model: Model, body: Body, time: Array) -> NDArray[np.bool_]:
@@ -56,11 +53,11 @@ def turning(model: Model, body: Body, time: Array) -> NDArray[np.bool_]:
     With the equation asked there, the motion rang about every jump by 0.13 of the friction, which looked like a torque
     of the joint's rate. Where a stop turns it round, quicker than gravity can, the equation stays.
     """
-    reach = TURN * model.tracks.knots.step
+    reach = SWING.jump_knots * model.tracks.knots.step
     before, after = (whirl(model, time + shift) for shift in (-reach, reach))
     weight = body.mass * STANDARD_GRAVITY * float(np.linalg.norm(body.com))
     gravity = weight / float(np.linalg.norm(inertia_about_joint(body), 2))
-    gentle = np.linalg.norm(after - before, axis=1) < HARD * gravity * 2 * reach
+    gentle = np.linalg.norm(after - before, axis=1) < SWING.hard_factor * gravity * 2 * reach
     return np.asarray((np.sum(before * after, axis=1) < 0) & gentle, dtype=bool)
 
 
@@ -82,7 +79,7 @@ def swing_rows(model: Model, state: State, time: Array) -> Iterator[Rows]:
     """Yield the equation's residual (n, 1 or 3) N m at those of the times (n,) that lie in a free swing."""
     body = model.recording.body
     inside = np.zeros(len(time), dtype=bool)
-    reach = TURN * model.tracks.knots.step
+    reach = SWING.jump_knots * model.tracks.knots.step
     for start, end in model.recording.free_swings:
         inside |= (time >= start - model.start + reach) & (time <= end - model.start - reach)
     if body is None or not inside.any():
@@ -96,8 +93,8 @@ def swing_rows(model: Model, state: State, time: Array) -> Iterator[Rows]:
     residual = missing_torque(model, state, body, time)
     if model.rig.hinge:
         residual = residual[[HINGE_AXIS]]
-    std = SHARE * body.mass * STANDARD_GRAVITY * max(float(np.linalg.norm(body.com)), 0.01)
-    yield Rows(GROUP, time, residual, np.full(residual.value.shape[1], std), counts=False)
+    std = SWING.equation_std * body.mass * STANDARD_GRAVITY * max(float(np.linalg.norm(body.com)), 0.01)
+    yield Rows(SWING_EQUATION, time, residual, np.full(residual.value.shape[1], std), counts=False)
 
 
 def missing_torque(model: Model, state: State, body: Body, time: Array) -> Jet:

@@ -7,13 +7,11 @@ turn looks like a torque that grows with the square of the rate, w^2 e''(q). Nei
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import MOTION_PRIOR
 from imubench.jets import Jet
 from imubench.recording import Recording
 
 ERROR = "encoder.error"  # the fit's name for a zero and pairs of sine and cosine
-ZERO = 0.01  # rad, how well anybody sets a zero to a base, and levels that base
-ROUND = 1e-3  # rad, the error once a turn of a disc that sits off its axle by a few hundredths of a millimetre
-WAVES = 6  # of the turn, the k-th held to ROUND / k^2: what 12 take more of one swing the next has not
 
 
 def misreads(recording: Recording) -> bool:
@@ -23,15 +21,15 @@ def misreads(recording: Recording) -> bool:
 
 
 def spread() -> Array:
-    """Return the standard deviations (1 + 2 WAVES,) rad that are held plausible."""
-    waves = ROUND / np.repeat(np.arange(1, WAVES + 1, dtype=float), 2) ** 2
-    return np.concatenate([[ZERO], waves])
+    """Return the standard deviations (1 + 2 encoder_waves,) rad that are held plausible."""
+    waves = MOTION_PRIOR.encoder_wave_rad / np.repeat(np.arange(1, MOTION_PRIOR.encoder_waves + 1, dtype=float), 2) ** 2
+    return np.concatenate([[MOTION_PRIOR.encoder_zero_rad], waves])
 
 
 def read(angle: Jet, error: Jet) -> Jet:
-    """Return what the encoder says (n, 1) rad of an angle (n, 1) rad; error (1, 1 + 2 WAVES) rad."""
+    """Return what the encoder says (n, 1) rad of an angle (n, 1) rad; error (1, 1 + 2 encoder_waves) rad."""
     out, q = angle + error[[0]], angle.value
-    for k in range(1, WAVES + 1):
+    for k in range(1, MOTION_PRIOR.encoder_waves + 1):
         sine, cosine = np.sin(k * q), np.cos(k * q)
         out = out + error[[2 * k - 1]] * angle.through(sine, k * cosine)
         out = out + error[[2 * k]] * angle.through(cosine, -k * sine)

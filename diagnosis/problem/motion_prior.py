@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import MOTION_PRIOR
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
@@ -14,13 +15,7 @@ from imubench.diagnosis.problem.sensor_axes import sensor_turn, turned
 from imubench.jets import CONSTANT, Jet, cross, dot, variable
 
 TILT = "tilt."
-SMOOTH = {FORCE: 2}  # order of the derivative that is taken for white:
-SMOOTH_ELSE = 4  # accelerations fall with the square of the frequency
-UNIT = 0.1  # how closely an attitude's quaternion keeps its norm; only holds a direction without meaning
-PACE = 1.0  # m/s, how fast a joint centre that nobody measured moves, a second later being another draw
-DRIFT = 0.05  # m/s^2, how closely its velocity follows its specific force; over a second 0.005
-NEAR = 1e-4  # of its std: a heavy-tailed residual that is straight there
-HEADING = 0.03  # half the angle in rad about the vertical from the first attitude of the start: nothing may see it
+WHITE_DERIVATIVE = {FORCE: 2}  # order of the derivative that is taken for white:
 
 
 def middles(model: Model) -> Array:
@@ -64,11 +59,17 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     if ATTITUDE in model.tracks.widths:
         q = moment.track(ATTITUDE)
-        yield Rows("norm", time, off_one(dot(q, q)), np.full(1, UNIT), False)
+        yield Rows("norm", time, off_one(dot(q, q)), np.full(1, MOTION_PRIOR.norm_std), False)
         if anchor is not None:
             first = Moment(model.tracks, state.coefficients, Jet(time[:1, None])).track(ATTITUDE)
             w, x, y, z = anchor
-            yield Rows("heading", time[:1], dot(first, np.array([-z, -y, x, w])), np.full(1, HEADING), False)
+            yield Rows(
+                "heading",
+                time[:1],
+                dot(first, np.array([-z, -y, x, w])),
+                np.full(1, MOTION_PRIOR.heading_half_rad),
+                False,
+            )
     yield from pace_rows(model, state)
     for h in model.hypotheses:
         for s in h.effect.states:
@@ -84,7 +85,7 @@ def smooth_rows(model: Model, state: State, noise: dict[str, float], names: Iter
     jumpy = {h.key(s.name) for h in model.hypotheses for s in h.effect.states if s.jumps}
     for name in names:
         density = np.full(model.tracks.widths[name], noise[f"smooth.{name}"] / np.sqrt(step))
-        curved = moment.track(name, SMOOTH.get(name, SMOOTH_ELSE))
+        curved = moment.track(name, WHITE_DERIVATIVE.get(name, MOTION_PRIOR.white_derivative))
         if name == FORCE:
             curved = sensor.back(curved)
         elif name == ATTITUDE:
@@ -106,14 +107,14 @@ def off_one(square: Jet) -> Jet:
 def heavy_tailed(x: Jet, std: Array) -> Jet:
     """Return x (n, m) as a residual of normal errors whose cost is that of errors of Cauchy's: log(1 + (x / std)^2).
 
-    What rests on one side and falls to the other is smooth but for moments. One roughness for both let a joint's play
-    of 2 mrad follow noise at rest and rounded its falls: 1,200 nat where there are 2,537.
+    What rests on one side and falls to the other is smooth but for moments. One roughness for both would let a joint's
+    play follow noise at rest and round its falls.
     """
     u = x.value / std
     cost = np.log1p(u * u)
     root = np.sign(u) * np.sqrt(2 * cost)
-    slope = 2 * u / (1 + u * u) / np.where(np.abs(u) > NEAR, root, 1.0)
-    return x.through(root * std, np.where(np.abs(u) > NEAR, slope, np.sqrt(2.0)))
+    slope = 2 * u / (1 + u * u) / np.where(np.abs(u) > MOTION_PRIOR.straight_std, root, 1.0)
+    return x.through(root * std, np.where(np.abs(u) > MOTION_PRIOR.straight_std, slope, np.sqrt(2.0)))
 
 
 def pace_rows(model: Model, state: State) -> Iterator[Rows]:
@@ -126,8 +127,8 @@ def pace_rows(model: Model, state: State) -> Iterator[Rows]:
         velocity = moment.track(VELOCITY)
         gravity = base.turn.back(model.gravity(state))
         drift = moment.track(VELOCITY, 1) + cross(base.rate, velocity) - base.force - gravity
-        yield Rows("drift", time, sensor.back(drift), np.full(3, DRIFT), False)
-        pace = np.full(3, PACE / np.sqrt(model.tracks.knots.step))
+        yield Rows("drift", time, sensor.back(drift), np.full(3, MOTION_PRIOR.centre_drift_m_s2), False)
+        pace = np.full(3, MOTION_PRIOR.centre_m_s / np.sqrt(model.tracks.knots.step))
         yield Rows("pace", time, sensor.back(velocity), pace, False)
 
 

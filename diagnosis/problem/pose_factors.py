@@ -21,13 +21,12 @@ from scipy.interpolate import make_interp_spline
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import MOTION_PRIOR
+from imubench.diagnosis.problem.bspline import DEGREE
 from imubench.diagnosis.samples.pose_correlation import GaussMarkov
 from imubench.jets import Jet, Turn
 from imubench.links import Motion
 from imubench.recording import Pose
-
-NEAR = 2  # samples on either side that a measured rate needs
-DEGREE = 5  # of the spline that it is read off: at a tenth of the sampling rate it is 0.02 % off
 
 
 def turn_error(measured: Array, turn: Turn) -> tuple[Jet, Turn]:
@@ -56,7 +55,9 @@ def _slope(time: Array, values: Array) -> tuple[Array, Array]:
     seen = np.isfinite(values).all(axis=1)
     slope = np.full(values.shape, np.nan)
     if seen.sum() > DEGREE:
-        near = np.convolve(seen, np.ones(2 * NEAR + 1), "same") > 2 * NEAR
+        near = (
+            np.convolve(seen, np.ones(2 * MOTION_PRIOR.rate_neighbours + 1), "same") > 2 * MOTION_PRIOR.rate_neighbours
+        )
         spline = make_interp_spline(time[seen], values[seen], k=DEGREE)
         slope[near] = spline(time[near], 1)
     return values, slope
@@ -65,7 +66,7 @@ def _slope(time: Array, values: Array) -> tuple[Array, Array]:
 def pose_errors(
     pose: Pose, segment: Motion, velocity: Jet | None, lasting: tuple[GaussMarkov, Mapping[str, Array]] | None
 ) -> Iterator[tuple[str, Jet, Array]]:
-    """Yield "position" and "rotation", model minus measurement (n, 3), and what was measured, NaN: it does not count.
+    """Yield "position" and "rotation", model minus measurement (n, 3), and the measurement; NaN does not count.
 
     `lasting`: how the errors last, and what `slopes` says of the pose; `velocity` (n, 3) m/s of the segment's origin.
     """

@@ -14,7 +14,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.problem.bspline import KNOWN_LONG, Knots, Moment, Tracks
+from imubench.diagnosis.problem.bspline import KEPT_LONG_BASES, Knots, Moment, Tracks
 from imubench.jets import Jet, Turn, cross, derivatives_by, dot, follows, skew, stack, times
 from imubench.links import STILL, ZERO, Link, Motion, spin
 from imubench.models.tree import Tree, TreeSegment
@@ -109,7 +109,7 @@ def turning(moment: Moment) -> tuple[Turn, Jet, Jet]:
     return _turning(moment.tracks.knots, moment.time.value.tobytes(), q.tobytes(), follows(ATTITUDE))
 
 
-@lru_cache(KNOWN_LONG)
+@lru_cache(KEPT_LONG_BASES)
 def _turning(knots: Knots, time: bytes, q: bytes, followed: bool) -> tuple[Turn, Jet, Jet]:
     alone = Moment(Tracks(knots, {ATTITUDE: 4}), np.frombuffer(q).reshape(-1, 4), Jet(np.frombuffer(time)[:, None]))
     with derivatives_by((ATTITUDE,) if followed else ()):

@@ -12,13 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.report import CHART
 from imubench.reproduce.report import escape
-
-WIDTH = 1000  # units of a viewBox: about the pixels of a page
-HEIGHT = 200
-FEW = 350  # samples up to which each is drawn as a dot: one in three pixels; more are a broad pale line
-GAP = 5.0  # usual steps: no line is drawn across more lost samples than that
-TICKS = 5  # numbers along an axis
 
 
 @dataclass(frozen=True)
@@ -62,43 +57,47 @@ def panel(p: Panel) -> str:
     scale = np.log10 if p.log else np.asarray
 
     def across(x: Array) -> Array:
-        return np.asarray((np.asarray(x) - p.span[0]) / (p.span[1] - p.span[0]) * WIDTH)
+        return np.asarray((np.asarray(x) - p.span[0]) / (p.span[1] - p.span[0]) * CHART.width)
 
     def up(y: Array) -> Array:
         bottom, top = float(scale(low)), float(scale(high))
-        return np.asarray((1 - (scale(np.clip(y, low, None) if p.log else y) - bottom) / (top - bottom)) * HEIGHT)
+        return np.asarray((1 - (scale(np.clip(y, low, None) if p.log else y) - bottom) / (top - bottom)) * CHART.height)
 
     parts = []
     for a, b in p.marked:
-        left, right = np.clip(across(np.array([a, b])), 0, WIDTH)
+        left, right = np.clip(across(np.array([a, b])), 0, CHART.width)
         if right > left:
-            parts.append(f"<rect class='held' x='{left:.0f}' y='0' width='{right - left:.0f}' height='{HEIGHT}'/>")
+            parts.append(
+                f"<rect class='held' x='{left:.0f}' y='0' width='{right - left:.0f}' height='{CHART.height}'/>"
+            )
     if p.band:
         top, bottom = up(np.array([p.band, -p.band]))
-        parts.append(f"<rect class='band' x='0' y='{top:.1f}' width='{WIDTH}' height='{max(bottom - top, 1):.1f}'/>")
+        parts.append(
+            f"<rect class='band' x='0' y='{top:.1f}' width='{CHART.width}' height='{max(bottom - top, 1):.1f}'/>"
+        )
     vertical = log_ticks(low, high) if p.log else ticks(low, high, 4)
     for value in vertical:
-        parts.append(f"<path class='grid' d='M0 {float(up(np.array(value))):.1f}H{WIDTH}'/>")
+        parts.append(f"<path class='grid' d='M0 {float(up(np.array(value))):.1f}H{CHART.width}'/>")
     for line in p.lines:
         inside = (line.time >= p.span[0]) & (line.time <= p.span[1]) & np.isfinite(line.values)
         x, y = across(line.time[inside]), up(line.values[inside])
-        few = line.dots and inside.sum() <= FEW
+        few = line.dots and inside.sum() <= CHART.dots
         drawn = dots(x, y) if few else "".join(path(x[run], y[run]) for run in unbroken(x))
         kind = f"{line.kind} dots" if few else line.kind
         parts.append(f"<path class='line {kind}' d='{drawn}'/>")
     y_labels = "".join(
-        f"<span style='top:{float(up(np.array(v))) / HEIGHT:.1%}'>{number(v, vertical)}</span>" for v in vertical
+        f"<span style='top:{float(up(np.array(v))) / CHART.height:.1%}'>{number(v, vertical)}</span>" for v in vertical
     )
-    horizontal = ticks(*p.span, TICKS)
+    horizontal = ticks(*p.span, CHART.ticks)
     x_labels = "".join(
-        f"<span style='left:{float(across(np.array(v))) / WIDTH:.1%}'>{number(v, horizontal)}"
+        f"<span style='left:{float(across(np.array(v))) / CHART.width:.1%}'>{number(v, horizontal)}"
         f"{' ' + escape(p.unit) if i == len(horizontal) - 1 else ''}</span>"
         for i, v in enumerate(horizontal)
     )
     tall = "" if p.tall else " low"
     return (
         f"<p class='axis'>{escape(p.title)}</p><div class='panel{tall}'><div class='ys'>{y_labels}</div>"
-        f"<svg viewBox='0 0 {WIDTH} {HEIGHT}' preserveAspectRatio='none' role='img' "
+        f"<svg viewBox='0 0 {CHART.width} {CHART.height}' preserveAspectRatio='none' role='img' "
         f"aria-label='{escape(p.title)}'>{''.join(parts)}</svg><div class='xs'>{x_labels}</div></div>"
     )
 
@@ -119,11 +118,11 @@ def limits(p: Panel) -> tuple[float, float]:
 
 
 def unbroken(x: Array) -> list[slice]:
-    """Return the runs of rising places (n,) between gaps of more than `GAP` usual steps."""
+    """Return the runs of rising places (n,) between gaps of more than `CHART.gap` usual steps."""
     if len(x) < 2:
         return [slice(0, len(x))]
     steps = np.diff(x)
-    breaks = np.flatnonzero(steps > GAP * float(np.median(steps))) + 1
+    breaks = np.flatnonzero(steps > CHART.gap * float(np.median(steps))) + 1
     edges = [0, *(int(b) for b in breaks), len(x)]
     return [slice(a, b) for a, b in pairwise(edges)]
 
@@ -141,9 +140,9 @@ def path(x: Array, y: Array) -> str:
 
 def thinned(x: Array, y: Array) -> tuple[Array, Array]:
     """Return points (n,), rising in x, as at most two in each unit of x: the lowest and the highest, in their order."""
-    if len(x) <= 2 * WIDTH:
+    if len(x) <= 2 * CHART.width:
         return x, y
-    column = np.clip(x.astype(int), 0, WIDTH - 1)
+    column = np.clip(x.astype(int), 0, CHART.width - 1)
     edges = np.flatnonzero(np.diff(column, prepend=-1))
     kept = set()
     for begin, end in zip(edges, [*edges[1:], len(x)], strict=True):

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.report import PAGE
 from imubench.diagnosis.evidence import Comparison, Evidence, Trace
 from imubench.diagnosis.report.chart import Line, Panel, chart
 from imubench.diagnosis.report.numbers import brief, printed
@@ -13,12 +14,8 @@ from imubench.diagnosis.report.words import called, spelled
 from imubench.diagnosis.result import Finding, Simulation
 from imubench.diagnosis.samples.spectra import spectrum
 
-EXCERPT = 3.0  # s: some thirty cycles of the mounts' usual 10 Hz, each 30 pixels wide
-SLOW = 0.5  # of the difference's power at less than a cycle an excerpt: then the whole is shown
-MOST = 2  # channels of a finding
 PLACES_OF_TORQUE = ("joint", "body", "world")
-SEEN = 1.1  # times the error with a finding: less is lost in how well the noise is known, 15 %
-ABSORBED = (
+ABSORBED_SENTENCE = (
     "<p>Without it the simulation follows the sensors as well: another motion, or another seat of the sensor, takes "
     "its place. What that moves shows the difference.</p>"
 )
@@ -38,10 +35,10 @@ def figures(finding: Finding, compared: Sequence[Comparison], start: float, simu
     """
     rolled = simulation is not None and simulation.how == "rolled out"
     whole = rolled and finding.at in PLACES_OF_TORQUE
-    best = [c for c in sorted(compared, key=changed_power, reverse=True)[:MOST] if is_seen(c)]
+    best = [c for c in sorted(compared, key=changed_power, reverse=True)[: PAGE.channels] if is_seen(c)]
     name = called(finding.effect, finding.at)
     if compared and not best:
-        return ABSORBED
+        return ABSORBED_SENTENCE
     return "".join(figure(one, name, start, whole) for one in best)
 
 
@@ -136,18 +133,18 @@ def changed_power(c: Comparison) -> float:
 def is_seen(c: Comparison) -> bool:
     """Return whether a channel is farther off without a finding than with it."""
     before, after = (float(np.sum((y - c.measured) ** 2)) for y in (c.before, c.after))
-    return before > SEEN**2 * after
+    return before > PAGE.seen**2 * after
 
 
 def loudest(time: Array, values: Array) -> slice:
     """Return the few seconds of times (n,) in which values (n,) are largest; all of them where they are slow."""
     if len(time) < 2:
         return slice(0, len(time))
-    width = max(2, round(EXCERPT / float(np.median(np.diff(time)))))
+    width = max(2, round(PAGE.excerpt_s / float(np.median(np.diff(time)))))
     if width >= len(time) or slow(time, values):
         return slice(0, len(time))
     power = np.concatenate([[0.0], np.cumsum(values**2)])
-    inside = (time[width - 1 :] - time[: len(time) - width + 1]) < 1.2 * EXCERPT  # not across a gap
+    inside = (time[width - 1 :] - time[: len(time) - width + 1]) < 1.2 * PAGE.excerpt_s  # not across a gap
     held = np.where(inside, power[width:] - power[: len(power) - width], -1.0)
     start = int(np.argmax(held))
     return slice(start, start + width)
@@ -158,7 +155,7 @@ def slow(time: Array, values: Array) -> bool:
     power = np.abs(np.fft.rfft(values)) ** 2
     power[1:] *= 2
     frequency = np.fft.rfftfreq(len(values), float(np.median(np.diff(time))))
-    return float(power[frequency < 1 / EXCERPT].sum()) > SLOW * float(power.sum())
+    return float(power[frequency < 1 / PAGE.excerpt_s].sum()) > PAGE.slow_share * float(power.sum())
 
 
 __all__ = ["changed_power", "figure", "figures", "is_seen", "left_over", "loudest", "residual", "slow", "title"]

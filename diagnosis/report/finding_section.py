@@ -11,7 +11,7 @@ from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.effects import EFFECTS
 from imubench.reproduce.report import escape
 
-COLUMNS = ("parameter", "value", "95 % interval", "unit")
+PARAMETER_COLUMNS = ("parameter", "value", "95 % interval", "unit")
 
 
 def findings(d: Diagnosis, evidence: Evidence) -> Iterable[str]:
@@ -66,7 +66,7 @@ def _numbers(f: Finding) -> str:
     said = "".join(f"<p>{escape(text)}</p>" for name, p in f.parameters.items() if (text := size(name, p)))
     body = [row for name, p in f.parameters.items() for row in rows(name, p)]
     law = f"<p class='soft small'>Its law: {escape(EFFECTS[f.effect].law)}</p>" if f.effect in EFFECTS else ""
-    return said + table(COLUMNS, body) + law
+    return said + table(PARAMETER_COLUMNS, body) + law
 
 
 def _unseen(f: Finding) -> str:

@@ -4,19 +4,20 @@ import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from imubench.diagnosis.config.report import PAGE
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
 from imubench.diagnosis.evidence import Comparison, Evidence
 from imubench.diagnosis.report import headline, words
 from imubench.diagnosis.report.compared import changed_power, is_seen, title
 from imubench.diagnosis.report.html import term
 from imubench.diagnosis.report.moves_table import moves_table
 from imubench.diagnosis.report.numbers import fixed
-from imubench.diagnosis.result import SURE, Diagnosis, Finding
+from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.estimators import ESTIMATORS
 from imubench.models.tree import BALL, HINGE
 from imubench.reproduce.report import escape
 
-WORST = 3  # channels
-PLACES_SHOWN = 2  # sentences of where they differ; the others stand at the map
 OFFERED = {HINGE: "olsson2020", BALL: "sliding"}
 """Which estimator a reader is offered for a joint: the axis of a hinge, the centre of a ball joint."""
 
@@ -90,7 +91,7 @@ def what(d: Diagnosis, evidence: Evidence) -> str:
 
 def sure(d: Diagnosis) -> bool:
     """Return whether an effect of the library was found for sure."""
-    return any(f.named and f.confidence >= SURE for f in d.findings)
+    return any(f.named and f.confidence >= CONFIDENCE.counts for f in d.findings)
 
 
 def without_each(d: Diagnosis, evidence: Evidence) -> list[str]:
@@ -107,7 +108,7 @@ def _bars(d: Diagnosis) -> str:
     """Return the channels that differ most, as declared and with what was found, in figures."""
     assert d.simulation is not None
     rows = []
-    for off in headline.offs(d.simulation)[:WORST]:
+    for off in headline.deviations(d.simulation)[: SIMULATED_BESIDE.channels]:
         change = f"<b>{off.before}</b>" if off.before == off.after else f"<b>{off.before}</b> → <b>{off.after}</b>"
         times = f"{_times(off.times_before)} → {_times(off.times_after)} times the noise"
         if not sure(d):
@@ -128,7 +129,7 @@ def _times(value: float) -> str:
 def where(d: Diagnosis, evidence: Evidence) -> str:
     """Return where the recording differs from the declared model."""
     texts = headline.places(d, evidence.span)
-    return "".join(f"<p>{escape(words.sentence(text))}</p>" for text in texts[:PLACES_SHOWN])
+    return "".join(f"<p>{escape(words.sentence(text))}</p>" for text in texts[: PAGE.places])
 
 
 def because(d: Diagnosis) -> str:

@@ -4,20 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imubench.diagnosis.config.report import PAGE
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.report import words
 from imubench.diagnosis.report.numbers import brief, printed, shown
-from imubench.diagnosis.result import SURE, Diagnosis, Simulation
+from imubench.diagnosis.result import Diagnosis, Simulation
 from imubench.sim.profiles import PROFILES
-
-AT_NOISE = 1.2
-"""Times the noise, over all channels: a declared std is right within 15 %, and coloured noise adds up to 10 % to it."""
-IDEAL = 1e-4
-"""rad/s and m/s^2 per sample, below which a profile's noise is that of no IMU on sale (the quietest MEMS gyroscope of
-the list has 1.7e-3 rad/s)."""
 
 
 @dataclass(frozen=True)
-class Off:
+class Deviation:
     """How far the simulation is from one channel, in the laboratory's unit."""
 
     channel: str
@@ -29,20 +25,20 @@ class Off:
     times_after: float
 
 
-def offs(s: Simulation) -> list[Off]:
+def deviations(s: Simulation) -> list[Deviation]:
     """Return how far each channel is off, the farthest over its noise as declared first."""
     found = []
     for name, c in s.channels.items():
         factor, unit = printed(c.unit)
         noise = max(c.noise, 1e-300)
         before, after, level = (brief(factor * v) for v in (c.before, c.after, c.noise))
-        found.append(Off(name, before, after, level, unit, c.before / noise, c.after / noise))
+        found.append(Deviation(name, before, after, level, unit, c.before / noise, c.after / noise))
     return sorted(found, key=lambda off: -off.times_before)
 
 
 def times_noise(s: Simulation) -> tuple[float, float]:
     """Return the RMS over all channels of how far both models are off, over the noise."""
-    every = offs(s)
+    every = deviations(s)
     before, after = (np.array([getattr(o, key) for o in every]) for key in ("times_before", "times_after"))
     return float(np.sqrt(np.mean(before**2))), float(np.sqrt(np.mean(after**2)))
 
@@ -55,7 +51,7 @@ def shown_by(s: Simulation | None) -> bool:
     if s is None or not s.channels:
         return False
     before, after = times_noise(s)
-    return before > AT_NOISE and before > after
+    return before > PAGE.at_noise and before > after
 
 
 def explained_percent(d: Diagnosis) -> str:
@@ -66,7 +62,7 @@ def explained_percent(d: Diagnosis) -> str:
     before, after = d.misfit
     if d.simulation is not None and shown_by(d.simulation):
         before, after = (x**2 for x in times_noise(d.simulation))
-    elif before <= AT_NOISE:
+    elif before <= PAGE.at_noise:
         return ""
     share = float(np.clip(1 - after / before, 0, 1)) if before > 0 else 0.0
     return words.percent(np.floor(100 * share) / 100)  # 99.7 % explained is not 100 %
@@ -82,7 +78,7 @@ def headline(d: Diagnosis) -> str:
 
 
 def _headline(d: Diagnosis) -> str:
-    sure = [f for f in d.findings if f.named and f.confidence >= SURE]
+    sure = [f for f in d.findings if f.named and f.confidence >= CONFIDENCE.counts]
     matters = [f for f in sure if f.material] or sure
     named = words.listed([words.called(f.effect, f.at) for f in matters])
     if d.verdict == "unobservable":
@@ -109,7 +105,7 @@ def _agrees(d: Diagnosis) -> str:
             "Nothing was found that the simulation leaves out. How loud the sensors are is not known, so what is as "
             "quiet as their noise may still be there."
         )
-    if d.simulation is not None and d.simulation.channels and times_noise(d.simulation)[1] > AT_NOISE:
+    if d.simulation is not None and d.simulation.channels and times_noise(d.simulation)[1] > PAGE.at_noise:
         return f"No effect was found that the simulation leaves out. {_off(d, with_it=False)}"
     return "The simulation and this recording agree: what differs is sensor noise."
 
@@ -118,7 +114,7 @@ def _off(d: Diagnosis, with_it: bool = True) -> str:
     """Return how far the simulations are off in the channel that differs most over its noise; empty if not played."""
     if d.simulation is None or not d.simulation.channels or (with_it and not shown_by(d.simulation)):
         return ""
-    worst = offs(d.simulation)[0]
+    worst = deviations(d.simulation)[0]
     at = words.spelled(worst.channel)
     if not with_it:
         return f"MuJoCo's simulation is off by {worst.before} {worst.unit} RMS at the {at}."
@@ -136,7 +132,7 @@ def _left(d: Diagnosis) -> str:
         sensors = words.listed(list(d.noise_unknown))
         return f"{told}Whether only noise is left cannot be said: the noise of {sensors} is not known."
     if d.verdict == "explained":
-        if d.simulation is None or not d.simulation.channels or times_noise(d.simulation)[1] <= AT_NOISE:
+        if d.simulation is None or not d.simulation.channels or times_noise(d.simulation)[1] <= PAGE.at_noise:
             return "With that in it, only sensor noise is left."
         return f"That explains {share} of what differs." if share else ""
     return f"That explains {share} of what differs; the rest is unexplained." if share else "The rest is unexplained."
@@ -155,7 +151,7 @@ def usual_noise(d: Diagnosis, rates: dict[str, float]) -> str:
         if at not in rates:
             continue
         found = sorted(
-            std for p in PROFILES.values() if (std := getattr(p, part).declared_noise_std(rates[at])) > IDEAL
+            std for p in PROFILES.values() if (std := getattr(p, part).declared_noise_std(rates[at])) > PAGE.ideal_noise
         )
         level = d.noise[name]
         factor, unit = printed(level.unit)
@@ -172,7 +168,7 @@ def against_reference(d: Diagnosis) -> list[tuple[str, float, float]]:
     base, _, _ = d.fit.reference.unit.partition(" ")
     change = d.fit.reference
     return [
-        (words.MEASURED.get(name, name), shown(was, base)[0], shown(change.after[name], base)[0])
+        (words.MEASURED_WORDS.get(name, name), shown(was, base)[0], shown(change.after[name], base)[0])
         for name, was in change.before.items()
     ]
 
@@ -183,9 +179,11 @@ def places(d: Diagnosis, span: tuple[float, float], zero: float | None = None) -
         return list(dict.fromkeys(f"To do: {n.advice}." for n in d.nonsense))
     if d.where:
         return [words.location(w, span, zero) for w in d.where]
-    if d.simulation is not None and d.simulation.channels and times_noise(d.simulation)[0] > AT_NOISE:
-        worst = offs(d.simulation)[:3]
-        told = [f"the {words.spelled(o.channel)} ({o.before} {o.unit} RMS)" for o in worst if o.times_before > AT_NOISE]
+    if d.simulation is not None and d.simulation.channels and times_noise(d.simulation)[0] > PAGE.at_noise:
+        worst = deviations(d.simulation)[:3]
+        told = [
+            f"the {words.spelled(o.channel)} ({o.before} {o.unit} RMS)" for o in worst if o.times_before > PAGE.at_noise
+        ]
         return [f"At {words.listed(told)}."]
     if d.noise_unknown:
         return ["Nowhere by more than what was taken for noise."]
@@ -193,11 +191,11 @@ def places(d: Diagnosis, span: tuple[float, float], zero: float | None = None) -
 
 
 __all__ = [
-    "Off",
+    "Deviation",
     "against_reference",
+    "deviations",
     "explained_percent",
     "headline",
-    "offs",
     "places",
     "shown_by",
     "times_noise",

@@ -7,18 +7,12 @@ from itertools import pairwise
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.report import CHART
 from imubench.diagnosis.evidence import Comparison, Evidence, Trace
 from imubench.diagnosis.report.words import covers
 from imubench.diagnosis.result import Pair, Where
 from imubench.diagnosis.samples.spectra import spectrum
 from imubench.reproduce.report import escape
-
-COLUMNS = 120  # over time: a phone has about 300 pixels for them
-BINS = 60  # over frequency
-SHORTEST = 0.5  # s of a column: a few samples of the slowest sensor
-LEVELS = (1.5, 3.0, 6.0, 15.0, 50.0)
-"""Times the noise, from which each darker step begins: 1.5 is beyond what noise does by chance in half a second, and
-six steps are as many as can be told apart."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +74,7 @@ def misfit_map(evidence: Evidence, where: Sequence[Where], found: bool = True) -
             f"<div>{_cells(f_edges, f_levels, _frames(series, bands, f_edges))}"
             f"{_axis(f_edges[0], f_edges[-1], 'Hz')}</div></div>"
         )
-    steps = ["up to 1.5", *(f"{a:g} to {b:g}" for a, b in pairwise(LEVELS)), f"over {LEVELS[-1]:g}"]
+    steps = ["up to 1.5", *(f"{a:g} to {b:g}" for a, b in pairwise(CHART.levels)), f"over {CHART.levels[-1]:g}"]
     keys = "".join(f"<span class='key cell l{i}'>{step}</span>" for i, step in enumerate(steps))
     return (
         f"<figure class='chart'><div class='legend'><span>times the noise:</span>{keys}"
@@ -90,7 +84,7 @@ def misfit_map(evidence: Evidence, where: Sequence[Where], found: bool = True) -
 
 def over_time(series: Sequence[Series], values: Sequence[Array], span: Pair) -> tuple[Array, Array]:
     """Return edges (m + 1,) s and each channel's RMS (channels, m) of values between them, NaN where there are none."""
-    count = max(1, min(COLUMNS, round((span[1] - span[0]) / SHORTEST)))
+    count = max(1, min(CHART.columns, round((span[1] - span[0]) / CHART.least_column_s)))
     edges = np.linspace(*span, count + 1)
     out = []
     for s, z in zip(series, values, strict=True):
@@ -106,14 +100,14 @@ def over_frequency(series: Sequence[Series], values: Sequence[Array]) -> tuple[A
     found = [
         (*spectrum(s.time, z[:, None]), float(np.median(np.diff(s.time)))) for s, z in zip(series, values, strict=True)
     ]
-    edges = np.linspace(0.0, max(f[-1] for f, _, _ in found), BINS + 1)
+    edges = np.linspace(0.0, max(f[-1] for f, _, _ in found), CHART.bins + 1)
     centres = 0.5 * (edges[1:] + edges[:-1])
     out = []
     for f, density, step in found:
-        at = np.minimum(np.searchsorted(edges, f, side="right") - 1, BINS - 1)
-        numbers = np.bincount(at, minlength=BINS).astype(float)
+        at = np.minimum(np.searchsorted(edges, f, side="right") - 1, CHART.bins - 1)
+        numbers = np.bincount(at, minlength=CHART.bins).astype(float)
         numbers[numbers == 0] = np.nan
-        mean = np.bincount(at, density[:, 0], BINS) / numbers
+        mean = np.bincount(at, density[:, 0], CHART.bins) / numbers
         seen = np.isfinite(mean)
         mean = np.interp(centres, centres[seen], mean[seen], right=np.nan)
         out.append(np.sqrt(mean / (2 * step)))
@@ -123,7 +117,7 @@ def over_frequency(series: Sequence[Series], values: Sequence[Array]) -> tuple[A
 def _cells(edges: Array, levels: Array, frames: str) -> str:
     """Return the map's cells, neighbours of one step as one, the palest left out."""
     rows, columns = levels.shape
-    steps = np.searchsorted(LEVELS, np.nan_to_num(levels, nan=0.0), side="right")
+    steps = np.searchsorted(CHART.levels, np.nan_to_num(levels, nan=0.0), side="right")
     paths: dict[int, list[str]] = {}
     for i, row in enumerate(steps):
         begins = np.flatnonzero(np.diff(row, prepend=-1))

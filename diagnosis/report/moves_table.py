@@ -56,7 +56,7 @@ def _called(columns: Sequence[Moves], name: str) -> str:
     move = next(moves[name] for moves in columns if name in moves)
     of = "segment " if name == "orientation" else "imu"
     whose = f" of {words.listed([f'{of}{k + 1}' for k in range(move.value.size)])}" if move.value.size > 1 else ""
-    return f"{words.MOVED.get(name, name)}{whose} ({move.unit})"
+    return f"{words.MOVED_WORDS.get(name, name)}{whose} ({move.unit})"
 
 
 def _cell(move: Move | None) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.report import PAGE
 from imubench.diagnosis.result import Parameter
 
 LABORATORY = {  # SI -> factor and unit in the report
@@ -15,8 +16,7 @@ LABORATORY = {  # SI -> factor and unit in the report
     "m/rad": (1e3 * np.pi / 180, "mm/deg"),
 }
 SMALL_TIMES = (1e3, "ms")
-MOSTLY = 0.5  # of a number's own direction: from half on, what is plausible says more of it than the recording
-NAMES = {  # number of components -> their names
+COMPONENT_NAMES = {  # number of components -> their names
     3: ("x", "y", "z"),
     6: ("xy", "xz", "yx", "yz", "zx", "zy"),
     9: ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"),
@@ -44,7 +44,7 @@ def rows(name: str, p: Parameter) -> Iterator[tuple[str, str, str, str]]:
     """Yield name, value, 95 % interval and unit of each component of a parameter; no number that is not seen."""
     values, stds = np.atleast_1d(p.value).ravel(), np.atleast_1d(p.std).ravel()
     factor, unit = _common(values, p.unit)
-    labels = NAMES.get(values.size, tuple(str(i + 1) for i in range(values.size)))
+    labels = COMPONENT_NAMES.get(values.size, tuple(str(i + 1) for i in range(values.size)))
     for label, value, std, seen in zip(labels, values * factor, stds * factor, numbers_seen(p), strict=True):
         called = name.replace("_", " ") + (f" {label}" if values.size > 1 else "")
         if not seen:
@@ -60,7 +60,7 @@ def numbers_seen(p: Parameter) -> list[bool]:
     """Return whether each number of a parameter is seen: not one that lies mostly along directions that are not."""
     if p.fixed is None:
         return [True] * p.value.size
-    return [bool(np.sum(row**2) < MOSTLY) for row in p.fixed.unseen]
+    return [bool(np.sum(row**2) < PAGE.mostly_prior) for row in p.fixed.unseen]
 
 
 def size(name: str, p: Parameter) -> str:

@@ -4,10 +4,11 @@ from collections.abc import Iterable
 from importlib.resources import files
 
 import imubench
+from imubench.diagnosis.config.report import PAGE
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.report import headline, words
 from imubench.diagnosis.report.finding_section import findings
-from imubench.diagnosis.report.first_screen import PLACES_SHOWN, Paths, first_screen
+from imubench.diagnosis.report.first_screen import Paths, first_screen
 from imubench.diagnosis.report.html import fold, table, term
 from imubench.diagnosis.report.misfit_map import misfit_map
 from imubench.diagnosis.report.numbers import fixed, shown
@@ -40,7 +41,7 @@ def page(d: Diagnosis, evidence: Evidence, paths: Paths | None = None) -> str:
         "<meta name='color-scheme' content='light dark'>",
         f"<style>{style}</style></head><body>",
         f"<p class='soft over'>Diagnosis of {escape(d.recording)}: {escape(_what(evidence))}</p>",
-        f"<h1 class='verdict {words.VERDICTS[d.verdict]}'>{escape(headline.headline(d))}</h1>",
+        f"<h1 class='verdict {words.VERDICT_LOOKS[d.verdict]}'>{escape(headline.headline(d))}</h1>",
         f"<p>{escape(words.baseline(d.baseline))}</p>" if d.baseline is not None else "",
         first_screen(d, evidence, paths or Paths()),
         *(findings(d, evidence) if d.fitted else ()),
@@ -73,7 +74,7 @@ def _map(d: Diagnosis, evidence: Evidence) -> Iterable[str]:
         return
     whose = "MuJoCo's simulation" if evidence.simulated else "the fitted motion, which is free to follow the sensors,"
     yield "<h2>Where and when they differ</h2>"
-    for text in headline.places(d, evidence.span)[PLACES_SHOWN:]:
+    for text in headline.places(d, evidence.span)[PAGE.places :]:
         yield f"<p>{escape(words.sentence(text))}</p>"
     yield f"<p class='soft'>Below: by how many times its noise each channel differs from {whose} "
     yield f"over time, in seconds from the recording's start, and over frequency. {escape(MAP_TEXT)}</p>"

@@ -7,6 +7,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.atomic import atomic_file
+from imubench.diagnosis.config.report import CHART
 from imubench.diagnosis.evidence import Comparison, Evidence
 from imubench.diagnosis.report import words
 from imubench.diagnosis.report.compared import loudest
@@ -18,8 +19,13 @@ from imubench.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MEASURED, BEFORE, AFTER, BAND = "#1c2328", "#c8641e", "#1e7d4f", "#dde2e6"  # as on the report's page
-SIZE, DPI = (9.0, 8.0), 130  # inches
+MEASURED_COLOUR, BEFORE_COLOUR, AFTER_COLOUR, BAND_COLOUR = (
+    "#1c2328",
+    "#c8641e",
+    "#1e7d4f",
+    "#dde2e6",
+)  # as on the report's page
+PICTURE_INCHES = (9.0, 8.0)  # inches
 
 
 def draw_diagnosis(path: Path, d: Diagnosis, evidence: Evidence, off: tuple[Array, Array], judge: str) -> None:
@@ -42,7 +48,7 @@ def draw_diagnosis(path: Path, d: Diagnosis, evidence: Evidence, off: tuple[Arra
     if not evidence.simulated or d.simulation is None:
         raise InputError(f"{d.recording}: expected simulations to draw, got none")
     c = most_visible(d, evidence)
-    figure = Figure(figsize=SIZE, layout="constrained")
+    figure = Figure(figsize=PICTURE_INCHES, layout="constrained")
     signals, errors, axis = figure.subplots(3, 1, gridspec_kw={"height_ratios": [3, 2, 1.5]})
     draw_signals(signals, errors, c, evidence.span[0])
     draw_axis(axis, off, judge)
@@ -51,7 +57,7 @@ def draw_diagnosis(path: Path, d: Diagnosis, evidence: Evidence, off: tuple[Arra
     title = f"Found in {seconds:.0f} s of recording: {found}.\n{axis_change(off)}"
     figure.suptitle(title, fontweight="bold", ha="left", x=0.01)
     with atomic_file(Path(path)) as partial:
-        figure.savefig(partial, dpi=DPI)
+        figure.savefig(partial, dpi=CHART.dots_per_inch)
 
 
 def most_visible(d: Diagnosis, evidence: Evidence) -> Comparison:
@@ -73,12 +79,12 @@ def draw_signals(signals: "Axes", errors: "Axes", c: Comparison, start: float) -
     some = loudest(c.time, before - measured)
     time = c.time[some] - start
     noise = factor * c.noise
-    signals.plot(time, before[some], "--", color=BEFORE, lw=1.8, label="MuJoCo, as declared")
-    signals.plot(time, after[some], color=AFTER, lw=1.8, label="MuJoCo, with what was found")
-    signals.plot(time, measured[some], "o", color=MEASURED, alpha=0.6, ms=3, mew=0, label="measured")
-    errors.axhspan(-2 * noise, 2 * noise, color=BAND, label="sensor noise, 95 % of it")
-    errors.plot(time, (before - measured)[some], "--", color=BEFORE, lw=1.8)
-    errors.plot(time, (after - measured)[some], color=AFTER, lw=1.8)
+    signals.plot(time, before[some], "--", color=BEFORE_COLOUR, lw=1.8, label="MuJoCo, as declared")
+    signals.plot(time, after[some], color=AFTER_COLOUR, lw=1.8, label="MuJoCo, with what was found")
+    signals.plot(time, measured[some], "o", color=MEASURED_COLOUR, alpha=0.6, ms=3, mew=0, label="measured")
+    errors.axhspan(-2 * noise, 2 * noise, color=BAND_COLOUR, label="sensor noise, 95 % of it")
+    errors.plot(time, (before - measured)[some], "--", color=BEFORE_COLOUR, lw=1.8)
+    errors.plot(time, (after - measured)[some], color=AFTER_COLOUR, lw=1.8)
     without, with_it, level = (brief(size) for size in (rms(before - measured), rms(after - measured), noise))
     signals.set(ylabel=f"{words.spelled(c.channel)}, {unit}", xticklabels=[])
     errors.set(ylabel=f"simulated minus\nmeasured, {unit}", xlabel="time from the recording's start, s")
@@ -100,8 +106,8 @@ def draw_axis(axes: "Axes", off: tuple[Array, Array], judge: str) -> None:
     names = ("imu1", "imu2")
     largest = max(float(np.max(values)) for values in off)
     rows = (
-        (off[0], -0.2, BEFORE, "estimated from the recording as it is"),
-        (off[1], 0.2, AFTER, "estimated with what was found taken out"),
+        (off[0], -0.2, BEFORE_COLOUR, "estimated from the recording as it is"),
+        (off[1], 0.2, AFTER_COLOUR, "estimated with what was found taken out"),
     )
     for values, place, colour, label in rows:
         bars = axes.barh(np.arange(2) + place, values, 0.38, color=colour, label=label)

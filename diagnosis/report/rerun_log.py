@@ -22,7 +22,7 @@ from imubench.rotations import from_axis_angle, multiply
 
 SOURCE = "recovered motion"
 GREY = (170, 170, 170)
-PEAKS = rr.components.AggregationPolicy.MinMax  # zoomed out, the mean of many samples would hide a residual
+KEEP_PEAKS = rr.components.AggregationPolicy.MinMax  # zoomed out, the mean of many samples would hide a residual
 
 
 def log_diagnosis(path: Path, d: Diagnosis, evidence: Evidence, reference: Reference | None = None) -> None:
@@ -51,7 +51,7 @@ def _log_all(rec: rr.RecordingStream, d: Diagnosis, evidence: Evidence, referenc
             if z is not None:
                 names = [f"{channel} {side}" for channel in trace.channels]
                 log_series(rec, f"{base}/{side}", trace.time, z, names, XYZ[: len(names)], 1.0)
-                rec.log(f"{base}/{side}", rr.SeriesLines.from_fields(aggregation_policy=PEAKS), static=True)
+                rec.log(f"{base}/{side}", rr.SeriesLines.from_fields(aggregation_policy=KEEP_PEAKS), static=True)
     for w in d.where:
         log_sections(rec, f"windows/{w.at}", [(f"misfit at {w.at}", *window) for window in w.windows_s])
     if evidence.heldout_s:

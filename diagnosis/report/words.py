@@ -1,16 +1,17 @@
 """Plain sentences about a diagnosis."""
 
-from imubench.diagnosis.result import SURE, UNKNOWN, Baseline, Diagnosis, Finding, Move, Moves, Pair, Rejected, Where
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.result import UNKNOWN, Baseline, Diagnosis, Finding, Move, Moves, Pair, Rejected, Where
 from imubench.effects import traits_of
 
 UNNAMED = "something at {imu} that no effect of the library explains"
-MEASURED = {
+MEASURED_WORDS = {
     "hinge_angle": "hinge angle",
     "hinge_angle_but_constant": "hinge angle, but for a constant",
     "orientation1": "orientation of segment 1",
 }
 
-MOVED = {  # what a finding moves -> in words
+MOVED_WORDS = {  # what a finding moves -> in words
     "joint_axis": "joint axis",
     "joint_centre": "joint centre",
     "hinge_angle": "hinge angle",
@@ -22,7 +23,7 @@ MOVED = {  # what a finding moves -> in words
 
 KINDS = {"gyr": "gyroscope", "acc": "accelerometer"}  # part of a channel's name -> in words
 
-VERDICTS = {  # verdict -> how it looks
+VERDICT_LOOKS = {  # verdict -> how it looks
     "no mismatch": "good",
     "explained": "good",
     "partly explained": "part",
@@ -56,7 +57,7 @@ def alarm(d: Diagnosis) -> str:
     """Return in a sentence why there is an alarm, or none."""
     if not d.alarm:
         return f"nothing that is sure moves a joint or a segment by {tolerance(d)}."
-    loud = [f for f in d.findings if f.material and (f.confidence >= SURE or not f.named)]
+    loud = [f for f in d.findings if f.material and (f.confidence >= CONFIDENCE.counts or not f.named)]
     names = listed([called(f.effect, f.at) for f in loud])
     return f"{names} may matter: {moved(loud[0].moves)}." if loud[0].moves else f"{names} may matter."
 
@@ -76,7 +77,7 @@ def moved(moves: Moves) -> str:
     for name, move in moves.items():
         whose = _whose(name, move.value.size)
         again = bool(whose) and any(whose in text for text in told)
-        told.append(f"{MOVED.get(name, name)} {_size(move)}{'' if again else whose}")
+        told.append(f"{MOVED_WORDS.get(name, name)} {_size(move)}{'' if again else whose}")
     return ", ".join(told)
 
 

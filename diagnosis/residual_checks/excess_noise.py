@@ -5,29 +5,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.residuals import EXCESS_NOISE
+from imubench.diagnosis.config.shared import CONFIDENCE, DECLARED_NOISE, STATISTICS
+from imubench.diagnosis.config.solve import SWING
 from imubench.diagnosis.discrepancy.terms import channels_of
 from imubench.diagnosis.noise.coloured import Spectra, noise_spectra
-from imubench.diagnosis.noise.reml import ALLOWED, declared, levels, with_noise
-from imubench.diagnosis.problem.dynamics_factors import GROUP, equation_of
+from imubench.diagnosis.noise.reml import declared, levels, with_noise
+from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, equation_of
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.residual_checks.localize import shares
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
-from imubench.diagnosis.samples.check_findings import UNITS, called
+from imubench.diagnosis.samples.check_findings import UNIT_OF_PART, called
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault
-
-SURELY = 0.9  # confidence in noise power beyond that, which no term explains
-FLAT = 1.15  # by how much a band's power may differ from the whole's, beyond what chance lets it
-CHANCE = 2.5  # standard deviations of a band's power, three axes at every bin
-VISIBLE = 0.3  # of white noise's power, that the fit must leave, in a band or in all, to tell
-STEADY = 1.2  # by how much the power may differ between calm and quick moments
-WINDOW = 1.0  # s
-TAIL, TAIL_CHANCE = 0.5, 5.0  # by which a fourth moment is over 3, and in its standard deviations
-LEFT = 0.02  # of a sample's noise, that the fit leaves at least
-SHARED = 0.1  # of a level, by which it is far from its own: two IMUs share what one was blamed for, until it is clear
-UNHELD = 0.7  # of 1 % of the weight's torque, from which on a swing does not go as its equation says
-LESS = 0.8  # of a louder noise's std, that a fit leaves where it is none
 
 
 def excess_noise(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Finding]:
@@ -38,20 +29,29 @@ def excess_noise(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Find
     if not told:
         return []
     found, leverage = levels(fit)
-    if max(abs(np.log(found[n] / fit.noise[n])) for n in told) > SHARED:
+    if max(abs(np.log(found[n] / fit.noise[n])) for n in told) > EXCESS_NOISE.own_level:
         fit = with_noise(fit, 2)
         found, leverage = levels(fit)
-    over = {n for n, std in told.items() if (found[n] / std) ** 2 > ALLOWED and tells(leverage[n])}
+    over = {
+        n
+        for n, std in told.items()
+        if (found[n] / std) ** 2 > DECLARED_NOISE.most_power and tells_its_level(leverage[n])
+    }
     if not over:
         return []
     spectra = noise_spectra(fit)
     out = []
     for rows in fit.measured:
         name, at = rows.name, rows.name.split(".")[0]
-        if name not in over or at not in imus or not steady(fit, rows, leverage[name]) or tailed(rows, leverage[name]):
+        if (
+            name not in over
+            or at not in imus
+            or not steady(fit, rows, leverage[name])
+            or has_heavy_tails(rows, leverage[name])
+        ):
             continue
         if flat(spectra[name], (found[name] / fit.noise[name]) ** 2):
-            out.append(louder(name, found[name], leverage[name]))
+            out.append(louder_noise(name, found[name], leverage[name]))
             over.remove(name)
     sensors = {n.split(".")[0] for n in over}
     chosen = next((w for w in where if w.at in sensors), None)
@@ -62,17 +62,17 @@ def excess_noise(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Find
 
 def unexplained(where: Where) -> Finding:
     """Return what no term holds at a place as a finding without a name."""
-    return Finding(UNKNOWN, where.at, SURELY, {}, Interval(0.0, (0.0, 0.0)), where=where)
+    return Finding(UNKNOWN, where.at, CONFIDENCE.sure, {}, Interval(0.0, (0.0, 0.0)), where=where)
 
 
 def off_its_equation(fit: Fit) -> list[Finding]:
     """Return what a free swing's equation leaves as a finding without a name at the joint, where that is a torque.
 
-    Of 1 % of the torque of the segment's weight it left 0.05 to 0.22 in 26 swings that had nothing, or of which all was
-    named; of a wind 2.8.
+    A swing without any other torque keeps to its equation within a fraction of 1 % of the torque of the segment's
+    weight; an unnamed torque, such as wind, exceeds that.
     """
     rows = equation_of(fit.rows)
-    if rows is None or fit.noise.get(GROUP, 0.0) < UNHELD:
+    if rows is None or fit.noise.get(SWING_EQUATION, 0.0) < SWING.unheld:
         return []
     power = np.sum(rows.residual.value**2, axis=0)
     told = dict(zip(channels_of("torque", len(power)), power.tolist(), strict=True))
@@ -93,17 +93,21 @@ def refuted(raw: Sequence[Finding], fit: Fit, known: set[str]) -> tuple[Finding,
 
     def less(f: Finding) -> bool:
         name = f"{f.at}.{traits_of(f.effect).channel}"
-        return name in leverage and tells(leverage[name]) and found[name] < LESS * float(f.parameters["std"].value)
+        return (
+            name in leverage
+            and tells_its_level(leverage[name])
+            and found[name] < EXCESS_NOISE.quieter * float(f.parameters["std"].value)
+        )
 
     return tuple(f for f in some if less(f))
 
 
-def tells(leverage: Array) -> bool:
+def tells_its_level(leverage: Array) -> bool:
     """Return whether the fit leaves enough of a sensor's noise for its level to say anything; leverage (n, 3)."""
-    return float(np.mean(1 - leverage)) > VISIBLE
+    return float(np.mean(1 - leverage)) > EXCESS_NOISE.visible
 
 
-def left_over(fit: Fit, allowed: float = ALLOWED) -> float:
+def left_over(fit: Fit, allowed: float = DECLARED_NOISE.most_power) -> float:
     """Return the nat that noise costs at its declared levels beyond so many times their power."""
     told, numbers = declared(fit.model), {r.name: r.residual.value.size for r in fit.measured}
     power = {n: (fit.noise[n] / std) ** 2 / allowed for n, std in told.items() if n in fit.noise and n in numbers}
@@ -112,17 +116,17 @@ def left_over(fit: Fit, allowed: float = ALLOWED) -> float:
 
 def flat(spectra: Spectra, whole: float = 1.0) -> bool:
     """Return whether noise of so much power is white as far as its bands tell; at least two have to."""
-    told = spectra.seen > VISIBLE
+    told = spectra.seen > EXCESS_NOISE.visible
     off = np.abs(np.log(spectra.power[told] / whole))
-    chance = CHANCE / np.sqrt(3 * np.diff(spectra.edges)[told])
-    return len(off) > 1 and bool(np.all(off < np.log(FLAT) + chance))
+    chance = STATISTICS.band_sigmas / np.sqrt(3 * np.diff(spectra.edges)[told])
+    return len(off) > 1 and bool(np.all(off < np.log(EXCESS_NOISE.flat_power) + chance))
 
 
 def steady(fit: Fit, rows: Rows, leverage: Array) -> bool:
     """Return whether an IMU's residuals are as large while it turns fast as while it does not."""
     imu = next(i for i in fit.model.recording.imus if i.name == rows.name.split(".")[0])
     speed = np.interp(rows.time + fit.model.start, imu.time, np.linalg.norm(imu.gyro, axis=1))
-    bins = ((rows.time - rows.time[0]) / WINDOW).astype(int)
+    bins = ((rows.time - rows.time[0]) / EXCESS_NOISE.window_s).astype(int)
     count = np.maximum(np.bincount(bins), 1)
     pace = np.sqrt(np.bincount(bins, speed**2) / count)[bins]
     quick = pace > np.median(pace)
@@ -130,33 +134,33 @@ def steady(fit: Fit, rows: Rows, leverage: Array) -> bool:
         return False
     power = np.sum(rows.whitened**2, axis=1) / np.maximum(np.sum(1 - leverage, axis=1), 1e-3)
     ratio = float(np.mean(power[quick]) / np.mean(power[~quick]))
-    return 1 / STEADY < ratio < STEADY
+    return 1 / EXCESS_NOISE.steady_power < ratio < EXCESS_NOISE.steady_power
 
 
-def tailed(rows: Rows, leverage: Array) -> bool:
+def has_heavy_tails(rows: Rows, leverage: Array) -> bool:
     """Return whether an IMU's residuals have a heavier tail than noise has, which is normal; leverage (n, 3).
 
     By their fourth moment: of six louder noises that is within 0.2 of the normal one's 3, once each residual is over
     what the fit leaves of its noise. Of an accelerometer at whose hinge the other one's springs ring now and then, 5.5.
     """
-    z = rows.whitened / np.sqrt(np.maximum(1 - leverage, LEFT))
+    z = rows.whitened / np.sqrt(np.maximum(1 - leverage, EXCESS_NOISE.least_left))
     over = float(np.mean(z**4) / np.mean(z**2) ** 2) - 3
-    return over > max(TAIL, TAIL_CHANCE * np.sqrt(24 / z.size))
+    return over > max(EXCESS_NOISE.tail, EXCESS_NOISE.tail_sigmas * np.sqrt(24 / z.size))
 
 
-def louder(name: str, std: float, leverage: Array) -> Finding:
+def louder_noise(name: str, std: float, leverage: Array) -> Finding:
     """Return a louder white noise of an IMU's triple as a finding; std and `leverage` (n, 3) as `levels` has them."""
     at, part = name.split(".")
     error = std / np.sqrt(2 * max(float(np.sum(1 - leverage)), 1.0))
-    size = Parameter(np.array(std), np.array(error), UNITS[part])
-    return Finding(called(Fault.NOISY, part), at, SURELY, {"std": size}, Interval(0.0, (0.0, 0.0)))
+    size = Parameter(np.array(std), np.array(error), UNIT_OF_PART[part])
+    return Finding(called(Fault.NOISY, part), at, CONFIDENCE.sure, {"std": size}, Interval(0.0, (0.0, 0.0)))
 
 
 __all__ = [
     "excess_noise",
     "flat",
     "left_over",
-    "louder",
+    "louder_noise",
     "off_its_equation",
     "refuted",
     "steady",

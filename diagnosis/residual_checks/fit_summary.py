@@ -19,7 +19,7 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.format1.profile_noise import by_profile
 from imubench.recording import Recording
 
-CHANNELS = {
+CHANNELS_WITH_UNIT = {
     "gyro": (("gyr_x", "gyr_y", "gyr_z"), "rad/s"),
     "accel": (("acc_x", "acc_y", "acc_z"), "m/s^2"),
     "angle": (("angle",), "rad"),
@@ -62,7 +62,7 @@ def weighed(fit: Fit, known: Mapping[str, float], seen: Mapping[str, float] | No
     for rows in fit.measured:
         least = min(quiet.get(rows.name, np.inf), float(left[rows.name]))
         used = known.get(rows.name, (seen or {}).get(rows.name, least))
-        unit = CHANNELS[rows.name.split(".")[1]][1]
+        unit = CHANNELS_WITH_UNIT[rows.name.split(".")[1]][1]
         table.append(Level(rows.name, unit, known.get(rows.name), used, float(left[rows.name])))
     return Weighed(fit, leverage, tuple(table))
 
@@ -92,7 +92,7 @@ def traces(before: Weighed, after: Weighed | None = None) -> tuple[Trace, ...]:
     out = []
     for rows in before.fit.measured:
         at, part = rows.name.split(".")
-        channels, unit = CHANNELS[part]
+        channels, unit = CHANNELS_WITH_UNIT[part]
         absorbed = float(np.mean(before.leverage[rows.name]))
         noise = used[rows.name] * float(np.sqrt(max(1 - absorbed, 1e-3)))
         other = later.get(rows.name)
@@ -134,7 +134,7 @@ def compared(
     found = []
     for group, std in noise.items():
         at, part = group.split(".")
-        channels, unit = CHANNELS[part]
+        channels, unit = CHANNELS_WITH_UNIT[part]
         for i, channel in enumerate(channels):
             y, old, new = (x[group][:, i] for x in (measured, before, after))
             gain = float(np.mean((y - old) ** 2) - np.mean((y - new) ** 2)) / std**2

@@ -10,7 +10,7 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.jets import Jet
 
-PARTS = ("gyro", "accel", "torque")  # that a term without a name may add to
+PARTS_OF_A_TERM = ("gyro", "accel", "torque")  # that a term without a name may add to
 
 
 def fitted_effects(fit: Fit, time: Array) -> tuple[FittedEffect, ...]:
@@ -36,7 +36,7 @@ def _unknown(fit: Fit, h: Hypothesis) -> FittedEffect:
     for imu in fit.model.recording.imus:
         if imu.name == h.at:
             time = imu.time - fit.model.start
-    added = {part: h.effect.added(part, Jet(time[:, None]), values) for part in PARTS}
+    added = {part: h.effect.added(part, Jet(time[:, None]), values) for part in PARTS_OF_A_TERM}
     signals = {part: np.asarray(jet.value) for part, jet in added.items() if jet is not None}
     return FittedEffect(h.effect.name, h.at, h.effect.variant, {}, {}, time, signals)
 

@@ -5,27 +5,24 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from imubench.diagnosis.config.residuals import EXCESS_NOISE
 from imubench.diagnosis.residual_checks.excess_noise import unexplained
 from imubench.diagnosis.result import Finding, Where
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-
-STRAINED = 5.0  # of its prior's standard deviations, beyond which a number is none that a sensor has
-ALONE = 8.0  # of them, where nothing else makes up for it
-STRAINED_SURE = 0.2  # of a name at such a place: of seven in 900 blind trials each was named falsely
 
 
 def implausible_places(fit: Fit) -> set[str]:
     """Return the IMUs that an effect is told of in numbers that no sensor has.
 
-    A gyroscope's axes that read 73 % too little and 43 % of each other, beside a mount that rocks, were cross-talk; so
-    was one that read 89 % too little beside an arm of 13 cm. A mount may be turned by any angle. Axes that read 31 % of
-    each other, and nothing else wrong, were a misalignment, of an accelerometer rounded to 1 m/s^2.
+    Axes that read far too little, or much of each other, are what a fit makes of another effect at the same IMU, or of
+    a mount whose lever arm is wrong. A mount may be turned by any angle. Nearly a third of the other axis, with nothing
+    else wrong, can be a true misalignment.
     """
     sensors = [h for h in fit.model.judged if h.effect.place == "imu" and not h.effect.misplaces]
     beside = Counter(h.at for h in sensors)
     out = set()
     for h in sensors:
-        most = ALONE if beside[h.at] == 1 and not h.effect.states else STRAINED
+        most = EXCESS_NOISE.strained_alone if beside[h.at] == 1 and not h.effect.states else EXCESS_NOISE.strained
         for p in (p for p in h.effect.parameters if not p.log):
             if np.any(np.abs(fit.state.values[h.key(p.name)] - p.centre) > most * p.std):
                 out.add(h.at)
@@ -37,4 +34,4 @@ def lawless(at: str, where: Sequence[Where]) -> Finding:
     return unexplained(next((w for w in where if w.at == at), Where(at, {}, (), (), "", 1.0)))
 
 
-__all__ = ["STRAINED_SURE", "implausible_places", "lawless"]
+__all__ = ["implausible_places", "lawless"]

@@ -7,19 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.residuals import LOCALIZE
+from imubench.diagnosis.config.samples import TONE
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.evidence import Trace, of_sensor
 from imubench.diagnosis.result import Pair, Where
-from imubench.diagnosis.samples.spectra import SECONDS, spectrum
+from imubench.diagnosis.samples.spectra import spectrum
 
-MOST = 0.8  # of the excess is what bands and windows hold
-SMALL = 0.05  # of the excess: smaller parts are not named
-WEAK = 0.25  # of the mean of the bins that hold most: weaker ones do not belong to them
-SIGMAS = 3.0  # an excess has to stand out of the noise's own scatter
-BIN = 0.5  # s, windows are made of these
-SHORT = 0.2  # s, over which local power is compared with the motion
-WHOLE = 0.7  # of the recording, or of the spectrum: from there on it is all of it
-MOST_WINDOWS, MOST_BANDS = 6, 4
-CLEAR, AHEAD = 0.5, 0.05  # correlation of what is named, and its lead over the next
 NOTHING = "nothing clear"
 
 Mask = NDArray[np.bool_]
@@ -36,7 +30,9 @@ class Regressors:
 def shares(power: Mapping[str, float]) -> dict[str, float]:
     """Return each channel's share of the power, the largest first and without the small ones."""
     total = sum(power.values())
-    return {name: float(p / total) for name, p in sorted(power.items(), key=lambda x: -x[1]) if p > SMALL * total}
+    return {
+        name: float(p / total) for name, p in sorted(power.items(), key=lambda x: -x[1]) if p > LOCALIZE.small * total
+    }
 
 
 def locate(traces: Sequence[Trace], motion: Mapping[str, Regressors], noise: float = 1.0) -> tuple[Where, ...]:
@@ -62,9 +58,9 @@ def locate(traces: Sequence[Trace], motion: Mapping[str, Regressors], noise: flo
             for channel, e in zip(trace.channels, excess[trace.name], strict=True)
         }
         share = sum(shares.values())
-        if share < SMALL:
+        if share < LOCALIZE.small:
             continue
-        named = {c: s for c, s in sorted(shares.items(), key=lambda item: -item[1]) if s >= SMALL}
+        named = {c: s for c, s in sorted(shares.items(), key=lambda item: -item[1]) if s >= LOCALIZE.small}
         named = named or {max(shares, key=lambda c: shares[c]): max(shares.values())}
         loud = [(t.time, t.whitened[:, [c in named for c in t.channels]]) for t in parts]
         loud = [(time, z) for time, z in loud if z.shape[1]]
@@ -94,7 +90,7 @@ def acting_in(added: Sequence[Where], left: Sequence[Where]) -> tuple[Where, ...
 def channel_excess(z: Array, noise: float = 1.0) -> Array:
     """Return the power (k,) of whitened signals (n, k) above their noise; zero where it is within its scatter."""
     over = np.sum(z**2 - noise, axis=0)
-    return np.where(over > SIGMAS * noise * np.sqrt(2 * len(z)), over, 0.0)
+    return np.where(over > STATISTICS.clear_sigmas * noise * np.sqrt(2 * len(z)), over, 0.0)
 
 
 Loud = Sequence[tuple[Array, Array]]
@@ -117,9 +113,9 @@ def local_excess(loud: Loud, width: float, noise: float = 1.0) -> tuple[Array, A
 
 def windows(loud: Loud, noise: float = 1.0) -> tuple[Pair, ...]:
     """Return the windows in s that hold most of the excess; one over everything where it is nearly everywhere."""
-    edges, over, numbers = local_excess(loud, BIN, noise)
-    chosen = smallest_set(np.where(over > SIGMAS * noise * np.sqrt(2 * numbers), over, 0.0))
-    return spans(edges, chosen, over, MOST_WINDOWS, near=2)
+    edges, over, numbers = local_excess(loud, LOCALIZE.bin_s, noise)
+    chosen = smallest_set(np.where(over > STATISTICS.clear_sigmas * noise * np.sqrt(2 * numbers), over, 0.0))
+    return spans(edges, chosen, over, LOCALIZE.windows, near=2)
 
 
 def bands(loud: Loud, noise: float = 1.0) -> tuple[Pair, ...]:
@@ -128,15 +124,15 @@ def bands(loud: Loud, noise: float = 1.0) -> tuple[Pair, ...]:
     for time, z in loud:
         f, density = spectrum(time, z)
         white = noise * 2 * float(np.median(np.diff(time)))
-        averages = max(1.0, 2 * (time[-1] - time[0]) / SECONDS - 1)
+        averages = max(1.0, 2 * (time[-1] - time[0]) / TONE.window_s - 1)
         surplus = np.sum(density - white, axis=1)
-        seen = surplus > SIGMAS * white * np.sqrt(z.shape[1] / averages)
+        seen = surplus > STATISTICS.clear_sigmas * white * np.sqrt(z.shape[1] / averages)
         spectra.append((f, np.where(seen | (not seen.any()), surplus, 0.0)))
     frequency = max((f for f, _ in spectra), key=len)
     over = np.sum([np.interp(frequency, f, s, right=0.0) for f, s in spectra], axis=0)
     step = frequency[1] - frequency[0]
     edges = np.append(np.maximum(frequency - step / 2, 0.0), frequency[-1])
-    return spans(edges, smallest_set(over), over, MOST_BANDS, near=2)
+    return spans(edges, smallest_set(over), over, LOCALIZE.bands, near=2)
 
 
 def smallest_set(over: Array) -> Mask:
@@ -146,8 +142,8 @@ def smallest_set(over: Array) -> Mask:
     held = np.cumsum(over[order])
     chosen = np.zeros(len(over), dtype=bool)
     if held[-1] > 0:
-        most = order[: int(np.searchsorted(held, MOST * held[-1])) + 1]
-        chosen = over >= WEAK * over[most].mean()
+        most = order[: int(np.searchsorted(held, LOCALIZE.most * held[-1])) + 1]
+        chosen = over >= LOCALIZE.weak * over[most].mean()
         chosen[most] = True
     return chosen
 
@@ -165,10 +161,10 @@ def spans(edges: Array, chosen: Mask, over: Array, most: int, near: int) -> tupl
     widest = np.sort(apart)[::-1][most - 1] if len(apart) >= most else 0
     kept = apart > max(near, widest)
     first, last = first[np.append(True, kept)], last[np.append(kept, True)]
-    if np.sum(last - first) >= WHOLE * len(over):
+    if np.sum(last - first) >= LOCALIZE.whole * len(over):
         return (_rounded(edges[0], edges[-1]),)
     held = np.array([np.maximum(over[a:b], 0.0).sum() for a, b in zip(first, last, strict=True)])
-    large = held >= SMALL * held.sum() if (held >= SMALL * held.sum()).any() else held == held.max()
+    large = held >= LOCALIZE.small * held.sum() if (held >= LOCALIZE.small * held.sum()).any() else held == held.max()
     return tuple(_rounded(edges[a], edges[b]) for a, b in zip(first[large], last[large], strict=True))
 
 
@@ -178,7 +174,7 @@ def _rounded(low: float, high: float) -> Pair:
 
 def depends_on(loud: Loud, motion: Regressors, noise: float = 1.0) -> str:
     """Return the name of the regressor whose local size goes with the local excess, if one clearly does."""
-    edges, over, numbers = local_excess(loud, SHORT, noise)
+    edges, over, numbers = local_excess(loud, LOCALIZE.local_s, noise)
     full = numbers > 0.5 * np.median(numbers)
     size = np.sqrt(np.maximum(over / np.maximum(numbers, 1), 0.0))[full]
     size = np.minimum(size, np.quantile(size, 0.99))
@@ -186,7 +182,11 @@ def depends_on(loud: Loud, motion: Regressors, noise: float = 1.0) -> str:
         ((correlation(size, local_rms(edges, motion.time, x)[full]), name) for name, x in motion.values.items()),
         reverse=True,
     )
-    if not found or found[0][0] < CLEAR or (len(found) > 1 and found[0][0] < found[1][0] + AHEAD):
+    if (
+        not found
+        or found[0][0] < LOCALIZE.correlation
+        or (len(found) > 1 and found[0][0] < found[1][0] + LOCALIZE.lead)
+    ):
         return NOTHING
     return found[0][1]
 

@@ -3,13 +3,10 @@
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.residuals import LOCALIZE
 from imubench.diagnosis.problem.rig_kinematics import HINGE
 from imubench.diagnosis.residual_checks.localize import Regressors
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-
-RATE = 200.0  # Hz, of the grid that they are given on
-REVERSAL = 0.05  # s, half width of the bump about a reversal
-MOVING = 0.1  # of the RMS rate: a reversal has to go from this to this, the other way
 
 
 def regressors(fit: Fit) -> dict[str, Regressors]:
@@ -17,7 +14,7 @@ def regressors(fit: Fit) -> dict[str, Regressors]:
     model = fit.model
     out = {}
     for imu in model.recording.imus:
-        time = np.arange(imu.time[0], imu.time[-1], 1 / RATE)
+        time = np.arange(imu.time[0], imu.time[-1], 1 / LOCALIZE.grid_hz)
         moment = model.moment(fit.state, time, imu.name)
         segments = model.segments(fit.state, moment)
         segment = segments[model.recording.carrier(imu.name)]
@@ -37,12 +34,12 @@ def regressors(fit: Fit) -> dict[str, Regressors]:
 
 
 def reversals(time: Array, rate: Array) -> Array:
-    """Return bumps (n,) of height 1 where a rate (n,) changes its sign, small wavering left out."""
-    least = MOVING * float(np.sqrt(np.mean(rate**2)))
+    """Return bumps (n,) of height 1 where a rate (n,) changes its sign, without small wavering."""
+    least = LOCALIZE.moving * float(np.sqrt(np.mean(rate**2)))
     moving = np.flatnonzero(np.abs(rate) > least)
     turned = np.flatnonzero(rate[moving[1:]] * rate[moving[:-1]] < 0)
     at = 0.5 * (time[moving[turned]] + time[moving[turned + 1]])
     if not len(at):
         return np.zeros_like(time)
     near = np.searchsorted(0.5 * (at[1:] + at[:-1]), time)
-    return np.exp(-0.5 * ((time - at[near]) / REVERSAL) ** 2)
+    return np.exp(-0.5 * ((time - at[near]) / LOCALIZE.reversal_s) ** 2)

@@ -6,9 +6,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import SCREENING
+from imubench.diagnosis.config.shared import CONFIDENCE, DECLARED_NOISE, STATISTICS
 from imubench.diagnosis.samples.impacts import Knocks
 from imubench.diagnosis.samples.noise_floor import Level, Rest
-from imubench.diagnosis.samples.sample_faults import Lost, Mask, enough
+from imubench.diagnosis.samples.sample_faults import Lost, Mask, more_than_odd
 from imubench.diagnosis.samples.tones import Line
 from imubench.effects import EFFECTS
 from imubench.effects.traits import Fault
@@ -17,13 +19,7 @@ from imubench.recording import Imu
 Value = tuple[Array, Array, str]
 Windows = tuple[tuple[float, float], ...]
 
-UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
-OFF = 0.15  # by how much of it a declared noise may be wrong
-DECLARED = (1 + OFF) * float(np.sqrt(1.2))  # with 20 % of coloured noise on top
-CERTAIN = 3.0  # standard deviations above that
-COARSE = 0.2  # of the noise's power: from there rounding, step^2 / 12, is more than coloured noise may be
-SURE_OF_KNOCKS = (0.6, 0.95)  # of one, which may be something else that happens once, and of several
-LISTED = 10  # times spelled out in a sentence
+UNIT_OF_PART = {"gyro": "rad/s", "accel": "m/s^2"}
 
 
 @dataclass(frozen=True)
@@ -59,11 +55,11 @@ def saturation_finding(imu: Imu, part: str, at: Mask, limits: Array) -> RawFindi
     """Return where the readings `at` (n,) end at `limits` (k,) of axes and sides."""
     limit, spread = float(np.median(limits)), float(np.ptp(limits))
     times = imu.time[at]
-    said = f"{at.sum()} samples of {imu.name}'s {part} read {limit:.4g} {UNITS[part]} in size and none more"
+    said = f"{at.sum()} samples of {imu.name}'s {part} read {limit:.4g} {UNIT_OF_PART[part]} in size and none more"
     if spread > 1e-3 * limit:
         said += f"; the limits of its axes differ by up to {spread:.2g}"
     evidence = f"{said}, first at {times[0]:.2f} s."
-    parameters = {"limit": value(limit, max(spread / 2, 1e-6 * limit), UNITS[part])}
+    parameters = {"limit": value(limit, max(spread / 2, 1e-6 * limit), UNIT_OF_PART[part])}
     return RawFinding(called(Fault.CLIPPED), imu.name, parameters, 0.99, evidence, {"channels": (part,)}, joined(times))
 
 
@@ -71,11 +67,13 @@ def quantisation_finding(imu: Imu, part: str, steps: Array, noise: float | None)
     """Return that readings lie on steps (3,), if those are coarse against the noise std without them."""
     step = float(np.median(steps[steps > 0])) if steps.any() else 0.0
     known = declared(imu, part)
-    share = COARSE if known else COARSE / (1 + COARSE)  # what is measured holds the rounding's power
+    share = (
+        DECLARED_NOISE.colour if known else DECLARED_NOISE.colour / (1 + DECLARED_NOISE.colour)
+    )  # what is measured holds the rounding's power
     other = known or noise
     if step == 0 or other is None or step**2 / 12 <= share * other**2:
         return None
-    unit = UNITS[part]
+    unit = UNIT_OF_PART[part]
     evidence = (
         f"Every reading of {imu.name}'s {part} is a multiple of {step:.4g} {unit}; "
         f"rounding to it adds {step / np.sqrt(12):.2g} {unit} to a noise of {other:.2g}."
@@ -94,7 +92,7 @@ def dropouts_finding(imu: Imu, lost: Lost) -> list[RawFinding]:
         ("missing", lost.fraction_missing, lost.events_missing, n, lost.after, "are missing between the stamps"),
     )
     for mode, fraction, events, count, times, said in cases:
-        if count and enough(events, count):
+        if count and more_than_odd(events, count):
             error = float(np.sqrt(max(fraction * (1 - fraction), 1 / n) / count))
             evidence = f"{100 * fraction:.1f} % of {imu.name}'s samples {said}, {events} times."
             parameters = {"fraction": value(fraction, error, "1")}
@@ -107,12 +105,14 @@ def dropouts_finding(imu: Imu, lost: Lost) -> list[RawFinding]:
 def impacts_finding(imu: Imu, knocked: Knocks) -> RawFinding:
     """Return the knocks; a single one may also be something else that happens once."""
     times, period = knocked.times, float(np.median(np.diff(imu.time)))
-    few = ", ".join(f"{t:.2f}" for t in times[:LISTED]) + (" ..." if times.size > LISTED else "")
+    few = ", ".join(f"{t:.2f}" for t in times[: SCREENING.listed_times]) + (
+        " ..." if times.size > SCREENING.listed_times else ""
+    )
     evidence = (
         f"Above 15 Hz {imu.name}'s accelerometer is {knocked.ratio.min():.0f} to {knocked.ratio.max():.0f} times its "
         f"level just before and after, for tens of milliseconds, at {few} s."
     )
-    confidence = SURE_OF_KNOCKS[times.size > 1]
+    confidence = CONFIDENCE.knock_or_knocks[times.size > 1]
     parameters = {"times": value(times, period, "s")}
     windows = joined(imu.time[knocked.samples])
     return RawFinding(called(Fault.STRUCK), imu.name, parameters, confidence, evidence, windows=windows)
@@ -127,10 +127,10 @@ def noise_finding(imu: Imu, part: str, level: Level | None, rest: float | None, 
     if not known or level is None or not level.white:
         return None
     expected = float(np.hypot(known, step / np.sqrt(12)))
-    if min(level.std - CERTAIN * level.error, rest or level.std) <= DECLARED * expected:
+    if min(level.std - STATISTICS.clear_sigmas * level.error, rest or level.std) <= DECLARED_NOISE.most_std * expected:
         return None
     std = float(np.sqrt(level.std**2 - step**2 / 12))
-    unit = UNITS[part]
+    unit = UNIT_OF_PART[part]
     evidence = (
         f"White noise of {std:.3g} {unit} per sample from 12 Hz up in {imu.name}'s {part}, "
         f"{std / known:.1f} times the declared {known:.3g}."

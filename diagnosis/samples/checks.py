@@ -17,9 +17,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from imubench.diagnosis.config.samples import SCREENING
 from imubench.diagnosis.samples import check_findings as said
 from imubench.diagnosis.samples import sample_faults
-from imubench.diagnosis.samples.check_findings import UNITS, RawFinding, Windows
+from imubench.diagnosis.samples.check_findings import UNIT_OF_PART, RawFinding, Windows
 from imubench.diagnosis.samples.even_grid import stretches
 from imubench.diagnosis.samples.impacts import knocks
 from imubench.diagnosis.samples.noise_floor import Level, rests, white_level
@@ -27,11 +28,6 @@ from imubench.diagnosis.samples.rest_noise import rest_noise
 from imubench.diagnosis.samples.sample_faults import Mask
 from imubench.diagnosis.samples.tones import line
 from imubench.recording import Encoder, Imu
-
-SHORTEST = 32  # samples, under which nothing is said
-BESIDE = 1  # samples left out on either side of a clipped one
-LET_GO = 0.4  # s before a declared swing, in which it begins
-RING = 3  # samples about a clip that begin no knock
 
 
 @dataclass(frozen=True)
@@ -56,8 +52,8 @@ def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
     """
     n = imu.time.size
     none = np.zeros(n, dtype=bool)
-    if n < SHORTEST:
-        nothing = {f"{imu.name}.{part}": none for part in UNITS}
+    if n < SCREENING.least_samples:
+        nothing = {f"{imu.name}.{part}": none for part in UNIT_OF_PART}
         return RawChecks((), nothing, nothing, (), {}, {})
     readings = {"gyro": imu.gyro, "accel": imu.accel}
     step = {part: sample_faults.steps(x) for part, x in readings.items()}
@@ -65,7 +61,7 @@ def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
     rate = 1 / float(np.median(np.diff(imu.time)))
     pieces = stretches(imu.time, imu.gyro, imu.accel, lost.held)
 
-    first = {part: white_level(pieces, part, rate, none) for part in UNITS}
+    first = {part: white_level(pieces, part, rate, none) for part in UNIT_OF_PART}
     _, resting = rests(pieces, rate, stds(first), n)
     clip, limits = {}, {}
     for part, x in readings.items():
@@ -75,15 +71,20 @@ def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
         )
     let_go = np.zeros(n, dtype=bool)
     for start, _ in free_swings:
-        let_go |= (imu.time > start - LET_GO) & (imu.time < start + LET_GO / 4)
-    knocked = knocks(pieces, rate, spread(clip["accel"], RING), float(step["accel"].max()), let_go)
+        let_go |= (imu.time > start - SCREENING.release_s) & (imu.time < start + SCREENING.release_s / 4)
+    knocked = knocks(
+        pieces, rate, spread(clip["accel"], SCREENING.clip_ring_samples), float(step["accel"].max()), let_go
+    )
     struck = knocked.samples | knocked.wild if knocked else none
-    skip = {"gyro": spread(clip["gyro"], BESIDE) | struck, "accel": spread(clip["accel"], BESIDE) | struck}
-    levels = {part: white_level(pieces, part, rate, skip[part]) for part in UNITS}
+    skip = {
+        "gyro": spread(clip["gyro"], SCREENING.beside_clip_samples) | struck,
+        "accel": spread(clip["accel"], SCREENING.beside_clip_samples) | struck,
+    }
+    levels = {part: white_level(pieces, part, rate, skip[part]) for part in UNIT_OF_PART}
     rest, _ = rests(pieces, rate, stds(levels), n)
 
     findings: list[RawFinding | None] = []
-    for part in UNITS:
+    for part in UNIT_OF_PART:
         if limits[part].size:
             findings.append(said.saturation_finding(imu, part, clip[part], limits[part]))
         coarse = said.quantisation_finding(imu, part, step[part], said.noise_now(rest, levels[part], part))
@@ -95,11 +96,11 @@ def check(imu: Imu, free_swings: Windows = ()) -> RawChecks:
     hum = line(pieces, rate, skip["accel"], stds(levels))
     if hum and np.abs(hum.amplitude).max() > step["accel"].max() / np.pi:  # the largest line of a rounded slow motion
         findings.append(said.hum_finding(imu, hum, rate))
-    noise = {part: said.noise_now(rest, levels[part], part) for part in UNITS}
+    noise = {part: said.noise_now(rest, levels[part], part) for part in UNIT_OF_PART}
     return RawChecks(
         tuple(f for f in findings if f),
-        {f"{imu.name}.{part}": skip[part] | lost.held for part in UNITS},
-        {f"{imu.name}.{part}": struck for part in UNITS},
+        {f"{imu.name}.{part}": skip[part] | lost.held for part in UNIT_OF_PART},
+        {f"{imu.name}.{part}": struck for part in UNIT_OF_PART},
         rest.windows,
         {f"{imu.name}.{part}": std for part, std in noise.items() if std is not None},
         {f"{imu.name}.{part}": r for part, r in rest.colour.items()},

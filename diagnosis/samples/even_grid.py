@@ -13,10 +13,8 @@ from scipy.sparse import csc_matrix, diags_array
 from scipy.sparse.linalg import spsolve
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import SCREENING
 from imubench.diagnosis.samples.sample_faults import Mask
-
-ORDER = 6
-LONGEST = 6  # samples in a row that are filled in; a longer gap ends a stretch
 
 
 @dataclass(frozen=True)
@@ -41,11 +39,11 @@ def stretches(time: Array, gyro: Array, accel: Array, bad: Mask) -> tuple[Stretc
         return ()
     usual = float(np.median(np.diff(time)))
     slot = np.concatenate([[0], np.cumsum(np.maximum(1, np.round(np.diff(time) / usual)).astype(int))])[good]
-    ends = np.flatnonzero(np.diff(slot) > LONGEST + 1) + 1
+    ends = np.flatnonzero(np.diff(slot) > SCREENING.filled_samples + 1) + 1
     both = np.hstack([gyro, accel])
     out = []
     for rows, slots in zip(np.split(good, ends), np.split(slot, ends), strict=True):
-        if rows.size < 2 * ORDER:
+        if rows.size < 2 * SCREENING.resampling_degree:
             continue
         at = slots - slots[0]
         m = int(at[-1]) + 1
@@ -66,8 +64,10 @@ def smooth_fill(values: Array, filled: Mask) -> Array:
     if not unknown.size:
         return values
     m = len(values)
-    weights = [float((-1) ** j * comb(ORDER, j)) for j in range(ORDER + 1)]
-    difference = csc_matrix(diags_array(weights, offsets=range(ORDER + 1), shape=(m - ORDER, m)))
+    weights = [float((-1) ** j * comb(SCREENING.resampling_degree, j)) for j in range(SCREENING.resampling_degree + 1)]
+    difference = csc_matrix(
+        diags_array(weights, offsets=range(SCREENING.resampling_degree + 1), shape=(m - SCREENING.resampling_degree, m))
+    )
     known = np.where(filled[:, None], 0.0, values)
     out = known.copy()
     part = difference[:, unknown]

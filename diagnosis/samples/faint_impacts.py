@@ -9,17 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.samples.checks import RING, spread
+from imubench.diagnosis.config.samples import HIGH_BAND, IMPACT, SCREENING
+from imubench.diagnosis.samples.checks import spread
 from imubench.diagnosis.samples.even_grid import stretches
-from imubench.diagnosis.samples.high_band import NEAR, beyond_chance, high_pass, peaks_of, quick_power
-from imubench.diagnosis.samples.impacts import SLOWEST, onset, stepped
+from imubench.diagnosis.samples.high_band import beyond_chance, high_pass, peaks_of, quick_power
+from imubench.diagnosis.samples.impacts import onset, stepped
 from imubench.diagnosis.windows import Window
 from imubench.recording import Imu
 
 Mask = NDArray[np.bool_]
-
-FEWEST = 2  # peaks: one may be anything that happens once
-SHARE = 0.25  # of a peak's power: as long as that a knock lasts
 
 
 def faint_knocks(imu: Imu, bad: Mask, step: float) -> tuple[Window, ...]:
@@ -28,9 +26,9 @@ def faint_knocks(imu: Imu, bad: Mask, step: float) -> tuple[Window, ...]:
     Readings rounded to `step` (0: none) are never quieter than that.
     """
     rate = imu.rate
-    if rate < SLOWEST:
+    if rate < IMPACT.least_rate_hz:
         return ()
-    taps, skip = high_pass(rate), spread(bad, RING)
+    taps, skip = high_pass(rate), spread(bad, SCREENING.clip_ring_samples)
     whole = [s for s in stretches(imu.time, imu.gyro, imu.accel, bad) if s.time.size >= 2 * taps.size]
     limit = beyond_chance(sum(s.time.size for s in whole), rate) if whole else np.inf
     found = []
@@ -39,13 +37,15 @@ def faint_knocks(imu: Imu, bad: Mask, step: float) -> tuple[Window, ...]:
         for peak in peaks_of(power, limit * bar, rate):
             if not stepped(stretch.accel, int(peak), rate):
                 found.append(lasting(stretch.time, stretch.accel, power, int(peak), rate))
-    return tuple(found) if len(found) >= FEWEST else ()
+    return tuple(found) if len(found) >= SCREENING.faint_knocks else ()
 
 
 def lasting(time: Array, accel: Array, power: Array, peak: int, rate: float) -> Window:
     """Return from when to when (s) a knock lasts, of accel (m, 3) whose power above 15 Hz (m,) has its peak there."""
     first = min(onset(accel, peak, rate), peak - 1)
-    loud = np.flatnonzero(power[peak : peak + round(NEAR * rate)] > SHARE * power[peak])
+    loud = np.flatnonzero(
+        power[peak : peak + round(HIGH_BAND.level_from_s * rate)] > SCREENING.lasting_share * power[peak]
+    )
     return float(time[first]), float(time[min(peak + int(loud[-1]) + 1, len(time) - 1)])
 
 

@@ -7,22 +7,23 @@ from scipy.stats import chi2
 from scipy.stats import f as f_ratio
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import HIGH_BAND
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.samples.even_grid import Stretch
 from imubench.diagnosis.samples.sample_faults import Mask
-
-CUT, SLOPE, BETA = 15.0, 8.0, 7.86  # Hz, Hz from stop to pass, of the Kaiser window for 80 dB
-LENGTH = 0.627  # s, that window's
-NEAR, FAR = 0.15, 1.0  # s, from a peak: the local level is taken between them, on either side
-ALARM = 1e-3  # per recording, of stationary noise
-UNSURE = 10.0  # of amplitude, the bar over the level where that is unsure
-TOGETHER, ECHO, FAINT = 0.2, 0.35, 0.1  # s, s, of the amplitude: nearer peaks are one knock, fainter ones its echo
 
 Peaks = np.ndarray[tuple[int], np.dtype[np.int64]]
 
 
 def high_pass(rate: float) -> Array:
     """Return the filter (taps,) that leaves what is above 15 Hz."""
-    taps = firwin(int(LENGTH * rate) | 1, CUT, pass_zero=False, window=("kaiser", BETA), fs=rate)
+    taps = firwin(
+        int(HIGH_BAND.window_s * rate) | 1,
+        HIGH_BAND.pass_hz,
+        pass_zero=False,
+        window=("kaiser", HIGH_BAND.kaiser_beta),
+        fs=rate,
+    )
     return np.asarray(taps)
 
 
@@ -33,23 +34,22 @@ def quick_power(
     (m,) that a peak is measured by.
 
     Samples of `skip` (n,) begin none; no level is below that of rounding. Near an end, where half of what the filter
-    sees is made up and nobody knows what was before, and at `doubted` samples (n,) the bar is above the level. There
-    386 stretches of trials had peaks of 37 to 13,935 times the level where something knocks, else of up to 35; beside
-    the start of a swing they were 24 to 2,785, else up to 27: what knocks more faintly is not heard there.
+    sees is made up and nobody knows what was before, and at `doubted` samples (n,) the bar is above the level. A
+    filter's response to an unknown past is as loud as the motion there, so what knocks more faintly is not heard.
     """
-    far, power = round(FAR * rate), high(stretch.accel, taps)
+    far, power = round(HIGH_BAND.level_to_s * rate), high(stretch.accel, taps)
     level = np.maximum(local_level(power, rate), step**2 / 12)
     unsure = np.zeros(power.size, dtype=bool) if doubted is None else doubted[stretch.source]
     unsure[:far], unsure[max(far, power.size - far) :] = True, True
     power[skip[stretch.source]] = 0.0
-    return power, level, np.where(unsure, UNSURE**2, 1.0) * level
+    return power, level, np.where(unsure, HIGH_BAND.unsure_factor**2, 1.0) * level
 
 
 def peaks_of(power: Array, least: Array, rate: float) -> Peaks:
     """Return the peaks of a power (m,) above the `least` (m,) that are no faint echo of a much larger one near by."""
-    peaks, _ = find_peaks(power, height=least, distance=max(1, round(TOGETHER * rate)))
-    near = np.abs(peaks[:, None] - peaks) < ECHO * rate
-    return peaks[power[peaks] >= FAINT**2 * np.max(near * power[peaks], axis=1, initial=0.0)]
+    peaks, _ = find_peaks(power, height=least, distance=max(1, round(HIGH_BAND.one_knock_s * rate)))
+    near = np.abs(peaks[:, None] - peaks) < HIGH_BAND.echo_s * rate
+    return peaks[power[peaks] >= HIGH_BAND.echo_share**2 * np.max(near * power[peaks], axis=1, initial=0.0)]
 
 
 def extended(accel: Array, more: int) -> Array:
@@ -68,7 +68,7 @@ def local_level(power: Array, rate: float) -> Array:
 
     Nearer to an end it is that of the other side; where both are near, of all.
     """
-    near, far = round(NEAR * rate), round(FAR * rate)
+    near, far = round(HIGH_BAND.level_from_s * rate), round(HIGH_BAND.level_to_s * rate)
     width = (far - near) | 1
     middle = median_filter(power, width, mode="nearest")
     shift = near + width // 2
@@ -81,4 +81,10 @@ def local_level(power: Array, rate: float) -> Array:
 
 def beyond_chance(total: int, rate: float) -> float:
     """Return the power over the local level that noise exceeds in one of 1000 recordings of `total` samples."""
-    return float(f_ratio.isf(ALARM / total, 3, 3 * (1 - 2 * CUT / rate) * (FAR - NEAR) * rate))
+    return float(
+        f_ratio.isf(
+            STATISTICS.false_alarms_per_recording / total,
+            3,
+            3 * (1 - 2 * HIGH_BAND.pass_hz / rate) * (HIGH_BAND.level_to_s - HIGH_BAND.level_from_s) * rate,
+        )
+    )

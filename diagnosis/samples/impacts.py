@@ -16,26 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import HIGH_BAND, IMPACT
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.samples.even_grid import Stretch, smooth_fill
-from imubench.diagnosis.samples.high_band import (
-    ALARM,
-    NEAR,
-    beyond_chance,
-    extended,
-    high,
-    high_pass,
-    peaks_of,
-    quick_power,
-)
+from imubench.diagnosis.samples.high_band import beyond_chance, extended, high, high_pass, peaks_of, quick_power
 from imubench.diagnosis.samples.sample_faults import Mask
-
-SLOWEST = 45.0  # Hz, a rate under which too little is left above 19 Hz
-STEADY = 36.0  # of power: six times in amplitude, from which a peak is left out of a fit
-HEAVY, BEYOND = 4.0, 0.05  # ratio of amplitude from which a tail is counted, number allowed beyond a knock's
-FAR_OFF = 2.5  # times that ratio, from which on peaks without a tail are looked at
-FAST = 80.0  # Hz, a rate from which a knock spans samples and a single wild one is none
-OVER, ASTRAY = 0.05, 0.35  # s, a change takes no longer on either side of a peak; of it, how far it strays
-ONSET = 0.15  # of the peak, where a knock begins
 
 
 @dataclass(frozen=True)
@@ -56,17 +41,17 @@ def knocks(
     Samples of `skip` (n,) begin none, `doubted` ones (n,) only such as are far louder; readings rounded to `step` (0:
     none) are never quieter than the rounding.
     """
-    if rate < SLOWEST:
+    if rate < IMPACT.least_rate_hz:
         return None
     taps = high_pass(rate)
     total = sum(s.time.size for s in stretches)
-    limit = max(STEADY, beyond_chance(total, rate))
+    limit = max(IMPACT.left_out_power, beyond_chance(total, rate))
     inside, wild = np.zeros(skip.size, dtype=bool), np.zeros(skip.size, dtype=bool)
     times, ratios, whole = [], [], []
     for stretch in (s for s in stretches if s.time.size >= 2 * taps.size):
         power, level, bar = quick_power(stretch, taps, rate, skip, step, doubted)
-        for peak in peaks_of(power, HEAVY**2 * bar, rate):
-            if rate >= FAST and single(stretch, int(peak), taps, limit * level[peak]):
+        for peak in peaks_of(power, IMPACT.tail_ratio**2 * bar, rate):
+            if rate >= IMPACT.wild_rate_hz and single(stretch, int(peak), taps, limit * level[peak]):
                 wild[stretch.source[peak]] |= power[peak] > limit * bar[peak]
                 continue
             if stepped(stretch.accel, int(peak), rate):
@@ -76,7 +61,7 @@ def knocks(
             ratios.append(float(np.sqrt(power[peak] / bar[peak])))
             whole.append(bool(bar[peak] == level[peak]))
             if power[peak] > limit * bar[peak]:
-                last = min(int(peak) + round(2 * NEAR * rate), stretch.time.size)
+                last = min(int(peak) + round(2 * HIGH_BAND.level_from_s * rate), stretch.time.size)
                 loud = np.flatnonzero(power[peak:last] > limit * level[peak:last] / 4)
                 inside[stretch.source[first : peak + int(loud[-1]) + 2]] = True
     each = np.array(ratios)
@@ -90,11 +75,15 @@ def apart_from(ratios: Array) -> float:
     Where all N peaks are beyond r, none lies between: a tail does that with a probability of (4 / r)^2N at most.
     """
     ordered = np.sort(ratios)[::-1]
-    if ordered.size and ordered[-1] > FAR_OFF * HEAVY and (HEAVY / ordered[-1]) ** (2 * ordered.size) < ALARM:
-        return FAR_OFF * HEAVY
+    if (
+        ordered.size
+        and ordered[-1] > IMPACT.lone_factor * IMPACT.tail_ratio
+        and (IMPACT.tail_ratio / ordered[-1]) ** (2 * ordered.size) < STATISTICS.false_alarms_per_recording
+    ):
+        return IMPACT.lone_factor * IMPACT.tail_ratio
     knocks = 0  # the largest are; each that is leaves a shorter tail to the others
     while True:
-        threshold = HEAVY * float(np.sqrt(max(1, ordered.size - knocks) / BEYOND))
+        threshold = IMPACT.tail_ratio * float(np.sqrt(max(1, ordered.size - knocks) / IMPACT.tail_peaks))
         more = int(np.sum(ordered > threshold))
         if more == knocks:
             return threshold
@@ -117,7 +106,7 @@ def stepped(accel: Array, peak: int, rate: float) -> bool:
     A knock leaves the straight way between the values before and after it, and by more than these differ; the slope
     that they share is the motion's.
     """
-    near, far = max(2, round(OVER * rate)), max(4, round(2 * OVER * rate))
+    near, far = max(2, round(IMPACT.change_s * rate)), max(4, round(2 * IMPACT.change_s * rate))
     accel, peak, place = extended(accel, far), peak + far, np.arange(-far, far + 1)
     before, after, between = place <= -near, place >= near, np.abs(place) <= near
     piece = accel[peak + place]
@@ -128,7 +117,7 @@ def stepped(accel: Array, peak: int, rate: float) -> bool:
     way = piece[between] - low
     share = np.clip(way @ change / max(float(change @ change), 1e-12), 0, 1)
     off = np.linalg.norm(way - share[:, None] * change, axis=1)
-    return bool(off.max() < ASTRAY * np.linalg.norm(change))
+    return bool(off.max() < IMPACT.change_share * np.linalg.norm(change))
 
 
 def onset(accel: Array, peak: int, rate: float) -> int:
@@ -136,4 +125,4 @@ def onset(accel: Array, peak: int, rate: float) -> int:
     start = max(1, peak - max(2, round(0.05 * rate)))
     stop = min(len(accel) - 1, peak + max(2, round(0.02 * rate)))
     bend = np.linalg.norm(np.diff(accel[start - 1 : stop + 1], 2, axis=0), axis=1)
-    return start + int(np.argmax(bend > ONSET * bend.max()))
+    return start + int(np.argmax(bend > IMPACT.onset_share * bend.max()))

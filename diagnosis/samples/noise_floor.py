@@ -1,12 +1,11 @@
 """How noisy a sensor is, where a hand does not reach: the spectrum above 12 Hz, and the moments at rest.
 
-A person's motion ends near 10 Hz and white noise does not. Each window's power density above 12 Hz, summed over
-the axes, is a chi-square of six degrees at every frequency; the median over a band's frequencies passes by lines, its
-lower quartile over the windows by bursts of motion, knocks and clips, and of the bands the quietest counts:
-whatever is not noise only adds. It is called white if two of the other three bands say the same; what is left of a
-motion falls with the square of the frequency or faster, and its bands differ. And noise is there all the time:
-from the calmest windows to those the level is read from it changes no more than chance lets it, by a factor of 1.25
-(1.13 is the most in eighty clean recordings).
+A person's motion ends near 10 Hz and white noise does not. Each window's power density above 12 Hz, summed over the
+axes, is a chi-square of six degrees at every frequency; the median over a band's frequencies passes by lines, its lower
+quartile over the windows by bursts of motion, knocks and clips, and of the bands the quietest counts: whatever is not
+noise only adds. It is called white if two of the other three bands say the same; what is left of a motion falls with
+the square of the frequency or faster, and its bands differ. And noise is there all the time: from the calmest windows
+to those the level is read from it changes no more than chance lets it, by a factor of 1.25.
 """
 
 from dataclasses import dataclass
@@ -17,18 +16,11 @@ from scipy.signal.windows import blackmanharris
 from scipy.stats import gamma
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import NOISE_FLOOR
 from imubench.diagnosis.samples.even_grid import Stretch
 from imubench.diagnosis.samples.sample_faults import Mask
 
-SECONDS = 2.0  # of a window; the main lobe is then +- 2 Hz, what is beyond is 92 dB down
-MEDIAN = float(gamma.ppf(0.5, 3, scale=1 / 3))  # of white noise's mean power on three axes, over its mean
-LOWEST, HIGHEST = 12.0, 0.97  # Hz, of the Nyquist frequency
-BANDS = 4
-FEWEST = 4  # windows
-QUARTILE = 0.25
-FLAT = 1.6  # ratio of power up to which two bands say the same
-CALM, WANDER = 0.05, 1.25
-NENBW = 2.0  # bins, noise bandwidth of the window: neighbours in frequency are that much alike
+MEDIAN_OVER_MEAN = float(gamma.ppf(0.5, 3, scale=1 / 3))  # of white noise's mean power on three axes, over its mean
 
 
 @dataclass(frozen=True)
@@ -66,48 +58,54 @@ def densities(stretches: tuple[Stretch, ...], part: str, width: int, skip: Mask)
 
 def white_level(stretches: tuple[Stretch, ...], part: str, rate: float, skip: Mask) -> Level | None:
     """Return the white noise of a triple; None where the recording is too short or sampled too slowly."""
-    width = 2 * round(SECONDS * rate / 2)
+    width = 2 * round(NOISE_FLOOR.window_s * rate / 2)
     nyquist = rate / 2
-    if HIGHEST * nyquist < 1.3 * LOWEST:
+    if NOISE_FLOOR.most_of_nyquist * nyquist < 1.3 * NOISE_FLOOR.least_hz:
         return None
     power, _ = densities(stretches, part, width, skip)
-    if len(power) < FEWEST:
+    if len(power) < NOISE_FLOOR.windows:
         return None
     frequency = np.fft.rfftfreq(width, 1 / rate)
-    edges = np.linspace(LOWEST, HIGHEST * nyquist, BANDS + 1)
+    edges = np.linspace(NOISE_FLOOR.least_hz, NOISE_FLOOR.most_of_nyquist * nyquist, NOISE_FLOOR.bands + 1)
     inside = [(frequency >= a) & (frequency < b) for a, b in pairwise(edges)]
     found = np.array([_floor(power[:, i]) for i in inside])
     order = np.argsort(found)
     quiet, third = found[order[0]], found[order[2]]
-    even = found <= FLAT * quiet
+    even = found <= NOISE_FLOOR.flat_power * quiet
     if even.sum() < 3:
         even = found == quiet
     use = np.any([i for i, e in zip(inside, even, strict=True) if e], axis=0)
     level = _floor(power[:, use])
     # lower quartile, median and overlap: 2.2 times the variance of a mean, by simulation of 10 to 60 s at 50 to 200 Hz
-    free = 3 * len(power) * int(use.sum()) / NENBW
-    error = np.sqrt(2.2 / free) / 2 + 0.01 * np.sqrt(FEWEST / len(power))
-    steady = wandering(power[:, use]) < WANDER
-    return Level(float(np.sqrt(level)), float(np.sqrt(level) * error), bool(third <= FLAT * quiet) and steady)
+    free = 3 * len(power) * int(use.sum()) / NOISE_FLOOR.noise_bandwidth_bins
+    error = np.sqrt(2.2 / free) / 2 + 0.01 * np.sqrt(NOISE_FLOOR.windows / len(power))
+    steady = wandering(power[:, use]) < NOISE_FLOOR.steady_power
+    return Level(
+        float(np.sqrt(level)), float(np.sqrt(level) * error), bool(third <= NOISE_FLOOR.flat_power * quiet) and steady
+    )
 
 
 def wandering(power: Array) -> float:
     """Return by what factor power (windows, frequencies) grows from the calmest windows to where the level is read."""
     each, shape = _each(power)
-    calm, level = np.quantile(each, [CALM, QUARTILE]) / gamma.ppf([CALM, QUARTILE], shape, scale=1 / shape)
+    calm, level = np.quantile(each, [NOISE_FLOOR.calm_share, NOISE_FLOOR.quartile]) / gamma.ppf(
+        [NOISE_FLOOR.calm_share, NOISE_FLOOR.quartile], shape, scale=1 / shape
+    )
     return float(level / max(calm, 1e-300))
 
 
 def _floor(power: Array) -> float:
     """Return the level of noise of power (windows, frequencies): median over frequency, quartile over time."""
     each, shape = _each(power)
-    return float(np.quantile(each, QUARTILE) / gamma.ppf(QUARTILE, shape, scale=1 / shape))
+    return float(np.quantile(each, NOISE_FLOOR.quartile) / gamma.ppf(NOISE_FLOOR.quartile, shape, scale=1 / shape))
 
 
 def _each(power: Array) -> tuple[Array, float]:
     """Return each window's level (windows,), a median over frequency, and the shape of the gamma that it follows."""
-    each = np.median(power, axis=1) / MEDIAN
-    return each, 3 * power.shape[1] / NENBW / 1.6  # a median's variance is about 1.6 times a mean's
+    each = np.median(power, axis=1) / MEDIAN_OVER_MEAN
+    return each, 3 * power.shape[
+        1
+    ] / NOISE_FLOOR.noise_bandwidth_bins / 1.6  # a median's variance is about 1.6 times a mean's
 
 
 @dataclass(frozen=True)
@@ -120,19 +118,13 @@ class Rest:
     colour: dict[str, float]  # correlation of neighbouring samples, 0 for white noise
 
 
-PIECE = 0.5  # s of a piece judged as a whole
-QUIET = 2.5  # times the white noise's power: coloured noise and a declared level that is a little low stay below
-TURN = 0.03  # rad/s, a piece's mean rate against that of the others at rest: a slow turn is no rest
-SHORTEST = 1.0  # s
-
-
 def rests(stretches: tuple[Stretch, ...], rate: float, noise: dict[str, float], n: int) -> tuple[Rest, Mask]:
     """Return the moments at rest, and which samples (n,) lie in them.
 
     A half-second piece is at rest if neither triple's variance exceeds 2.5 times its white noise's power and the
     mean rate is that of the calmest pieces; a rest is a second of such pieces or more.
     """
-    width = max(8, round(PIECE * rate))
+    width = max(8, round(NOISE_FLOOR.piece_s * rate))
     pieces = [(s, first) for s in stretches for first in range(0, s.time.size - width + 1, width)]
     mask = np.zeros(n, dtype=bool)
     empty = Rest((), 0, {}, {})
@@ -141,18 +133,18 @@ def rests(stretches: tuple[Stretch, ...], rate: float, noise: dict[str, float], 
     calm = np.ones(len(pieces), dtype=bool)
     for part, std in noise.items():
         spread = np.array([np.var(s.part(part)[i : i + width], axis=0, ddof=1).mean() for s, i in pieces])
-        calm &= spread <= QUIET * std**2 + 1e-20
+        calm &= spread <= NOISE_FLOOR.rest_power * std**2 + 1e-20
     if not calm.any():
         return empty, mask
     rate_mean = np.array([s.gyro[i : i + width].mean(axis=0) for s, i in pieces])
-    calm &= np.linalg.norm(rate_mean - np.median(rate_mean[calm], axis=0), axis=1) < TURN
+    calm &= np.linalg.norm(rate_mean - np.median(rate_mean[calm], axis=0), axis=1) < NOISE_FLOOR.rest_rad_s
     spans: list[list[tuple[Stretch, int]]] = []
     for (s, i), good in zip(pieces, calm, strict=True):
         if good and spans and spans[-1][-1][0] is s and spans[-1][-1][1] == i - width:
             spans[-1].append((s, i))
         elif good:
             spans.append([(s, i)])
-    spans = [span for span in spans if len(span) * width >= SHORTEST * rate]
+    spans = [span for span in spans if len(span) * width >= NOISE_FLOOR.least_rest_s * rate]
     if not spans:
         return empty, mask
     levels: dict[str, float] = {}

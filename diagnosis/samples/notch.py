@@ -2,13 +2,12 @@
 
 `vibration` is a steady line in the accelerometer, and a fit has its law. A motor on the segment turns the sensor as
 well, and its frequency wanders: that is no such line. The motion's splines follow it up to half their knots' rate, and
-a mount on springs resounds with it (on a telephone that vibrates at 45 Hz a rocking mount was worth 9,300 nat). A hand
-moves nothing at the frequencies at which hums are heard, so where the gyroscope hums too the band about it goes, with
-as little of anything else: no delay, nothing of the motion below.
+a mount on springs resounds with it. A hand moves nothing at the frequencies at which hums are heard, so where the
+gyroscope hums too the band about it goes, with as little of anything else: no delay, nothing of the motion below.
 
 Where it does not, the line stays, and what wanders beside it goes: sidebands A^2 D / (2 pi d)^2 off by d Hz, of a phase
-that diffuses by D rad^2/s. Of a hum of 50 times the noise they are louder than that for 2 Hz on either side, and were a
-soft mount of 2,500 nat.
+that diffuses by D rad^2/s. Of a loud hum they are louder than the noise for some Hz on either side, and would be taken
+for a soft mount.
 """
 
 from itertools import pairwise
@@ -17,20 +16,13 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import NOTCH, TONE
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.samples.even_grid import stretches
-from imubench.diagnosis.samples.noise_floor import MEDIAN, densities
+from imubench.diagnosis.samples.noise_floor import MEDIAN_OVER_MEAN, densities
 from imubench.diagnosis.samples.sample_faults import Mask
-from imubench.diagnosis.samples.tones import SECONDS, STANDS, contrast
+from imubench.diagnosis.samples.tones import contrast
 from imubench.recording import Imu
-
-WIDE = 2.0  # Hz on either side of a hum; one that wanders moves by 0.75 Hz from one window to the next
-FEWEST = 4  # windows in which it is heard
-TURNS = float(np.log(3.0))  # over its neighbourhood, 3.5 standard deviations of the mean of four windows
-SETTLED = 1.0  # s, the shortest stretch that such a filter can be run over
-BANDS = (0.25, 0.5, 1.0, WIDE)  # Hz on either side of a line, that its sidebands may reach
-FINER = 8  # points of that grid for each that a recording tells apart
-NEWTON = 3  # steps from the best of a grid to a line's frequency
-CHANCE = 4.0  # standard deviations of noise's mean power in a band, from which on it has sidebands in it
 
 
 def turns_with_hum(imu: Imu, frequency: float, skip: Mask) -> bool:
@@ -38,24 +30,24 @@ def turns_with_hum(imu: Imu, frequency: float, skip: Mask) -> bool:
     rate = 1 / float(np.median(np.diff(imu.time)))
     pieces = stretches(imu.time, imu.gyro, imu.accel, skip)
     none = np.zeros(imu.time.size, dtype=bool)
-    width = 2 * round(SECONDS * rate / 2)
+    width = 2 * round(TONE.window_s * rate / 2)
     frequency_of = np.fft.rfftfreq(width, 1 / rate)
-    near = np.flatnonzero(np.abs(frequency_of - frequency) <= WIDE)
+    near = np.flatnonzero(np.abs(frequency_of - frequency) <= NOTCH.half_width_hz)
     accel, gyro = (contrast(densities(pieces, p, width, none)[0], frequency_of[1])[:, near] for p in ("accel", "gyro"))
-    heard = accel.max(axis=1) > STANDS
-    if heard.sum() < FEWEST:
+    heard = accel.max(axis=1) > TONE.log_contrast
+    if heard.sum() < NOTCH.heard_windows:
         return False
     at = np.argmax(accel[heard], axis=1)  # where it is in the accelerometer: the gyroscope's own maximum is chance
-    return bool(np.mean(gyro[heard][np.arange(len(at)), at]) > TURNS)
+    return bool(np.mean(gyro[heard][np.arange(len(at)), at]) > NOTCH.gyro_log_contrast)
 
 
 def without_hum(imu: Imu, frequency: float, skip: Mask) -> tuple[Array, Array]:
     """Return rates and specific forces (n, 3) without the band about a hum in Hz; those of `skip` (n,) as they were."""
     rate = 1 / float(np.median(np.diff(imu.time)))
-    sos = about(frequency, WIDE, rate)
+    sos = about(frequency, NOTCH.half_width_hz, rate)
     gyro, accel = imu.gyro.copy(), imu.accel.copy()
     for s in stretches(imu.time, imu.gyro, imu.accel, skip):
-        if s.time.size >= SETTLED * rate:
+        if s.time.size >= NOTCH.least_stretch_s * rate:
             own = ~s.filled
             for out, x in ((gyro, s.gyro), (accel, s.accel)):
                 out[s.source[own]] -= sosfiltfilt(sos, x, axis=0)[own]
@@ -65,16 +57,18 @@ def without_hum(imu: Imu, frequency: float, skip: Mask) -> tuple[Array, Array]:
 def with_steady_hum(imu: Imu, frequency: float, skip: Mask) -> Array:
     """Return specific forces (n, 3) in which a hum in Hz is a steady line, as strong; those of `skip` (n,) stay.
 
-    A line alone is weaker: of a phase that wanders by s rad exp(-s^2 / 2) of it is left.
+    A line alone is weaker: of a phase that wanders by s rad it keeps exp(-s^2 / 2).
     """
     rate = 1 / float(np.median(np.diff(imu.time)))
-    pieces = [s for s in stretches(imu.time, imu.gyro, imu.accel, skip) if s.time.size >= SETTLED * rate]
+    pieces = [s for s in stretches(imu.time, imu.gyro, imu.accel, skip) if s.time.size >= NOTCH.least_stretch_s * rate]
     if not pieces:
         return imu.accel
-    sos = about(frequency, WIDE, rate)
+    sos = about(frequency, NOTCH.half_width_hz, rate)
     time = np.concatenate([s.time for s in pieces])
     heard = np.concatenate([sosfiltfilt(sos, s.accel, axis=0) for s in pieces])
-    inner = [np.clip(np.minimum(s.time - s.time[0], s.time[-1] - s.time) / SETTLED, 0.0, 1.0) for s in pieces]
+    inner = [
+        np.clip(np.minimum(s.time - s.time[0], s.time[-1] - s.time) / NOTCH.least_stretch_s, 0.0, 1.0) for s in pieces
+    ]
     line = steady(time, heard, frequency, np.concatenate(inner))  # at its ends a filter rings
     each = np.cumsum([s.time.size for s in pieces])[:-1]
     left = np.split(np.concatenate([s.accel for s in pieces]) - line, each)
@@ -94,13 +88,15 @@ def steady(time: Array, values: Array, frequency: float, weight: Array | None = 
     """Return the strongest steady line (n, 3) near a frequency in Hz in values (n, 3) at times (n,), each so heavy."""
     weight = np.ones_like(time) if weight is None else weight
     turned = np.exp(-2j * np.pi * frequency * time)[:, None] * values * weight[:, None]
-    bins = ((time - time[0]) * 8 * WIDE).astype(int)  # what is within WIDE turns there by an eighth of a round at most
+    bins = ((time - time[0]) * 8 * NOTCH.half_width_hz).astype(
+        int
+    )  # what is within `half_width_hz` turns there by an eighth of a round at most
     binned = np.zeros((bins[-1] + 1, 3), dtype=complex)
     np.add.at(binned, bins, turned)
-    power = np.sum(np.abs(np.fft.fft(binned, FINER * len(binned), axis=0)) ** 2, axis=1)
-    off = np.fft.fftfreq(FINER * len(binned), 1 / (8 * WIDE))
-    best = frequency + float(off[np.argmax(np.where(np.abs(off) <= WIDE, power, 0.0))])
-    for _ in range(NEWTON):
+    power = np.sum(np.abs(np.fft.fft(binned, NOTCH.grid_factor * len(binned), axis=0)) ** 2, axis=1)
+    off = np.fft.fftfreq(NOTCH.grid_factor * len(binned), 1 / (8 * NOTCH.half_width_hz))
+    best = frequency + float(off[np.argmax(np.where(np.abs(off) <= NOTCH.half_width_hz, power, 0.0))])
+    for _ in range(NOTCH.newton_steps):
         line, slope = nearest(time, values, best, weight)
         best += float(np.sum(weight[:, None] * slope * (values - line)) / np.sum(weight[:, None] * slope**2))
     return nearest(time, values, best, weight)[0]
@@ -116,15 +112,17 @@ def nearest(time: Array, values: Array, frequency: float, weight: Array) -> tupl
 
 
 def sidebands(pieces: list[Array], rate: float, frequency: float) -> float:
-    """Return how far in Hz what is left (n, 3) beside a line is louder than the noise; 0 where it is nowhere."""
+    """Return the distance in Hz up to which residuals (n, 3) beside a line are louder than noise; 0 where nowhere."""
     x = max(pieces, key=len)
     off = np.abs(np.fft.rfftfreq(len(x), 1 / rate) - frequency)
     power = np.sum(np.abs(np.fft.rfft(x * np.hanning(len(x))[:, None], axis=0)) ** 2, axis=1)
-    beside = float(np.median(power[(off > WIDE) & (off < 2.5 * WIDE)])) / MEDIAN
+    beside = float(np.median(power[(off > NOTCH.half_width_hz) & (off < 2.5 * NOTCH.half_width_hz)])) / MEDIAN_OVER_MEAN
     loud = 0.0
-    for a, b in pairwise((0.0, *BANDS)):
+    for a, b in pairwise((0.0, *NOTCH.reach_hz)):
         ring = power[(off >= a) & (off < b)]
-        if ring.size and np.mean(ring) > beside * (1 + CHANCE / np.sqrt(2 * ring.size)):  # a window's bins go together
+        if ring.size and np.mean(ring) > beside * (
+            1 + STATISTICS.rare_sigmas / np.sqrt(2 * ring.size)
+        ):  # a window's bins go together
             loud = b
     return loud
 

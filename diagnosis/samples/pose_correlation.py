@@ -23,15 +23,17 @@ from imubench.jets import Jet
 from imubench.recording import Imu, Pose, Recording
 from imubench.rotations import conjugate, exp, log, multiply
 
-LASTS = 1.1  # times as large half a second apart as where they were taken to be independent: they are not
-GROWS = 1.2  # times as large at twice the distance: the errors last
-LONGEST = 0.06  # s between the samples that count, at most
-DECLARED = 1.5  # times a declared noise, from which it is not what is there
-SMOOTH = 1.5  # times as large at twice the distance: they change smoothly; steps that are independent grow by 1.41
-FURTHEST = 0.5  # s, over which it is seen whether errors that last end
-RATES = (0.5, 50.0)  # per s
-MATCHED = 0.015  # s of turning from which mount, scale, clock and bias are read
-FEWEST = 200  # pairs of samples to tell by
+POSE_ERRORS_LAST = 1.1  # times as large half a second apart as where they were taken to be independent: they are not
+POSE_ERRORS_GROW = 1.2  # times as large at twice the distance: the errors last
+POSE_SPACING_S = 0.06  # s between the samples that count, at most
+POSE_FAR_FROM_DECLARED = 1.5  # times a declared noise, from which it is not what is there
+POSE_ERRORS_SMOOTH = (
+    1.5  # times as large at twice the distance: they change smoothly; steps that are independent grow by 1.41
+)
+POSE_LASTING_S = 0.5  # s, over which it is seen whether errors that last end
+POSE_DECAY_PER_S = (0.5, 50.0)  # per s
+POSE_MATCHED_S = 0.015  # s of turning from which mount, scale, clock and bias are read
+POSE_PAIRS = 200  # pairs of samples to tell by
 
 
 @dataclass(frozen=True)
@@ -70,12 +72,12 @@ def correlated_poses(recording: Recording) -> tuple[dict[str, NDArray[np.bool_]]
 def apart(pose: Pose, imu: Imu) -> tuple[int, GaussMarkov | None]:
     """Return how many samples apart the errors of a pose count, and how they wander."""
     step = float(np.median(np.diff(pose.time)))
-    spans, k = errors(pose, imu, FURTHEST), 1
+    spans, k = errors(pose, imu, POSE_LASTING_S), 1
     told = pose.rotation_noise_std
-    if told and spans and spans[0] < DECLARED * told and spans[0] > told / DECLARED:
+    if told and spans and spans[0] < POSE_FAR_FROM_DECLARED * told and spans[0] > told / POSE_FAR_FROM_DECLARED:
         return 1, None
     for now, later in pairwise(spans):
-        if later <= GROWS * now or 2 * k * step > LONGEST:
+        if later <= POSE_ERRORS_GROW * now or 2 * k * step > POSE_SPACING_S:
             break
         k *= 2
     return (k, None) if k == 1 or pose.segment != "segment1" else wandering(spans, step, k)
@@ -87,30 +89,30 @@ def wandering(spans: list[float], step: float, k: int) -> tuple[int, GaussMarkov
     `spans` as from `errors`, the samples `step` s apart. They wander where they still grow from k samples on.
     """
     at = k.bit_length() - 1
-    if spans[-1] <= LASTS * spans[at]:
+    if spans[-1] <= POSE_ERRORS_LAST * spans[at]:
         return k, None
-    quick = [i for i, (now, later) in enumerate(pairwise(spans[: at + 1])) if later > SMOOTH * now]
+    quick = [i for i, (now, later) in enumerate(pairwise(spans[: at + 1])) if later > POSE_ERRORS_SMOOTH * now]
     first = quick[-1] + 1 if quick else 0
     lags, power = step * 2.0 ** np.arange(first, len(spans)), 2 * np.log(spans[first:])
-    rates = np.geomspace(*RATES, 200)
+    rates = np.geomspace(*POSE_DECAY_PER_S, 200)
     off = np.array([np.var(power - np.log(-np.expm1(-a * lags))) for a in rates])
     return 2**first, GaussMarkov(float(rates[np.argmin(off)]), step * 2**first)
 
 
 def errors(pose: Pose, imu: Imu, longest: float) -> list[float]:
-    """Return the RMS of r in rad, were it independent, from samples 1, 2, 4 and so on apart, up to `longest` s."""
+    """Return the RMS of r in rad as if independent, from samples 1, 2, 4 and so on apart, up to `longest` s."""
     inside = (pose.time >= imu.time[0]) & (pose.time <= imu.time[-1])
-    if pose.quaternion is None or inside.sum() < FEWEST:
+    if pose.quaternion is None or inside.sum() < POSE_PAIRS:
         return []
     time, q = pose.time[inside], pose.quaternion[inside]
     rate = CubicSpline(imu.time, imu.gyro)
     step, noise = float(np.median(np.diff(time))), imu.gyro_noise_std or 0.0
     steps, faster = np.diff(rate.antiderivative()(time), axis=0), np.diff(rate(time), axis=0)
-    k = max(round(MATCHED / step), 1)
+    k = max(round(POSE_MATCHED_S / step), 1)
     turned = over(exp(steps), k)
     error = between(turned, q, k)
     good = np.isfinite(error).all(axis=1)
-    if good.sum() < FEWEST:
+    if good.sum() < POSE_PAIRS:
         return []
     quicker = np.cumsum(np.vstack([np.zeros(3), faster]), axis=0)
     known = np.column_stack([log(turned), quicker[k:] - quicker[:-k], np.ones(len(error))])
@@ -118,10 +120,10 @@ def errors(pose: Pose, imu: Imu, longest: float) -> list[float]:
     turned = exp(steps + np.column_stack([steps, faster, np.full(len(steps), 1 / k)]) @ law)
     out: list[float] = []
     k = 1
-    while k * step <= longest and len(turned) >= FEWEST:
+    while k * step <= longest and len(turned) >= POSE_PAIRS:
         error = between(turned, q, k)
         good = np.isfinite(error).all(axis=1)
-        if good.sum() < FEWEST:
+        if good.sum() < POSE_PAIRS:
             break
         known = np.column_stack([log(turned), np.ones(len(error))])[good]
         error = error[good]

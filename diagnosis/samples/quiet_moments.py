@@ -3,12 +3,8 @@
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import QUIET_MOMENTS
 from imubench.diagnosis.samples.sample_faults import steps
-
-SECONDS = 0.5  # of a window
-LEAST = 8  # samples in a window
-QUIETEST = 0.1  # of the windows
-FINEST = 1e-6  # rad/s or m/s^2, below what any IMU resolves: a dead channel reads one number
 
 
 def quiet_level(time: Array, values: Array, most: float = np.inf) -> float:
@@ -18,8 +14,8 @@ def quiet_level(time: Array, values: Array, most: float = np.inf) -> float:
     the readings' rounding, which shows only while they move: a sensor at rest may read the same for seconds.
     """
     step = steps(values)
-    rounding = max(float(np.sqrt(np.mean(step**2) / 12)), FINEST)
-    width = max(LEAST, round(SECONDS / float(np.median(np.diff(time)))))
+    rounding = max(float(np.sqrt(np.mean(step**2) / 12)), QUIET_MOMENTS.finest)
+    width = max(QUIET_MOMENTS.samples, round(QUIET_MOMENTS.window_s / float(np.median(np.diff(time)))))
     count = len(time) // width
     if count < 1:
         return max(min(float(np.std(values, axis=0).mean()), most), rounding)
@@ -27,5 +23,5 @@ def quiet_level(time: Array, values: Array, most: float = np.inf) -> float:
     basis, _ = np.linalg.qr(np.vander(np.linspace(-1, 1, width), 3))
     left = pieces - basis @ (basis.T @ pieces)
     power = np.sum(left**2, axis=(1, 2)) / ((width - 3) * values.shape[1])
-    level = float(np.sqrt(np.median(np.sort(power)[: max(1, round(QUIETEST * count))])))
+    level = float(np.sqrt(np.median(np.sort(power)[: max(1, round(QUIET_MOMENTS.share * count))])))
     return max(min(level, most), rounding)

@@ -7,24 +7,12 @@ from scipy.ndimage import label
 from scipy.special import erf
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import DROPOUT, LATTICE
+from imubench.diagnosis.config.shared import STATISTICS
 
 Mask = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
-FUZZ = 1e-9  # of the range: values closer than that are one, as text and sums of floats leave them
-ON_LATTICE = 0.02  # of a step; a gap of continuous values falls so near a multiple in 4 of 100
-GAPS, REPEATED = 8, 20  # gaps on a lattice by chance once in 0.04^8; fewer will do if values come back so often
-SKIPPED = 4  # steps, up to which the median gap may be as wide
-FINE = 0.01  # of the noise: a step so small that three equal largest values are no chance (1e-3)
-PLATEAU = 3  # equal largest values
-LOW, RARE = 0.8, 1e-6  # of the noise; plateaus so long in a recording, by chance
-DROP, REACH = 20.0, 0.1  # steps, s: how far a reading falls beside a clip
 # (a rounded parabola falls 3 steps over half a plateau's length, a fourth power 15)
-JITTER = 0.15  # of the interval between samples, under which a gap is counted in whole samples
-MOVING = 3.0  # steps between the neighbours of a repeated sample
-SHORT, STUCK = 10, 0.25  # samples, s: a longer run of repeats is no scattered loss
-EVENTS, FEWEST = 0.005, 5  # share of the samples, number: fewer repeats or gaps are everyday
-STRANGE = 1e-3  # runs of missing samples so long by chance, in a recording: such a run is a gap
-CLOSE = 0.05  # relative: limits of two axes or sides that count as one
 
 
 @dataclass(frozen=True)
@@ -50,10 +38,10 @@ def lattice(values: Array) -> float:
     if spread == 0:
         return 0.0
     gaps = np.diff(np.unique(values))
-    gaps = gaps[gaps > FUZZ * spread]
-    if gaps.size < GAPS and values.size < REPEATED * (gaps.size + 1):
+    gaps = gaps[gaps > LATTICE.same_value * spread]
+    if gaps.size < LATTICE.gaps and values.size < LATTICE.repeats * (gaps.size + 1):
         return 0.0
-    tried = (_multiples(gaps, float(np.median(gaps)) / part) for part in range(1, SKIPPED + 1))
+    tried = (_multiples(gaps, float(np.median(gaps)) / part) for part in range(1, LATTICE.skipped_steps + 1))
     return next((step for step in tried if step > 0), 0.0)
 
 
@@ -63,7 +51,7 @@ def _multiples(gaps: Array, step: float) -> float:
         count = np.round(gaps / step)
         good = count > 0
         step = float(np.sum(gaps[good]) / np.sum(count[good]))
-    fits = np.abs(gaps / step - np.round(gaps / step)) < ON_LATTICE
+    fits = np.abs(gaps / step - np.round(gaps / step)) < LATTICE.off_lattice
     return step if np.mean(fits & (gaps > 0.5 * step)) > 0.98 else 0.0
 
 
@@ -72,7 +60,7 @@ def steps(values: Array) -> Array:
     out = np.array([lattice(v) for v in values.T])
     if out.any():
         for axis in np.flatnonzero(out == 0):
-            if np.unique(values[:, axis]).size <= GAPS:
+            if np.unique(values[:, axis]).size <= LATTICE.gaps:
                 out[axis] = np.median(out[out > 0])
     return out
 
@@ -87,8 +75,8 @@ def lost(time: Array, channels: Array, step: Array) -> Lost:
     usual = float(np.median(interval))
     counts = np.round(interval / usual)
     jitter = 1.4826 * float(np.median(np.abs(interval / usual - 1)))
-    gap = (counts >= 2) & (jitter < JITTER)
-    odd = short_of(counts[gap] - 1, time.size)
+    gap = (counts >= 2) & (jitter < DROPOUT.jitter)
+    odd = missing_in_a_row(counts[gap] - 1, time.size)
     missing = int(odd.sum())
 
     held = np.zeros(time.size, dtype=bool)
@@ -101,11 +89,13 @@ def lost(time: Array, channels: Array, step: Array) -> Lost:
         other = np.append(np.flatnonzero(~same) + 1, time.size - 1)
         following = other[np.searchsorted(other, np.arange(1, time.size), side="right").clip(max=other.size - 1)]
         move = np.abs(channels[following] - channels[:-1]) / np.where(step > 0, step, np.inf)
-        could[1:] = (move > MOVING).any(axis=1)
+        could[1:] = (move > DROPOUT.moving_steps).any(axis=1)
     held[1:] = same & could[1:]
     pieces, count = label(held)
     length = np.bincount(pieces.ravel(), minlength=count + 1)
-    short = held & (length[pieces] <= max(SHORT, round(STUCK / usual)))  # longer: stuck, or a rest without noise
+    short = held & (
+        length[pieces] <= max(DROPOUT.run_samples, round(DROPOUT.run_s / usual))
+    )  # longer: stuck, or a rest without noise
     pairs = int(could.sum() - (held & ~short).sum())
     return Lost(
         held,
@@ -118,23 +108,24 @@ def lost(time: Array, channels: Array, step: Array) -> Lost:
     )
 
 
-def short_of(runs: Array, count: int) -> Array:
+def missing_in_a_row(runs: Array, count: int) -> Array:
     """Return how many samples are missing in a row (k,), of `count`, without runs too long for single ones to be lost.
 
-    A share f of samples lost one by one has count f^k runs of k: one of which there would be `STRANGE` is a gap.
+    A share f of samples lost one by one has count f^k runs of k: one of which there would be no more than
+    `STATISTICS.false_alarms_per_recording` is a gap.
     """
     while runs.size:
         share = float(runs.sum() / (count + runs.sum()))
-        short = runs <= np.ceil(np.log(STRANGE / count) / np.log(share))
+        short = runs <= np.ceil(np.log(STATISTICS.false_alarms_per_recording / count) / np.log(share))
         if short.all():
             break
         runs = runs[short]
     return runs
 
 
-def enough(events: int, count: int) -> bool:
+def more_than_odd(events: int, count: int) -> bool:
     """Return whether so many gaps or repeats in `count` samples are more than the odd one."""
-    return events >= max(FEWEST, EVENTS * count)
+    return events >= max(DROPOUT.events, DROPOUT.share * count)
 
 
 def clipped(time: Array, values: Array, step: Array, noise: float, skip: Mask, still: Mask) -> tuple[Mask, Array]:
@@ -148,8 +139,14 @@ def clipped(time: Array, values: Array, step: Array, noise: float, skip: Mask, s
         for side in (1.0, -1.0):
             x = side * values[:, axis]
             top = float(x.max())
-            here = (x >= top - 1e-6 * abs(top) - 0.5 * (step[axis] if step[axis] > FINE * noise else 0)) & ~skip
-            if top > 0 and here.sum() >= PLATEAU and _sure(time, x, here & ~still, float(step[axis]), noise):
+            here = (
+                x >= top - 1e-6 * abs(top) - 0.5 * (step[axis] if step[axis] > LATTICE.fine_step * noise else 0)
+            ) & ~skip
+            if (
+                top > 0
+                and here.sum() >= LATTICE.plateau_samples
+                and _sure(time, x, here & ~still, float(step[axis]), noise)
+            ):
                 at[:, axis] |= here
                 limits.append(top)
     if not limits:
@@ -165,12 +162,12 @@ def _sure(time: Array, x: Array, here: Mask, step: float, noise: float) -> bool:
     If continuous, no three readings are equal by chance. If rounded, either a plateau is longer than noise lets a
     reading stay in one step (0.8 of the noise, as its level may be off), or readings fall off fast on both sides.
     """
-    if step <= FINE * noise:
-        return bool(here.sum() >= PLATEAU)
-    reach = max(1, round(REACH / float(np.median(np.diff(time)))))
+    if step <= LATTICE.fine_step * noise:
+        return bool(here.sum() >= LATTICE.plateau_samples)
+    reach = max(1, round(LATTICE.drop_s / float(np.median(np.diff(time)))))
     plateaus, count = label(here)
-    stay = float(erf(step / (2 * np.sqrt(2) * max(LOW * noise, 1e-12))))
-    if np.bincount(plateaus)[1:].max(initial=0) > np.log(x.size / RARE) / max(-np.log(stay), 1e-12):
+    stay = float(erf(step / (2 * np.sqrt(2) * max(LATTICE.least_noise * noise, 1e-12))))
+    if np.bincount(plateaus)[1:].max(initial=0) > np.log(x.size / LATTICE.plateau_chance) / max(-np.log(stay), 1e-12):
         return True
     kinks = 0
     for i in range(1, count + 1):
@@ -181,5 +178,5 @@ def _sure(time: Array, x: Array, here: Mask, step: float, noise: float) -> bool:
             continue
         top = x[first]
         fall = min(top - x[first - out], top - x[last + out])
-        kinks += int(last - first + 1) if last > first and fall > DROP * step + 5 * noise else 0
-    return kinks >= PLATEAU
+        kinks += int(last - first + 1) if last > first and fall > LATTICE.drop_steps * step + 5 * noise else 0
+    return kinks >= LATTICE.plateau_samples

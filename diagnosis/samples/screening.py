@@ -6,19 +6,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from imubench.diagnosis.config.samples import NOISE_FLOOR, SCREENING
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.samples import checks as raw
-from imubench.diagnosis.samples.check_findings import SURE_OF_KNOCKS, RawFinding
-from imubench.diagnosis.samples.noise_floor import WANDER
+from imubench.diagnosis.samples.check_findings import RawFinding
 from imubench.diagnosis.samples.notch import turns_with_hum, with_steady_hum, without_hum
 from imubench.diagnosis.samples.pose_correlation import GaussMarkov, correlated_poses
-from imubench.diagnosis.samples.rest_noise import MOST
+from imubench.diagnosis.samples.rest_noise import MOST_REST_STD
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault
 from imubench.recording import Imu, Recording
-
-KNOCK, LINE = 0.035, 0.045  # s: a knock is over after the one, and straight lines are laid over the other
-JOLT = 1.0  # rad/s that a gyroscope jumps where a segment is struck
 
 
 @dataclass(frozen=True)
@@ -70,11 +68,13 @@ def check_samples(recording: Recording) -> SampleChecks:
     masks |= of_poses
     stops = [f for f in said if traits_of(f.effect).fault is Fault.STRUCK and stop_like(recording, f)]
     firm = tuple(_finding(f) for f in said if f not in stops)
-    stops = [replace(f, confidence=SURE_OF_KNOCKS[0]) if jolted(recording.imu(f.at), f) else f for f in stops]
+    stops = [
+        replace(f, confidence=CONFIDENCE.knock_or_knocks[0]) if jolted(recording.imu(f.at), f) else f for f in stops
+    ]
     struck = {name.split(".")[0]: mask for c in checks for name, mask in c.struck.items() if mask.any()}
-    white = {name: std for c in checks for name, std in c.white.items() if std <= MOST[name.split(".")[1]]}
+    white = {name: std for c in checks for name, std in c.white.items() if std <= MOST_REST_STD[name.split(".")[1]]}
     rest = {name: std for c in checks for name, std in c.rest.items()}
-    white |= {name: std for name, std in rest.items() if white.get(name, np.inf) > WANDER * std}
+    white |= {name: std for name, std in rest.items() if white.get(name, np.inf) > NOISE_FLOOR.steady_power * std}
     notes = tuple(f.evidence for f in said)
     return SampleChecks(firm, masks, tuple(_finding(f) for f in stops), struck, notes, white, wander, rest)
 
@@ -94,13 +94,13 @@ def jolted(imu: Imu, knocks: RawFinding) -> bool:
     steps = []
     for start in np.atleast_1d(knocks.parameters["times"][0]):
         ends = []
-        for at in (start - LINE, start + KNOCK):
-            near = (imu.time >= at) & (imu.time <= at + LINE)
+        for at in (start - SCREENING.straight_s, start + SCREENING.knock_s):
+            near = (imu.time >= at) & (imu.time <= at + SCREENING.straight_s)
             if near.sum() > 1:
-                ends.append(np.polyfit(imu.time[near] - start - KNOCK / 2, imu.gyro[near], 1)[1])
+                ends.append(np.polyfit(imu.time[near] - start - SCREENING.knock_s / 2, imu.gyro[near], 1)[1])
         if len(ends) == 2:
             steps.append(float(np.linalg.norm(ends[1] - ends[0])))
-    return bool(steps) and float(np.median(steps)) > JOLT
+    return bool(steps) and float(np.median(steps)) > SCREENING.jolt_rad_s
 
 
 def _finding(f: RawFinding) -> Finding:
@@ -114,8 +114,8 @@ def with_sample_noise(
 ) -> Recording:
     """Return the recording with its noise declared as the raw samples have it, rounding in it.
 
-    What nobody declares is what they show above the motion (within 3 % in three quarters of 930 channels). Two IMUs on
-    one motion do not tell: at half the noise of one and more at the other a motion that is free fits them as well.
+    What nobody declares is what they show above the motion. Two IMUs on one motion do not tell: at half the noise of
+    one and more at the other a motion that is free fits them as well.
     """
     imus = []
     for imu in recording.imus:

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import TONE
 
 
 def runs(time: Array) -> list[slice]:
@@ -17,10 +18,7 @@ def runs(time: Array) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(edges)]
 
 
-SECONDS = 4.0  # of a window of the mean, so a resolution of a quarter of a hertz
-
-
-def spectrum(time: Array, values: Array, seconds: float = SECONDS) -> tuple[Array, Array]:
+def spectrum(time: Array, values: Array, seconds: float = TONE.window_s) -> tuple[Array, Array]:
     """Return frequencies (f,) Hz and one-sided power densities (f, k) of values (n, k), unit^2 / Hz.
 
     Welch's mean over Hann windows of about `seconds` that overlap by half, the last one up to the end, gaps left out:

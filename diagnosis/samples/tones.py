@@ -16,20 +16,11 @@ from scipy.special import digamma, polygamma
 from scipy.stats import norm
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import NOTCH, TONE
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.samples.even_grid import Stretch
-from imubench.diagnosis.samples.noise_floor import MEDIAN, densities
+from imubench.diagnosis.samples.noise_floor import MEDIAN_OVER_MEAN, densities
 from imubench.diagnosis.samples.sample_faults import Mask
-
-SECONDS = 4.0
-LEAST, LOWEST = 6.0, 13.0  # Hz: above twice where the motion ends, at most 12 Hz and a line's width
-INNER, OUTER = 1.0, 2.5  # Hz, between which the neighbourhood lies
-FEWEST, BROKEN = 4, 3  # windows of a span; of a recording that is too short, or broken too often, for so many
-ALARM = 1e-3  # per recording
-STANDS = float(np.log(6.0))  # over its neighbourhood, in the median window of a span
-WANDER = 0.75  # Hz from one window to the next
-BESIDE = 4.0  # Hz, where an amplitude's noise is taken from; a one-second window reaches 2
-HARMONICS, MAIN = (2, 3, 4), 0.3  # multiples, and the share of the strongest line's power
-MOVED = 4.0  # times the noise power, from which a frequency belongs to the motion
 
 
 @dataclass(frozen=True)
@@ -47,17 +38,18 @@ class Line:
 def line(stretches: tuple[Stretch, ...], rate: float, skip: Mask, noise: Mapping[str, float]) -> Line | None:
     """Return the strongest hum of a recording, None where there is none or it is too short (8 s) to tell.
 
-    A recording of 15 s that lost samples had broken into three had three windows, in each of which a hum of 50 times
-    the noise stood out by a factor of 600 to 12,000.
+    Samples that are lost may break a recording into few windows; a hum that stands out by far in each is one still.
     """
-    width = 2 * round(SECONDS * rate / 2)
+    width = 2 * round(TONE.window_s * rate / 2)
     power, times = densities(stretches, "accel", width, skip)
-    if len(power) < BROKEN:
+    if len(power) < TONE.broken_windows:
         return None
     frequency = np.asarray(np.fft.rfftfreq(width, 1 / rate), dtype=float)
     over = contrast(power, rate / width)
     lowest = above_motion(stretches, rate, skip, noise)
-    use = np.flatnonzero((frequency > lowest) & (frequency < rate / 2 - OUTER) & ~harmonic(power, frequency))
+    use = np.flatnonzero(
+        (frequency > lowest) & (frequency < rate / 2 - TONE.neighbours_to_hz) & ~harmonic(power, frequency)
+    )
     span = strongest(over[:, use])
     if span is None:
         return None
@@ -71,34 +63,40 @@ def above_motion(stretches: tuple[Stretch, ...], rate: float, skip: Mask, noise:
     In the gyroscope every line counts as motion, in the accelerometer what is broader than a line.
     """
     if noise.keys() != {"gyro", "accel"}:
-        return LOWEST
-    width = 2 * round(SECONDS * rate / 2)
+        return TONE.usual_least_hz
+    width = 2 * round(TONE.window_s * rate / 2)
     frequency = np.fft.rfftfreq(width, 1 / rate)
     gyro, accel = (np.mean(densities(stretches, part, width, skip)[0], axis=0) for part in ("gyro", "accel"))
-    broad = median_filter(accel, 2 * round(OUTER / frequency[1]) + 1, mode="nearest")
-    moved = frequency[(gyro > MOVED * noise["gyro"] ** 2) | (broad > MOVED * noise["accel"] ** 2)]
-    return float(np.clip(2 * moved[moved < LOWEST].max(initial=0.0) + INNER, LEAST, LOWEST))
+    broad = median_filter(accel, 2 * round(TONE.neighbours_to_hz / frequency[1]) + 1, mode="nearest")
+    moved = frequency[(gyro > TONE.moved_power * noise["gyro"] ** 2) | (broad > TONE.moved_power * noise["accel"] ** 2)]
+    return float(
+        np.clip(
+            2 * moved[moved < TONE.usual_least_hz].max(initial=0.0) + TONE.neighbours_from_hz,
+            TONE.least_hz,
+            TONE.usual_least_hz,
+        )
+    )
 
 
 def contrast(power: Array, resolution: float) -> Array:
     """Return ln(power / neighbourhood) (windows, frequencies), zero on average where nothing stands out."""
-    inner, outer = round(INNER / resolution), round(OUTER / resolution)
+    inner, outer = round(TONE.neighbours_from_hz / resolution), round(TONE.neighbours_to_hz / resolution)
     around = np.ones(2 * outer + 1, dtype=bool)
     around[outer - inner + 1 : outer + inner] = False
     beside = median_filter(power, footprint=around[None, :], mode="nearest")
-    return np.log(power + 1e-300) - np.log(beside + 1e-300) - (float(digamma(3)) - np.log(3 * MEDIAN))
+    return np.log(power + 1e-300) - np.log(beside + 1e-300) - (float(digamma(3)) - np.log(3 * MEDIAN_OVER_MEAN))
 
 
 def harmonic(power: Array, frequency: Array) -> Mask:
     """Return which frequencies (f,) are multiples of a line in the motion as strong as any, to its half a bin."""
     mean = np.mean(power, axis=0)
-    low = np.flatnonzero((frequency > 1.0) & (frequency < LOWEST))
+    low = np.flatnonzero((frequency > 1.0) & (frequency < TONE.usual_least_hz))
     out = np.zeros(frequency.size, dtype=bool)
     if not low.size:
         return out
     over = contrast(mean[None, :], frequency[1])[0]
-    for i in low[(over[low] > STANDS) & (mean[low] > MAIN * mean[low].max())]:
-        for k in HARMONICS:
+    for i in low[(over[low] > TONE.log_contrast) & (mean[low] > TONE.main_share * mean[low].max())]:
+        for k in TONE.harmonics:
             out |= np.abs(frequency - k * frequency[i]) <= frequency[1] * (1 + k / 2)
     return out
 
@@ -111,18 +109,18 @@ def strongest(over: Array) -> tuple[int, int, int] | None:
     sums = np.concatenate([np.zeros((1, wide)), np.cumsum(over, axis=0)])
     best: tuple[float, int, int, int] = (0.0, 0, 0, 0)
     length, spans = count, 0
-    while length >= min(FEWEST, count):
+    while length >= min(NOTCH.heard_windows, count):
         starts = sorted({*range(0, count - length + 1, max(1, length // 2)), count - length})
         spans += len(starts)
         for first in starts:
             mean = (sums[first + length] - sums[first]) / length
             score = mean * np.sqrt(length / float(polygamma(1, 3)))
             for at in np.argsort(score)[-3:]:
-                if score[at] > best[0] and np.median(over[first : first + length, at]) > STANDS:
+                if score[at] > best[0] and np.median(over[first : first + length, at]) > TONE.log_contrast:
                     best = (float(score[at]), first, first + length, int(at))
         length //= 2
     # neighbouring windows share half their samples and the neighbourhood's median errs: 1.2 in all
-    threshold = 1.2 * float(norm.isf(ALARM / (wide * max(spans, 1))))
+    threshold = 1.2 * float(norm.isf(STATISTICS.false_alarms_per_recording / (wide * max(spans, 1))))
     return best[1:] if best[0] > threshold else None
 
 
@@ -131,7 +129,7 @@ def follow(
     span: tuple[int, int], at: int,
 ) -> Line:  # fmt: skip
     """Return the line seen in a span of windows at a frequency, followed to where it ends."""
-    reach = max(1, round(WANDER / frequency[1]))
+    reach = max(1, round(TONE.wander_hz / frequency[1]))
     path = np.full(len(over), -1)
     middle = (span[0] + span[1]) // 2
     for order in (range(middle, len(over)), range(middle - 1, -1, -1)):
@@ -139,11 +137,11 @@ def follow(
         for w in order:
             low = max(1, here - reach)
             k = low + int(np.argmax(over[w, low : here + reach + 1]))
-            if over[w, k] > STANDS:
+            if over[w, k] > TONE.log_contrast:
                 path[w], here, missed = k, k, 0
             else:
                 missed += 1
-                if missed > FEWEST:
+                if missed > NOTCH.heard_windows:
                     break
     seen = np.flatnonzero(path >= 0)
     found = np.array([_peak(frequency, over[w], path[w]) for w in seen])
@@ -153,8 +151,8 @@ def follow(
     amplitude, spread = amplitudes(stretches, rate, times[seen], found)
     windows: list[tuple[float, float]] = []
     for t in times[seen]:
-        begin, end = float(t - SECONDS / 2), float(t + SECONDS / 2)
-        if windows and begin <= windows[-1][1] + SECONDS / 2:
+        begin, end = float(t - TONE.window_s / 2), float(t + TONE.window_s / 2)
+        if windows and begin <= windows[-1][1] + TONE.window_s / 2:
             windows[-1] = (windows[-1][0], end)
         else:
             windows.append((begin, end))
@@ -186,7 +184,7 @@ def amplitudes(stretches: tuple[Stretch, ...], rate: float, times: Array, freque
             first = int(np.searchsorted(stretch.time, t)) - width // 2
             if first >= 0 and first + width <= stretch.time.size and stretch.time[0] <= t <= stretch.time[-1]:
                 piece = stretch.accel[first : first + width]
-                about = f + np.array([0.0, -BESIDE, BESIDE])
+                about = f + np.array([0.0, -TONE.noise_beside_hz, TONE.noise_beside_hz])
                 turn = np.exp(-2j * np.pi * about[:, None] * np.arange(width) / rate)
                 found.append(2 * (taper * turn) @ (piece - piece.mean(axis=0)))
     if not found:

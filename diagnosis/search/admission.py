@@ -3,8 +3,9 @@
 from collections.abc import Generator, Sequence
 from dataclasses import replace
 
+from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.criteria.cross_validation import Gain, by_halves, heldout_gain
-from imubench.diagnosis.criteria.trial import MOST, Kept, Passed, Trial
+from imubench.diagnosis.criteria.trial import Kept, Passed, Trial
 from imubench.diagnosis.noise.masking import with_mask
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.search.moves.move import (
@@ -112,7 +113,7 @@ def one_more(state: SearchState, trial: Trial) -> Proposal:
         lambda won: state.changed(trial.fit, [*state.kept, Kept(trial.hypothesis, trial.evidence, told(won), ())]),
         (
             Foretells(lambda: heldout_gain(state.fit, trial.fit, state.random)),
-            Holds(lambda: len(state.kept) != MOST - 1),
+            Holds(lambda: len(state.kept) != ADMISSION.most_effects - 1),
         ),
     )
 
@@ -129,7 +130,7 @@ def all_together(
     rule, together = "add-together", now.together if state.use.on("add-together") else []
     if not together and state.use.on("clock-beside-best"):
         rule, together = "clock-beside-best", with_a_clock(now, tell)
-    if not together or len(state.kept) + 1 + len(together) > MOST:
+    if not together or len(state.kept) + 1 + len(together) > ADMISSION.most_effects:
         return state, refused
     best, last = now.tried[0], together[-1]
     some = [best.hypothesis, *(t.hypothesis for t in together)]

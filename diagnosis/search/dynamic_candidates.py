@@ -2,8 +2,11 @@
 
 from collections.abc import Collection
 
-from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Trial, kind, misfit
-from imubench.diagnosis.noise.coherence import RELATED, follows_motion
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.noise import COHERENCE
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.trial import Trial, kind, misfit
+from imubench.diagnosis.noise.coherence import follows_motion
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over
@@ -27,7 +30,8 @@ def stateful(
     while little is left: a spline rounds the corners of such a motion as a filter would its readings.
     """
     delayed = (
-        any(h.effect.late_by or h.effect.torque_jumps for h in fit.model.hypotheses) and misfit(fit) <= UNEXPLAINED
+        any(h.effect.late_by or h.effect.torque_jumps for h in fit.model.hypotheses)
+        and misfit(fit) <= ADMISSION.unexplained_misfit
     )
     there = {kind(h) for h in fit.model.hypotheses}
     alive = [h for h in left if h.effect.states and h.effect.variant != "isotropic" and kind(h) not in there]
@@ -59,16 +63,16 @@ def suspicious(fit: Fit) -> bool:
     """
     if fit.model.wander:
         return False
-    if misfit(fit) > UNEXPLAINED:
+    if misfit(fit) > ADMISSION.unexplained_misfit:
         return True
     alive = any(h.effect.states for h in fit.model.hypotheses)
-    return not alive and max(follows_motion(fit).values(), default=0.0) > RELATED
+    return not alive and max(follows_motion(fit).values(), default=0.0) > COHERENCE.follows
 
 
 def before_plain(lively: Trial, fit: Fit, further: Fit) -> bool:
     """Return whether an effect with states explains more than those without that made `further` of the fit."""
     plainly = evidence_over(fit, further)
-    return lively.evidence > max(NEEDED, plainly if lively.hypothesis.effect.lawful else TWICE * plainly)
+    return lively.evidence > max(EVIDENCE.needed_nat, plainly if lively.hypothesis.effect.lawful else TWICE * plainly)
 
 
 __all__ = ["HINTED", "before_plain", "promised_by_law", "stateful", "suspicious"]

@@ -122,7 +122,7 @@ def outcome(test: Above | Holds | Foretells, gain: Gain | None) -> tuple[bool, G
     if isinstance(test, Holds):
         return test.condition(), gain
     gain = test.gain()
-    foretold = gain.foretells(test.least)
+    foretold = gain.is_sure(test.least)
     if not foretold and test.halves is not None and gain.high < test.worth:
         gain = test.halves()
         foretold = gain.clear()

@@ -32,9 +32,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import SEED, Gain, predicted
-from imubench.diagnosis.criteria.trial import UNEXPLAINED, misfit
+from imubench.diagnosis.criteria.cross_validation import Gain, predicted
+from imubench.diagnosis.criteria.trial import misfit
 from imubench.diagnosis.noise.debiased_fit import debiased
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -131,7 +132,7 @@ def bending(fit: Fit, h: Hypothesis, springs: Effect) -> NonlinearSprings:
     tried = refit(fit, everything)
     better = with_noise(tried, ROUNDS)
     before = with_noise(fit, ROUNDS)
-    heldout = predicted(at_noise_of(before, better), better, np.random.default_rng(SEED))
+    heldout = predicted(at_noise_of(before, better), better, np.random.default_rng(HELD_OUT.bootstrap_seed))
     bend = curved.key("bend")
     covariance, std = information(better)
     stiffer = Parameter(better.state.values[bend], std[bend], "1")
@@ -160,7 +161,7 @@ def unheld(fit: Fit) -> list[Hypothesis]:
     Straight ones left 0.8 to 1.3 of the noise in eight unseen trials, others 1.4 to 12 in six, at either sensor.
     """
     springs = [h for h, _ in straight(fit)]
-    return springs if springs and misfit(fit, at_least=True) > UNEXPLAINED else []
+    return springs if springs and misfit(fit, at_least=True) > ADMISSION.unexplained_misfit else []
 
 
 def left_by(h: Hypothesis, fit: Fit) -> Finding:

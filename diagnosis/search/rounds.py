@@ -3,8 +3,9 @@
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.followed_sensor import at_levels, nearer_to_declared, uncertain_levels
-from imubench.diagnosis.criteria.trial import NEEDED, Trial, misfit
+from imubench.diagnosis.criteria.trial import Trial, misfit
 from imubench.diagnosis.discrepancy.input_nonlinearity import reads_by_own_law
 from imubench.diagnosis.noise.masking import mask_beside, shows_in_its_moments, with_mask
 from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
@@ -54,11 +55,11 @@ def try_round(
     taken = {h.name for h in fit.model.hypotheses}
     left = [h for h in everything if h.name not in taken]
     plain, scores = plain_scores(fit, left)
-    tried = [t for t in plain_trials(fit, scores, say) if t.evidence > NEEDED]
+    tried = [t for t in plain_trials(fit, scores, say) if t.evidence > EVIDENCE.needed_nat]
     if use.on("quiet-where-uncertain") and (told := uncertain_levels(fit)):
         quiet = at_levels(fit, told)
         quieter = plain_trials(quiet, plain_scores(quiet, left)[1], say)
-        nearer = [t for t in quieter if t.evidence > NEEDED and nearer_to_declared(fit, t, told)]
+        nearer = [t for t in quieter if t.evidence > EVIDENCE.needed_nat and nearer_to_declared(fit, t, told)]
         tried = nearer if use.holds("quiet-where-uncertain", lambda: bool(nearer)) else tried
     first = with_noise(tried[0].fit) if tried else fit
     brief = bool(tried) and use.holds("moment-tells", lambda: shows_in_its_moments(fit, first, tried[0].hypothesis))
@@ -70,7 +71,7 @@ def try_round(
     use.holds("plain-ahead", lambda: bool(chain))
     further = chain[-1].fit if chain else first
     moving = suspicious(further)
-    least = NEEDED if moving else max([HINTED, promised_by_law(further), *(t.evidence for t in tried)])
+    least = EVIDENCE.needed_nat if moving else max([HINTED, promised_by_law(further), *(t.evidence for t in tried)])
     ruled = moving and use.holds("own-law-of-reading", lambda: reads_by_own_law(further))
     alive = [] if ruled else stateful(fit, left, moving, least > HINTED, heard)
     lively = [
@@ -121,11 +122,11 @@ def asked(tried: list[Trial]) -> list[tuple[Trial, float]]:
     plain = [t for t in tried if not t.hypothesis.effect.states]
     out = [(t, 0.0) for t in tried[:1]]
     for t in (t for t in plain if t is not tried[0]):
-        if t.evidence > plain[0].evidence - NEEDED or akin(t, plain[0]):
+        if t.evidence > plain[0].evidence - EVIDENCE.needed_nat or akin(t, plain[0]):
             out.append((t, 0.0))
         elif t.evidence > SECOND * plain[0].evidence:
             out.append((t, SECOND * t.evidence))
-    return out + [(t, 0.0) for t in tried[1:] if t.hypothesis.effect.states and t.evidence > NEEDED][:1]
+    return out + [(t, 0.0) for t in tried[1:] if t.hypothesis.effect.states and t.evidence > EVIDENCE.needed_nat][:1]
 
 
 def akin(trial: Trial, best: Trial) -> bool:

@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from imubench.diagnosis.candidates.both_mounts import gives_way
+from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.criteria.dynamic_aic import law_levels, with_tight_laws
-from imubench.diagnosis.criteria.trial import MOST, Kept, kind
+from imubench.diagnosis.criteria.trial import Kept, kind
 from imubench.diagnosis.noise.debiased_fit import debiased
 from imubench.diagnosis.noise.knot_selection import finer
 from imubench.diagnosis.noise.looser_motion import with_looser_motion
@@ -136,7 +137,7 @@ def gained_together(state: SearchState) -> SearchState:
 
 def another_round(state: SearchState) -> bool:
     """Return whether there is room for another effect, and something left to ask."""
-    return state.rounds.again and len(state.kept) < MOST
+    return state.rounds.again and len(state.kept) < ADMISSION.most_effects
 
 
 def came_in(state: SearchState) -> bool:

@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.diagnosis.candidates.both_mounts import gives_way
+from imubench.diagnosis.config.discrepancy import TERM
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.discrepancy.best_term import best_term
-from imubench.diagnosis.discrepancy.fitted_terms import MOST, NEEDED, SHAPE_NEEDED, FittedTerm
-from imubench.diagnosis.discrepancy.term_scores import ENOUGH
+from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm
 from imubench.diagnosis.discrepancy.terms import Term, Unknown, channels_of, signals_of
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.noise.pooled import with_pooled_noise
@@ -75,7 +76,7 @@ def unknowns(
     held = swapped_for_terms(fit, say) if use.on("term-for-effects") else TermSwaps([], fit, ())
     use.holds("term-for-effects", lambda: bool(held.terms or held.doubted or held.likely))
     found, fit = held.terms, held.fit
-    while use.on("add-term") and len(found) < MOST:
+    while use.on("add-term") and len(found) < TERM.most_terms:
         say("looking for something without a name")
         best = best_term(with_pooled_noise(fit))
         if best is None:
@@ -118,7 +119,7 @@ def superseded(before: Fit, new: FittedTerm, terms: Sequence[Term], say: Callabl
         say(f"trying to do without {h.name}")
         with suppress(NotPositiveDefiniteError):
             nat, without = price_of_dropping(fit, h)
-            if nat < ENOUGH and MUCH * price_of_dropping(before, h)[0] < new.evidence:
+            if nat < EVIDENCE.needed_nat and MUCH * price_of_dropping(before, h)[0] < new.evidence:
                 fit = without
     return fit
 
@@ -139,7 +140,7 @@ def negligible_names(fit: Fit, say: Callable[[str], None] = lambda _: None) -> l
 
 def finding(found: FittedTerm) -> Finding:
     """Return a fitted term as a finding, with the names that it equals."""
-    sure = confidence(max(found.evidence - NEEDED, found.shape - SHAPE_NEEDED), 0.0)
+    sure = confidence(max(found.evidence - EVIDENCE.clear_nat, found.shape - TERM.shape_nat), 0.0)
     said = nameless(found.term.at, sure, sizes(found), found.heldout, place(found))
     equal = tuple(Rejected(h.effect.name, h.at, said.heldout_gain.value) for h in found.equal)
     return replace(said, equivalent=equal)

@@ -12,11 +12,12 @@ from functools import cache
 
 import numpy as np
 
+from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
 from imubench.diagnosis.criteria.conditional_aic import aic_gain, aic_gain_and_freedoms
-from imubench.diagnosis.criteria.cross_validation import SEED, Gain, heldout_gain
+from imubench.diagnosis.criteria.cross_validation import Gain, heldout_gain
 from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
-from imubench.diagnosis.criteria.trial import MOST, TRIED, Kept, Trial
+from imubench.diagnosis.criteria.trial import Kept, Trial
 from imubench.diagnosis.discrepancy.terms import SERIES, Unknown
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -48,7 +49,7 @@ class LawForSeries:
 
     def propose(self, state: SearchState) -> Proposals:
         """Yield the best law in the place of the series."""
-        if len(state.kept) >= MOST:
+        if len(state.kept) >= ADMISSION.most_effects:
             return
         tell(f"looking whether a law says what {self.term.name} is")
         gone = tuple(h for h in self.gone if h in state.fit.model.hypotheses)
@@ -57,7 +58,7 @@ class LawForSeries:
         if best is None:
             return
 
-        won = cache(lambda: heldout_gain(fit, best.fit, np.random.default_rng(SEED)))
+        won = cache(lambda: heldout_gain(fit, best.fit, np.random.default_rng(HELD_OUT.bootstrap_seed)))
 
         def after(_: Gain | None) -> SearchState:
             new, now = Kept(best.hypothesis, best.evidence, won(), ()), best.fit
@@ -99,7 +100,7 @@ def as_good(best: Trial, won: Gain, fit: Fit, series: Fit) -> bool:
         return True
     return (
         best.evidence * (1 + NEARLY) > other
-        and won.value > heldout_gain(fit, series, np.random.default_rng(SEED)).value
+        and won.value > heldout_gain(fit, series, np.random.default_rng(HELD_OUT.bootstrap_seed)).value
     )
 
 
@@ -109,7 +110,7 @@ def by_law(fit: Fit, at: str) -> Trial | None:
         return None
     asked = [h for h in candidates(fit.model) if h.at == at and h.effect.states and h.effect.lawful]
     trials = []
-    for some in screen(fit, [h for h in asked if h.effect.variant != "isotropic"])[:TRIED]:
+    for some in screen(fit, [h for h in asked if h.effect.variant != "isotropic"])[: ADMISSION.refits]:
         with suppress(NotPositiveDefiniteError):
             trials.append(refit_from_screening(fit, [some], rounds=ROUNDS + MORE))
     return max((t for t in trials if holds_its_law(t) and rings(t)), key=lambda t: t.evidence, default=None)

@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imubench.diagnosis.criteria.cross_validation import SEED, heldout_gain
-from imubench.diagnosis.criteria.equivalence import LIKE
+from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.score_at_size import scores_at_size
-from imubench.diagnosis.criteria.trial import MOST, NEEDED, Kept
+from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -40,7 +41,7 @@ class EffectForTerm:
 
     def propose(self, state: SearchState) -> Proposals:
         """Yield the best effect that is nearly straight in its numbers."""
-        if len(state.kept) == MOST:
+        if len(state.kept) == ADMISSION.most_effects:
             return
         tell(f"looking whether an effect is as small as {self.term.name}")
         fit, every = state.fit, candidates(state.fit.model)
@@ -48,14 +49,14 @@ class EffectForTerm:
         nat = scores_at_size(Base.of(fit), [self.term, *likely])
         best = max(likely, key=lambda h: nat[h], default=self.term)
         worth, size = nat[best]
-        if best is self.term or worth < max(nat[self.term][0], NEEDED + np.log(len(every))):
+        if best is self.term or worth < max(nat[self.term][0], EVIDENCE.needed_nat + np.log(len(every))):
             return
         small = replace(best, effect=best.effect.as_large(size))
         better = with_noise(refit(fit, (*fit.model.hypotheses, small)))
         yield Proposal(
             f"{best.name} in the place of {self.term.name}",
             lambda won: state.changed(better, [*state.kept, Kept(small, worth, told(won), ())]),
-            (Foretells(lambda: heldout_gain(fit, better, np.random.default_rng(SEED))),),
+            (Foretells(lambda: heldout_gain(fit, better, np.random.default_rng(HELD_OUT.bootstrap_seed))),),
         )
 
 
@@ -66,7 +67,9 @@ def effects_for_terms(_: Selection, strange: Unknowns) -> list[Rule]:
 
 
 def with_equals(strange: Unknowns) -> Unknowns:
-    """Return what has no name, each with the effects, anywhere, that explain as much within `LIKE` at their size."""
+    """Return what has no name, each with the effects, anywhere, that explain as much within `EVIDENCE.needed_nat` at
+    their size.
+    """
     fit, found = strange.fit, list(strange.findings)
     taken = {h.name for h in fit.model.hypotheses}
     likely = [h for h in candidates(fit.model) if nearly_straight(h) and h.name not in taken]
@@ -75,7 +78,10 @@ def with_equals(strange: Unknowns) -> Unknowns:
         if i is None:
             continue
         nat = scores_at_size(Base.of(refit_without(fit, [term], steps=4)), [term, *likely])
-        near = sorted((h for h in likely if nat[h][0] > max(nat[term][0] - LIKE, NEEDED)), key=lambda h: -nat[h][0])
+        near = sorted(
+            (h for h in likely if nat[h][0] > max(nat[term][0] - EVIDENCE.needed_nat, EVIDENCE.needed_nat)),
+            key=lambda h: -nat[h][0],
+        )
         beyond = found[i].heldout_gain.value - nat[term][0]
         found[i] = found[i].equalled_by(Rejected(h.effect.name, h.at, nat[h][0] + beyond) for h in near)
     return replace(strange, findings=tuple(found))

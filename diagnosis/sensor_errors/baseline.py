@@ -27,10 +27,12 @@ from pathlib import Path
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import NOISE_FLOOR
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.verdict import SAME_SENSORS
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import (
     NOT_KNOWN,
-    SURE,
     Baseline,
     Diagnosis,
     Finding,
@@ -40,7 +42,6 @@ from imubench.diagnosis.result import (
     Parameter,
     SensorErrors,
 )
-from imubench.diagnosis.samples.noise_floor import WANDER
 from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.sensor_errors.baseline_change import allowed, changed, differ
 from imubench.diagnosis.sensor_errors.own_errors import ranges_of, samplewise
@@ -48,8 +49,6 @@ from imubench.effects import EFFECTS
 from imubench.effects.known import KnownErrors
 from imubench.errors import InputError
 from imubench.recording import Recording
-
-SAME_RATE = 0.02  # relative: a processor's own clock is right within 1 % (effects/timing.py), and two are compared
 
 
 def check_usable(d: Diagnosis, path: Path) -> None:
@@ -94,10 +93,10 @@ def check_same_sensors(baseline: Diagnosis | Recording, recording: Recording) ->
         raise InputError(f"{where}: expected the sensors of {recording.name}, {_listed(mine)}, got {got}")
     for name, rate, ranges in told:
         imu = recording.imu(name)
-        if abs(np.log(rate / imu.rate)) > SAME_RATE:
+        if abs(np.log(rate / imu.rate)) > SAME_SENSORS.same_rate:
             raise InputError(f"{where}: expected {name} at {imu.rate:g} Hz, as in {recording.name}, got {rate:g} Hz")
         for part, limit in ranges_of(imu).items():
-            if part in ranges and not np.isclose(limit, ranges[part], rtol=SAME_RATE):
+            if part in ranges and not np.isclose(limit, ranges[part], rtol=SAME_SENSORS.same_rate):
                 raise InputError(f"{where}: expected {name}'s {part} to reach {limit:g}, got {ranges[part]:g}")
 
 
@@ -118,7 +117,7 @@ class Learned:
     @classmethod
     def of(cls, d: Diagnosis) -> "Learned":
         """Return what a diagnosis says of its sensors."""
-        told = (f for f in d.findings if f.named and f.confidence >= SURE)
+        told = (f for f in d.findings if f.named and f.confidence >= CONFIDENCE.counts)
         noise = {name: n for name, n in d.noise.items() if n.source != NOT_KNOWN and name.startswith("imu")}
         doubt = f"it was stopped by the {d.stopped}" if d.stopped else ""
         if d.doubts:
@@ -145,7 +144,7 @@ class Learned:
         quieter = {
             name: n.std
             for name, n in self.noise.items()
-            if name not in samples.rest and samples.white.get(name, np.inf) > WANDER * n.std
+            if name not in samples.rest and samples.white.get(name, np.inf) > NOISE_FLOOR.steady_power * n.std
         }
         return replace(samples, white=samples.white | quieter, rest=samples.rest | quieter)
 

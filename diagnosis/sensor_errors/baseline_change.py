@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.result import Finding, Parameter
 from imubench.effects import traits_of
 from imubench.effects.effect import Change
-
-SURELY = 3.0  # standard deviations between numbers that are not the same
 
 
 def differ(finding: Finding, own: Finding, change: Change | None = None) -> bool:
@@ -21,7 +20,7 @@ def differ(finding: Finding, own: Finding, change: Change | None = None) -> bool
         change: how far its numbers go from one recording to the next anyhow.
     """
     return any(
-        bool(np.any(np.abs(p.value - q.value) > SURELY * np.hypot(spread(p, q), allowed(q, change))))
+        bool(np.any(np.abs(p.value - q.value) > STATISTICS.clear_sigmas * np.hypot(spread(p, q), allowed(q, change))))
         for p, q in shared(finding, own).values()
         if p.value.shape == q.value.shape
     )
@@ -51,4 +50,4 @@ def allowed(own: Parameter, change: Change | None) -> Array:
     return (change or Change()).of(own.value)
 
 
-__all__ = ["SURELY", "allowed", "changed", "differ", "shared"]
+__all__ = ["allowed", "changed", "differ", "shared"]

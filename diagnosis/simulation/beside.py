@@ -12,21 +12,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.noise import REML
+from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.evidence import Comparison, Played, Swing, Trace
-from imubench.diagnosis.noise.reml import LOOSENED, levels
+from imubench.diagnosis.noise.reml import levels
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import Simulation
 from imubench.diagnosis.simulation.channels import Channel, channels
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
-from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, without_slack
+from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, with_laws_held
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
 from imubench.diagnosis.simulation.swing_windows import free
-from imubench.diagnosis.solve.levenberg_marquardt import AGAIN, STEPS, Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended, refit_without
 from imubench.recording import Recording
-
-MOST = 3  # channels that are shown of a finding
 
 
 @dataclass(frozen=True)
@@ -108,12 +109,13 @@ def as_smooth(declared: Fit, best: Fit) -> tuple[Fit, Fit]:
 
     How rough a hand moves is the hand's. A declared model that lacks a spring is fitted with a motion so rough that it
     rings as the spring does, and every other sensor with it: prescribed to that motion nothing would be wrong with it.
-    A search leaves the motion loose as well (`LOOSENED`), so that what it holds smooth is not taken for a mismatch.
+    A search leaves the motion loose as well (`REML.loosened`), so that what it holds smooth is not taken for a
+    mismatch.
     """
     rough = [name for name in declared.noise if name.startswith("smooth.")]
     if not rough:
         return declared, best
-    best = with_levels(best, {name: best.noise[name] / LOOSENED for name in rough})
+    best = with_levels(best, {name: best.noise[name] / REML.loosened for name in rough})
     found = levels(best)[0]
     told = {name: found[name] for name in rough}
     measured = {rows.name: best.noise[rows.name] for rows in best.measured}
@@ -129,12 +131,12 @@ def motion_of(told: Fit, smooth: Fit) -> Played:
     taught = np.concatenate([told.state.values[name] - smooth.state.values[name] for name in names])
     start = followed(smooth, taught)
     held = replace(told.model, fixed=dict(told.state.values))
-    return fit_summary.played(solve(held, start, without_slack(smooth), smooth.anchor, steps=STEPS))
+    return fit_summary.played(solve(held, start, with_laws_held(smooth), smooth.anchor, steps=SOLVER.steps))
 
 
 def with_levels(fit: Fit, told: dict[str, float]) -> Fit:
     """Return a fit solved again at other noise levels."""
-    return solve(fit.model, fit.state, {**fit.noise, **told}, fit.anchor, steps=AGAIN)
+    return solve(fit.model, fit.state, {**fit.noise, **told}, fit.anchor, steps=SOLVER.steps_after_noise)
 
 
 def parts(fit: Fit) -> tuple[Part, ...]:
@@ -172,7 +174,7 @@ def of_finding(
     halves = (without(after[0], (h,)), without(after[1], (h,))) if other is None else learned(other, judge.parts)
     gone = judge.whole(halves)
     shown = sorted(judge.channels, key=lambda c: -judge.gain(c, gone[c.name], with_all[c.name]))
-    return tuple(judge.compared(c, gone, with_all, (*halves, *after)) for c in shown[:MOST])
+    return tuple(judge.compared(c, gone, with_all, (*halves, *after)) for c in shown[: SIMULATED_BESIDE.channels])
 
 
 def added(
@@ -202,7 +204,15 @@ def added(
             values = np.stack([(with_all[c.name] - gone[c.name])[own] for c in channels_of], axis=1)
             first = channels_of[0]
             out.append(
-                Trace(at, part, fit_summary.CHANNELS[part][0], first.unit, first.time[own], values, judge.noise[group])
+                Trace(
+                    at,
+                    part,
+                    fit_summary.CHANNELS_WITH_UNIT[part][0],
+                    first.unit,
+                    first.time[own],
+                    values,
+                    judge.noise[group],
+                )
             )
     return tuple(out)
 

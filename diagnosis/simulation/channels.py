@@ -7,19 +7,17 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.correction.replay import DENSE
 from imubench.correction.sensor_chain import angle_read, at_place, read_by
+from imubench.diagnosis.config.correction import REPLAY
 from imubench.diagnosis.evidence import Swing
 from imubench.diagnosis.problem.encoder_calibration import read
-from imubench.diagnosis.residual_checks.fit_summary import CHANNELS
+from imubench.diagnosis.residual_checks.fit_summary import CHANNELS_WITH_UNIT
 from imubench.diagnosis.simulation.sim_model import SimModel
 from imubench.diagnosis.simulation.splice import played
 from imubench.jets import Jet
 from imubench.recording import Recording, span_of
 from imubench.sim.imu_sampling import interpolate
 from imubench.truth import Truth
-
-ENDS = 2  # rows of a simulation at either end of a window, that are interpolated from both sides of a jump
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ def channels(recording: Recording) -> tuple[Channel, ...]:
     out = []
     for imu in recording.imus:
         for part, values in (("gyro", imu.gyro), ("accel", imu.accel)):
-            names, unit = CHANNELS[part]
+            names, unit = CHANNELS_WITH_UNIT[part]
             for i, name in enumerate(names):
                 out.append(Channel(f"{imu.name}.{name}", f"{imu.name}.{part}", unit, imu.time, values[:, i]))
     for encoder in recording.encoders:
@@ -50,7 +48,7 @@ def channels(recording: Recording) -> tuple[Channel, ...]:
         for part, measured in (("position", pose.position), ("rotation", pose.quaternion)):
             if measured is None or not (seen := np.isfinite(measured).all(axis=1)).any():
                 continue
-            names, unit = CHANNELS[part]
+            names, unit = CHANNELS_WITH_UNIT[part]
             for k, name in enumerate(names):
                 values = measured[seen, k] if part == "position" else np.zeros(int(seen.sum()))
                 out.append(Channel(f"pose{i}.{name}", f"pose{i}.{part}", unit, pose.time[seen], values))
@@ -63,7 +61,7 @@ def dense_rate(recording: Recording) -> float:
     clocks = [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     rates += [1 / float(np.median(np.diff(time))) for time in clocks]
     quickest = max(rates)
-    return quickest * max(1, int(np.ceil(DENSE / quickest)))
+    return quickest * max(1, int(np.ceil(REPLAY.least_rate_hz / quickest)))
 
 
 def read_out(model: SimModel, recording: Recording, truth: Truth, zero: float) -> dict[str, Array]:
@@ -79,7 +77,7 @@ def read_out(model: SimModel, recording: Recording, truth: Truth, zero: float) -
         chain = at_place(model.effects, imu.name)
         _, *both = read_by(truth, model.start, imu.time, imu.name, chain, first=zero - model.start)
         for part, values in zip(("gyro", "accel"), both, strict=True):
-            out |= {f"{imu.name}.{name}": values[:, i] for i, name in enumerate(CHANNELS[part][0])}
+            out |= {f"{imu.name}.{name}": values[:, i] for i, name in enumerate(CHANNELS_WITH_UNIT[part][0])}
     for encoder in recording.encoders:
         angle = angle_read(truth, model.start, encoder.time, model.effects, zero - model.start)[:, None]
         if model.encoder_error is not None:
@@ -89,12 +87,12 @@ def read_out(model: SimModel, recording: Recording, truth: Truth, zero: float) -
         segment = next(s for s in truth.segments if s.name == pose.segment)
         if pose.position is not None and (seen := np.isfinite(pose.position).all(axis=1)).any():
             place = at(pose.time[seen], segment.position)
-            out |= {f"pose{i}.{name}": place[:, k] for k, name in enumerate(CHANNELS["position"][0])}
+            out |= {f"pose{i}.{name}": place[:, k] for k, name in enumerate(CHANNELS_WITH_UNIT["position"][0])}
         if pose.quaternion is not None and (seen := np.isfinite(pose.quaternion).all(axis=1)).any():
             q = at(pose.time[seen], segment.quaternion)
             off = rotations.multiply(rotations.conjugate(pose.quaternion[seen]), q / np.linalg.norm(q, axis=1)[:, None])
             vector = rotations.log(off)
-            out |= {f"pose{i}.{name}": vector[:, k] for k, name in enumerate(CHANNELS["rotation"][0])}
+            out |= {f"pose{i}.{name}": vector[:, k] for k, name in enumerate(CHANNELS_WITH_UNIT["rotation"][0])}
     return out
 
 

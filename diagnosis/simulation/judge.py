@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.budget import check
+from imubench.diagnosis.config.simulation import ROLL_OUT, SIMULATED_BESIDE
 from imubench.diagnosis.evidence import Comparison, Swing
 from imubench.diagnosis.result import SimulatedChannel
-from imubench.diagnosis.simulation.channels import ENDS, Channel, channels, dense_rate, read_out, simulated
+from imubench.diagnosis.simulation.channels import Channel, channels, dense_rate, read_out, simulated
 from imubench.diagnosis.simulation.learned import Learned, Part, half_at
-from imubench.diagnosis.simulation.rollout import LEAST_S, Misfit, can_swing, horizon, refined
+from imubench.diagnosis.simulation.rollout import Misfit, can_swing, horizon, refined
 from imubench.diagnosis.simulation.sim_model import SimModel, sim_model, state_at
 from imubench.diagnosis.simulation.splice import rolled_truth
 from imubench.diagnosis.simulation.swing_windows import free
@@ -20,9 +21,6 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.subset import cut
 from imubench.diagnosis.windows import Window, covered
 from imubench.recording import Recording
-
-COARSE = 200.0  # rows a second while a start is looked for: cubics between them are off by 1e-5 rad/s at swings' rates
-LONG_STEP = 2.5e-3  # s, of the integration meanwhile: Runge and Kutta's error is 1e-8 rad in a second
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,14 @@ class Judge:
             if key not in known:
                 known[key] = self.samples(swing.start, swing.end)
             recording, own = known[key]
-            truth = rolled_truth(model.rig, swing, COARSE, model.start, step=LONG_STEP, told=model.motion)
+            truth = rolled_truth(
+                model.rig,
+                swing,
+                SIMULATED_BESIDE.start_rate_hz,
+                model.start,
+                step=SIMULATED_BESIDE.start_step_s,
+                told=model.motion,
+            )
             read = read_out(model, recording, truth, swing.start)
             times = [c.time[counts] for c, counts in own]
             off = [(read[c.name] - c.measured)[counts] / self.noise[c.group] for c, counts in own]
@@ -56,7 +61,7 @@ class Judge:
 
     def samples(self, start: float, end: float) -> tuple[Recording, list[tuple[Channel, NDArray[np.bool_]]]]:
         """Return the recording between two times in s, its channels, and which of their samples (n,) count there."""
-        margin = ENDS / COARSE
+        margin = SIMULATED_BESIDE.end_rows / SIMULATED_BESIDE.start_rate_hz
         low, high = start + margin, end - margin
         counts = {c.name: self.counts[c.name][(c.time >= low) & (c.time <= high)] for c in self.channels}
         inside = [int(mask.size) for mask in counts.values()]
@@ -93,7 +98,7 @@ class Judge:
 
     def inside(self, channel: Channel) -> NDArray[np.bool_]:
         """Return which samples (n,) of a channel are judged."""
-        margin = ENDS / dense_rate(self.recording) if any(self.windows) else 0.0
+        margin = SIMULATED_BESIDE.end_rows / dense_rate(self.recording) if any(self.windows) else 0.0
         windows = [(start + margin, end - margin) for start, end in self.judged()]
         return self.counts[channel.name] & covered(channel.time, windows)
 
@@ -162,10 +167,10 @@ def rolled(
     for swing in free(fit, friction):
         for part in (p for p in parts if p.swings):
             start, end = max(part.start, swing[0]), min(part.end, swing[1])
-            while end - start >= LEAST_S:
+            while end - start >= ROLL_OUT.least_s:
                 window = judge.started(fit, model, (start, end))
                 until = horizon(model.rig, window, misfit)
-                out.append(replace(window, end=until if end - until >= LEAST_S else end))
+                out.append(replace(window, end=until if end - until >= ROLL_OUT.least_s else end))
                 start = out[-1].end
     return tuple(out)
 

@@ -13,8 +13,8 @@ step may lead anywhere. The state at the start of a swing, and the motion of a h
 judged: nothing else could tell them.
 
 Some numbers only one half can tell: when a sensor slipped, how a stop gives way that is met once. Where a half knows a
-number `TELLS` times worse than the other half does, the number is that of the whole, and the simulation says
-that it is not held out.
+number `SIMULATED_BESIDE.tells` times worse than the other half does, the number is that of the whole, and the
+simulation says that it is not held out.
 """
 
 from dataclasses import dataclass, replace
@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.cross_validation import told_by
+from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
+from imubench.diagnosis.criteria.cross_validation import half_step
 from imubench.diagnosis.problem.dynamics_factors import is_data
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.process_factors import law_rows, scenes
@@ -36,12 +37,6 @@ from imubench.diagnosis.solve.threads import one_thread
 from imubench.diagnosis.windows import Window, cut_out
 from imubench.effects.effect import Effect
 from imubench.recording import Recording, span_of
-
-TELLS = 4.0  # times another half's std: with a sixteenth of its samples a half still teaches it something
-LEAST = 0.2  # of a stretch, that each half of it has at least
-MOST = 20_000  # times at which motion is summed up: 30 ms apart in ten minutes
-CLOSELY = 0.01  # of a law's std: force noise of std s, 100 rows a second, rings a spring of 18 Hz with Q = 17 by 3 s
-POLISH = 2  # steps of the solver, from where one step of the whole leads: the motion only has to follow
 
 
 @dataclass(frozen=True)
@@ -64,7 +59,7 @@ class Learned:
 
 def parts_of(recording: Recording, swings: tuple[Window, ...]) -> tuple[Part, ...]:
     """Return the parts of a recording with free `swings` (s) from its first to its last stamp, in their order."""
-    time, power = motion(recording)
+    time, power = squared_rates(recording)
     span = float(time[0]), float(time[-1])
     swings = tuple(sorted((max(a, span[0]), min(b, span[1])) for a, b in swings if b > span[0] and a < span[1]))
 
@@ -80,10 +75,10 @@ def parts_of(recording: Recording, swings: tuple[Window, ...]) -> tuple[Part, ..
     return tuple(sorted(out, key=lambda part: part.start))
 
 
-def motion(recording: Recording) -> tuple[Array, Array]:
+def squared_rates(recording: Recording) -> tuple[Array, Array]:
     """Return times (n,) s from the first to the last stamp, and the squared rates that are measured there (n,)."""
-    time = np.linspace(*span_of(recording), MOST)
-    power = np.zeros(MOST)
+    time = np.linspace(*span_of(recording), SIMULATED_BESIDE.most_times)
+    power = np.zeros(SIMULATED_BESIDE.most_times)
     for imu in recording.imus:
         power += np.interp(time, imu.time, np.sum(imu.gyro**2, axis=1))
     for encoder in recording.encoders:
@@ -92,9 +87,12 @@ def motion(recording: Recording) -> tuple[Array, Array]:
 
 
 def half_way(time: Array, power: Array, window: Window) -> float:
-    """Return when half of a window's motion is over, not within its first or last `LEAST` share."""
+    """Return when half of a window's motion is over, at least `SIMULATED_BESIDE.least_half` from its ends."""
     inside = (time >= window[0]) & (time <= window[1])
-    low, high = (window[0] + share * (window[1] - window[0]) for share in (LEAST, 1 - LEAST))
+    low, high = (
+        window[0] + share * (window[1] - window[0])
+        for share in (SIMULATED_BESIDE.least_half, 1 - SIMULATED_BESIDE.least_half)
+    )
     total = np.cumsum(power[inside])
     if not total.size or not total[-1] > 0:
         return (window[0] + window[1]) / 2
@@ -123,18 +121,23 @@ def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
     for half in (0, 1):
         own = [part.of(half_at(parts, time) == half) if data else part for data, time, part in linear]
         normal = Normal.of(model.tracks, model.parameters, own)
-        _, step, _, known = told_by(normal)
+        _, step, _, known = half_step(normal)
         steps.append(step)
         stds.append(np.sqrt(np.diag(np.linalg.inv(known))))
         del normal  # with its factors, before the next one's: memory
-    whole = told_by(Normal.of(model.tracks, model.parameters, [part for _, _, part in linear]))
+    whole = half_step(Normal.of(model.tracks, model.parameters, [part for _, _, part in linear]))
     step, out = whole[1], []
     for half in (0, 1):
-        told = stds[1 - half] <= TELLS * stds[half]
+        told = stds[1 - half] <= SIMULATED_BESIDE.tells * stds[half]
         taught = np.where(told, steps[1 - half], step)
         start = _followed(fit, whole, taught)
         held = replace(model, fixed=dict(start.values))
-        out.append(Learned(solve(held, start, without_slack(fit), fit.anchor, steps=POLISH), bool(told.all())))
+        out.append(
+            Learned(
+                solve(held, start, with_laws_held(fit), fit.anchor, steps=SIMULATED_BESIDE.polish_steps),
+                bool(told.all()),
+            )
+        )
     return out[0], out[1]
 
 
@@ -146,7 +149,7 @@ def followed(fit: Fit, taught: Array) -> State:
     """
     model = fit.model
     linear = [linearise(r, model.tracks, model.parameters) for r in fit.rows]
-    return _followed(fit, told_by(Normal.of(model.tracks, model.parameters, linear)), taught)
+    return _followed(fit, half_step(Normal.of(model.tracks, model.parameters, linear)), taught)
 
 
 def _followed(fit: Fit, whole: tuple[Array, Array, Array, Array], taught: Array) -> State:
@@ -155,7 +158,7 @@ def _followed(fit: Fit, whole: tuple[Array, Array, Array, Array], taught: Array)
     return min(ways, key=lambda way: sum(r.cost for r in all_rows(fit.model, way, fit.noise, fit.anchor, fit.loose)))
 
 
-def without_slack(fit: Fit) -> dict[str, float]:
+def with_laws_held(fit: Fit) -> dict[str, float]:
     """Return a fit's noise levels with the laws of springs and filters held closely, as a simulation integrates them.
 
     A fit estimates how far its states may be from their law, and what they are off by no replay can follow. Not of
@@ -167,7 +170,7 @@ def without_slack(fit: Fit) -> dict[str, float]:
         if h.effect.lawful and type(h.effect).follow is Effect.follow
         for rows in law_rows(fit.model, fit.state, h, scene)
     }
-    return {name: min(std, CLOSELY) if name in state else std for name, std in fit.noise.items()}
+    return {name: min(std, SIMULATED_BESIDE.law_std) if name in state else std for name, std in fit.noise.items()}
 
 
-__all__ = ["Learned", "Part", "followed", "half_at", "learned", "parts_of", "without_slack"]
+__all__ = ["Learned", "Part", "followed", "half_at", "learned", "parts_of", "with_laws_held"]

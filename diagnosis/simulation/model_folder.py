@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from imubench.correction.export import SENSORS
+from imubench.correction.export import SENSORS_FILE
 from imubench.correction.read_model import Model, Sampling, read_model, tables, text
 from imubench.correction.sensor_chain import angle_read, read_by, torque_of
 from imubench.diagnosis.simulation.splice import from_row, played
@@ -19,14 +19,14 @@ from imubench.truth import Truth
 
 def is_model(folder: Path) -> bool:
     """Return whether a folder is a diagnosis' model."""
-    return (Path(folder) / SENSORS).is_file()
+    return (Path(folder) / SENSORS_FILE).is_file()
 
 
 def check_same(folder: Path, recording: Recording) -> None:
     """Raise `InputError` where a `model/` folder, if it is one, was made from other samples than a recording's."""
     if not is_model(folder):
         return
-    path = folder / SENSORS
+    path = folder / SENSORS_FILE
     for i, table in enumerate(tables(load_toml(path), "imu", path)):
         where = f"{path}, imu[{i}]"
         name, imus = text(table, "name", where), {i.name: i for i in recording.imus}

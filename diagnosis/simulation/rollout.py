@@ -26,6 +26,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.config.simulation import ROLL_OUT
 from imubench.diagnosis.evidence import Played, Swing
 from imubench.errors import InputError
 from imubench.sim.ball import needs_ball
@@ -35,35 +36,25 @@ from imubench.sim.swing import Start, Torque, swing_many
 Misfit = Callable[[Swing], tuple[Array, Array]]
 """Takes a window; returns the times (n,) s of all samples in it, and simulated minus measured over the noise (n,)."""
 
-STEP = 1e-3  # s, of the integration: Runge and Kutta's error of a swing of 1 Hz is 1e-9 rad a second
-CHUNK_S = 30.0  # s that are integrated at once: memory does not grow with the swing
-WEIGHT = 1e-9  # of the segment's mass, that a sensor has: MuJoCo takes no massless body
-FIRST = 1.0  # s, that the state at the start is fitted to
-ROUNDS = 3  # of Gauss and Newton: the state is known to some hundredths beforehand
-TINY = 1e-4  # rad, rad/s: of differences; the response is linear over it to 1e-8
-SAME = 1e-9  # of the largest singular value: a direction that no sample shows, as a heading, stays
-LEAST_S = 1.5  # s of a window that is rolled out: over less hardly more than its start shows
-UNCERTAIN = 1.0  # times the noise, of a roll-out for its start's sake: beyond it shows the start, not the model
-AHEAD = 3.0  # s that are looked ahead at first, then thrice as far: chaos shows soon
-BIN = 0.25  # s over which that is averaged: no sensor is blind to a swing for so long
-
 
 def can_swing(rig: Rig) -> bool:
     """Return whether gravity and torques alone move a rig: on a base or a pivot that stands still."""
     return rig.clamped or (rig.tree.ball is not None and not rig.pivot_moves)
 
 
-def bare(rig: Rig) -> Rig:
+def with_weightless_sensors(rig: Rig) -> Rig:
     """Return a rig with weightless sensors that sit fast, and without a play between free stops, as it is integrated.
 
     How a loose limb falls across the hinge's axis turns it about that axis by the square of the play at most.
     """
     play = rig.loose if rig.loose is not None and rig.loose.frequency else None
-    weight = WEIGHT * rig.segments[-1].mass
+    weight = ROLL_OUT.sensor_mass * rig.segments[-1].mass
     return replace(rig, play=play, mounts=tuple(Mount(m.position, m.quaternion, mass=weight) for m in rig.mounts))
 
 
-def rolled_out(rig: Rig, window: Swing, rate: float, step: float = STEP, torque: Torque | None = None) -> Played:
+def rolled_out(
+    rig: Rig, window: Swing, rate: float, step: float = ROLL_OUT.step_s, torque: Torque | None = None
+) -> Played:
     """Return the motion of a rig by forces alone.
 
     Args:
@@ -94,12 +85,12 @@ def integrated(
     rig: Rig, window: Swing, rate: float, step: float, torque: Torque | None = None
 ) -> tuple[Array, Array | None]:
     """Return segment 1's attitude (n, 4) and the hinge's angle (n,) rad, None on a ball joint, in steps of `step` s."""
-    light, state, rows = bare(rig), window.state, int((window.end - window.start) * rate + 1e-6) + 2
-    turns, angles, most = [], [], max(int(CHUNK_S * rate), 1)
+    light, state, rows = with_weightless_sensors(rig), window.state, int((window.end - window.start) * rate + 1e-6) + 2
+    turns, angles, most = [], [], max(int(ROLL_OUT.chunk_s * rate), 1)
     for begin in range(0, rows, most):
         count = min(most, rows - begin)
         middle = window.start + begin / rate + step / 2  # MuJoCo holds a torque throughout a step
-        pushed = since(torque, middle)
+        pushed = torque_since(torque, middle)
         truth = next(iter(swing_many([light], [state], (count + 1) / rate, rate, pushed, step, threads=1)))
         first = truth.segments[0]
         turns.append(first.quaternion[:count])
@@ -112,7 +103,7 @@ def integrated(
     return np.concatenate(turns), np.concatenate(angles) if angles else None
 
 
-def since(torque: Torque | None, start: float) -> Torque | None:
+def torque_since(torque: Torque | None, start: float) -> Torque | None:
     """Return a torque by the seconds since `start` s."""
     return None if torque is None else lambda time: torque(start + time)
 
@@ -122,7 +113,7 @@ def freedoms(rig: Rig) -> int:
     return 2 if rig.tree.hinge is not None else 6
 
 
-def beside(rig: Rig, state: Start, step: Array) -> Start:
+def state_beside(rig: Rig, state: Start, step: Array) -> Start:
     """Return the state a step (2 or 6,) away: angle and rate, or a rotation vector and a rate in segment axes."""
     if rig.tree.hinge is not None:
         return replace(state, angle=state.angle + float(step[0]), angle_rate=state.angle_rate + float(step[1]))
@@ -132,11 +123,11 @@ def beside(rig: Rig, state: Start, step: Array) -> Start:
 
 def refined(rig: Rig, window: Swing, misfit: Misfit) -> Swing:
     """Return a window with the state at its start that fits its first second best, from a state that is near."""
-    brief = replace(window, end=min(window.end, window.start + FIRST))
+    brief = replace(window, end=min(window.end, window.start + ROLL_OUT.start_s))
     found = misfit(brief)[1]
-    back = np.linalg.pinv(slopes(rig, brief, misfit), rcond=SAME)
-    for _ in range(ROUNDS):
-        tried = replace(brief, state=beside(rig, brief.state, -back @ found))
+    back = np.linalg.pinv(slopes(rig, brief, misfit), rcond=ROLL_OUT.unseen)
+    for _ in range(ROLL_OUT.rounds):
+        tried = replace(brief, state=state_beside(rig, brief.state, -back @ found))
         better = misfit(tried)[1]
         if not better @ better < found @ found:
             break
@@ -147,29 +138,32 @@ def refined(rig: Rig, window: Swing, misfit: Misfit) -> Swing:
 def slopes(rig: Rig, window: Swing, misfit: Misfit) -> Array:
     """Return the derivatives (n, 2 or 6) of a window's misfit by the state at its start, by differences."""
     here = misfit(window)[1]
-    moved = (misfit(replace(window, state=beside(rig, window.state, TINY * row)))[1] for row in np.eye(freedoms(rig)))
-    return np.stack([(there - here) / TINY for there in moved], axis=1)
+    moved = (
+        misfit(replace(window, state=state_beside(rig, window.state, ROLL_OUT.difference * row)))[1]
+        for row in np.eye(freedoms(rig))
+    )
+    return np.stack([(there - here) / ROLL_OUT.difference for there in moved], axis=1)
 
 
 def horizon(rig: Rig, window: Swing, misfit: Misfit) -> float:
     """Return until when, in s, a window's roll-out is less uncertain than the noise for its start's sake."""
     if rig.tree.hinge is not None:
         return window.end
-    ahead = AHEAD
+    ahead = ROLL_OUT.ahead_s
     while True:
         end = min(window.end, window.start + ahead)
         near = replace(window, end=end)
         time, slope = misfit(near)[0], slopes(rig, near, misfit)
-        first = np.linalg.pinv(slope[time <= window.start + FIRST], rcond=SAME)
-        bins = ((time - window.start) / BIN).astype(int)
+        first = np.linalg.pinv(slope[time <= window.start + ROLL_OUT.start_s], rcond=ROLL_OUT.unseen)
+        bins = ((time - window.start) / ROLL_OUT.bin_s).astype(int)
         power = np.bincount(bins, np.sum((slope @ first) ** 2, axis=1)) / np.maximum(np.bincount(bins), 1)
-        beyond = np.flatnonzero(power > UNCERTAIN**2)
-        beyond = beyond[beyond * BIN >= LEAST_S]
+        beyond = np.flatnonzero(power > ROLL_OUT.uncertain**2)
+        beyond = beyond[beyond * ROLL_OUT.bin_s >= ROLL_OUT.least_s]
         if beyond.size:
-            return window.start + float(beyond[0]) * BIN
+            return window.start + float(beyond[0]) * ROLL_OUT.bin_s
         if end >= window.end:
             return window.end
         ahead *= 3
 
 
-__all__ = ["LEAST_S", "Misfit", "can_swing", "horizon", "refined", "rolled_out"]
+__all__ = ["Misfit", "can_swing", "horizon", "refined", "rolled_out"]

@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.correction.replay import END_ROWS, SplineMotion, dense_rows, played_through, with_told_play
+from imubench.correction.replay import SplineMotion, dense_rows, truth_of_motion, with_play_of_motion
 from imubench.correction.sensor_chain import Effects, moves_time
+from imubench.diagnosis.config.correction import REPLAY
+from imubench.diagnosis.config.simulation import ROLL_OUT
 from imubench.diagnosis.evidence import Played, Swing
-from imubench.diagnosis.simulation.rollout import STEP, rolled_out
+from imubench.diagnosis.simulation.rollout import rolled_out
 from imubench.sim.play import play
 from imubench.sim.rigs import Rig
 from imubench.sim.swing import Torque
@@ -23,7 +25,7 @@ def rolled_truth(
     rate: float,
     start: float,
     first: float | None = None,
-    step: float = STEP,
+    step: float = ROLL_OUT.step_s,
     torque: Torque | None = None,
     told: Played | None = None,
 ) -> Truth:
@@ -49,7 +51,7 @@ def rolled_truth(
     rows = int((window.end - first) * rate + 1e-6) + 1
     path = SplineMotion(motion, first, rig.gravity)
     loose = later(rig, first - start)
-    loose = loose if told is None else with_told_play(loose, told, first)
+    loose = loose if told is None else with_play_of_motion(loose, told, first)
     return play(loose, path, (rows + 0.1) / rate, rate, threads=1)
 
 
@@ -86,9 +88,9 @@ def played(
     dense, rows = dense_rows(rate), 0
     if moves_time(effects):
         rows = max(int((start - float(motion.time[0])) * dense), 0)
-        end = max(end, float(motion.time[-1]) - END_ROWS / dense)
+        end = max(end, float(motion.time[-1]) - REPLAY.end_rows / dense)
     first = start - rows / dense
-    truth = played_through(later(rig, first - start), motion, first, end - first, rate)
+    truth = truth_of_motion(later(rig, first - start), motion, first, end - first, rate)
     return with_swings(rig, truth, start, windows, torque, first, motion), first
 
 

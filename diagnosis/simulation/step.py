@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.budget import NUMBERS, Budget
+from imubench.diagnosis.budget import Budget
+from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.residual_checks.localize import locate
 from imubench.diagnosis.residual_checks.regressors import regressors
@@ -41,7 +42,7 @@ def judged_by_simulation(
     """
     noise = {level.group: level.used for level in evidence.levels}
     found, why = None, ""
-    with budget.part(NUMBERS, UNPLAYED):
+    with budget.part(BUDGET.numbers, UNPLAYED):
         try:
             found = beside(best.model.recording, declared, best, noise, others)
             why = "" if found else "MuJoCo cannot play what was found"

@@ -10,8 +10,7 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtri, dtrtrs
 
 from imubench.arrays import Array
-
-RIDGES = (0.0, 1e-13, 1e-12)  # of a block's diagonal: what rounding may take from it, where it did
+from imubench.diagnosis.config.solve import ALGEBRA
 
 
 class NotPositiveDefiniteError(ArithmeticError):
@@ -56,7 +55,7 @@ class Banded:
 
 def _cholesky(matrix: Array) -> Array | None:
     """Return a matrix' lower factor, where it has none the one of a matrix that rounding cannot tell from it."""
-    for ridge in RIDGES:
+    for ridge in ALGEBRA.ridges:
         chol, info = dpotrf(matrix + ridge * np.diag(np.diagonal(matrix)) if ridge else matrix, lower=1, clean=1)
         if not info:
             return np.asarray(chol)

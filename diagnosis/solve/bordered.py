@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.solve.block_tridiagonal import Banded, Factor, NotPositiveDefiniteError
-
-COLUMNS = 64  # that are solved at once: as many numbers beside the splines' as their own blocks have
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ class Solution:
         """
         (m, b, r, d), p = g.shape, len(h)
         out = np.array(c)
-        at_once = max(COLUMNS // max(r, 1), 1)
+        at_once = max(ALGEBRA.columns // max(r, 1), 1)
         for some in (slice(i, i + at_once) for i in range(0, d, at_once)):
             columns = np.ascontiguousarray(g[..., some])
             n = columns.shape[3]

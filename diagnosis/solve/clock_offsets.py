@@ -8,17 +8,11 @@ from scipy.ndimage import gaussian_filter1d
 
 from imubench.alignment import gyro_delay
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
 from imubench.errors import InputError
 from imubench.recording import Imu, Pose, Recording
-
-COARSE, COARSE_POSE = 0.004, 0.001
-"""s, clock offsets that a linear score could not judge any more. A pose that is late against the only IMU seems to be
-noise of the IMU, and its own noise the motion: so it is sooner."""
-ALIKE = 0.5  # correlation of two signals, under which they tell nothing of the clocks
-LAG = 0.25  # s, the largest clock offset that is looked for
-LAG_WIDTH = 0.02  # s, standard deviation of the window over which an encoder's rate is taken
 
 
 def late(model: Model) -> dict[str, float]:
@@ -40,7 +34,7 @@ def late(model: Model) -> dict[str, float]:
 
 def coarse(recording: Recording) -> float:
     """Return from which offset on, in s, a clock is in the fit from the start."""
-    return COARSE_POSE if recording.poses and len(recording.imus) == 1 else COARSE
+    return START.linear_pose_offset_s if recording.poses and len(recording.imus) == 1 else START.linear_offset_s
 
 
 def on_segment(model: Model, imu: Imu, grid: Array, offset: float) -> tuple[Array, Array]:
@@ -75,7 +69,7 @@ def encoder_offset(model: Model, imus: Mapping[str, Imu], pair: tuple[str, str],
     about = {n: on_segment(model, i, grid, behind if n == two else 0.0)[0][:, HINGE_AXIS] for n, i in imus.items()}
     still = np.zeros(len(grid))
     turned = np.interp(grid, encoder.time - model.start, encoder.angle)
-    width = round(LAG_WIDTH / step)  # an encoder's steps are no motion
+    width = round(START.rate_window_s / step)  # an encoder's steps are no motion
     rate = np.gradient(gaussian_filter1d(turned, width), step)
     return lag(rate, gaussian_filter1d(about[two] - about.get(one, still), width), step)
 
@@ -83,7 +77,7 @@ def encoder_offset(model: Model, imus: Mapping[str, Imu], pair: tuple[str, str],
 def lag(one: Array, two: Array, step: float) -> float:
     """Return by how much the second of two signals (n,) is late, in s; 0 where they are not alike enough to tell."""
     a, b = (x - x.mean() for x in (one, two))
-    lags = np.arange(-int(LAG / step), int(LAG / step) + 1)
+    lags = np.arange(-int(START.most_offset_s / step), int(START.most_offset_s / step) + 1)
     edge = len(lags)
     if len(a) < 3 * edge:
         return 0.0
@@ -91,7 +85,7 @@ def lag(one: Array, two: Array, step: float) -> float:
     shifted = [b[edge + k : len(b) - edge + k] for k in lags]
     apart = np.array([np.var(inner - x) for x in shifted])  # a product would grow with what else comes into the window
     best = int(np.argmin(apart))
-    if best in (0, len(lags) - 1) or not np.corrcoef(inner, shifted[best])[0, 1] > ALIKE:
+    if best in (0, len(lags) - 1) or not np.corrcoef(inner, shifted[best])[0, 1] > START.least_correlation:
         return 0.0
     y = apart[best - 1 : best + 2]
     curve = y[0] - 2 * y[1] + y[2]
@@ -107,4 +101,4 @@ def pose_offset(imu: Imu, pose: Pose) -> float:
     return 0.0
 
 
-__all__ = ["LAG", "clock_offset", "coarse", "late", "on_segments", "pose_offset"]
+__all__ = ["clock_offset", "coarse", "late", "on_segments", "pose_offset"]

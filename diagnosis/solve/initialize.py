@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Knots, Moment, Tracks
 from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis, State
@@ -16,17 +17,13 @@ from imubench.diagnosis.problem.motion_prior import START_SMOOTH, prior_rows
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, FORCE, HINGE, HINGE_AXIS, POSITION, Rig
 from imubench.diagnosis.samples.rest_noise import least_noise
-from imubench.diagnosis.solve.clock_offsets import LAG, coarse, late, on_segments
+from imubench.diagnosis.solve.clock_offsets import coarse, late, on_segments
 from imubench.diagnosis.solve.gauss_newton import Step
 from imubench.diagnosis.solve.retract import moved
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.effects import EFFECTS, delay_law
 from imubench.jets import Jet
 from imubench.recording import Recording
-
-DENSEST = 128.0  # knots a second: no rig moves faster than that shows, and time grows with their number
-LEVELLING = 3.0  # s over which the mean specific force is taken for up
-EDGE = 0.06  # s of spline beyond the first and the last sample at least: a clock's standard deviation is 0.05
 
 
 def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
@@ -38,9 +35,9 @@ def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
     stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     start, end = min(t[0] for t in stamps), max(t[-1] for t in stamps)
     clocks = [i.time for i in recording.moving] or stamps
-    rate = knots_per_s or min(DENSEST, *[1 / float(np.median(np.diff(t))) for t in clocks])
+    rate = knots_per_s or min(START.most_knots_per_s, *[1 / float(np.median(np.diff(t))) for t in clocks])
     mounts = {i.name: Geometry(i.mount_position, rotations.to_matrix(i.mount_quaternion)) for i in recording.imus}
-    knots = Knots.over(-EDGE - LAG, end - start + EDGE + LAG, 1 / rate)
+    knots = Knots.over(-START.edge_s - START.most_offset_s, end - start + START.edge_s + START.most_offset_s, 1 / rate)
     model = Model(recording, rig, Tracks(knots, rig.widths), mounts, float(start), least_noise(recording))
     return replace(model, tracks=Tracks(_needed(knots, (0.0, *late(model).values())), rig.widths))
 
@@ -51,7 +48,9 @@ def _needed(knots: Knots, offsets: Sequence[float]) -> Knots:
     Where no sample holds them only priors tie attitude, force and velocity to each other, and the solver takes many
     short steps to let them follow what the samples say.
     """
-    first, last = (max(int((LAG - late_by) / knots.step), 0) for late_by in (max(offsets), -min(offsets)))
+    first, last = (
+        max(int((START.most_offset_s - late_by) / knots.step), 0) for late_by in (max(offsets), -min(offsets))
+    )
     return Knots(knots.start + first * knots.step, knots.step, knots.count - first - last)
 
 
@@ -120,7 +119,7 @@ def integrated(rate: Array, step: float) -> Array:
 def levelled(rate: Array, force: Array, step: float, still: bool) -> Array:
     """Return attitudes (n, 4), continuous, whose mean specific force points up; `still`: the origin does not move."""
     q = integrated(rate, step)
-    width = (0.5 if still else LEVELLING) / step
+    width = (0.5 if still else START.levelling_s) / step
     for _ in range(3):
         up = gaussian_filter1d(rotations.rotate(q, force), width, axis=0, mode="nearest")
         up /= np.linalg.norm(up, axis=1, keepdims=True)
@@ -165,7 +164,9 @@ def hinge_angle(model: Model, grid: Array, sampled: dict[str, tuple[Array, Array
     turn1, turn2 = (np.arctan2(f[:, 0], f[:, 2]) for f in (force1, force2))
     weight = np.hypot(force1[:, 0], force1[:, 2]) * np.hypot(force2[:, 0], force2[:, 2])
     gap = weight * np.exp(1j * (turn1 - turn2 - angle))
-    smooth = gaussian_filter1d(gap.real, LEVELLING / step) + 1j * gaussian_filter1d(gap.imag, LEVELLING / step)
+    smooth = gaussian_filter1d(gap.real, START.levelling_s / step) + 1j * gaussian_filter1d(
+        gap.imag, START.levelling_s / step
+    )
     return angle + np.unwrap(np.angle(smooth))
 
 

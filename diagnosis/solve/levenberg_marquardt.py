@@ -4,25 +4,15 @@ from dataclasses import dataclass, field
 
 from imubench.arrays import Array
 from imubench.diagnosis.budget import check
+from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.remembered import remembered
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import Step, all_rows
-from imubench.diagnosis.solve.retract import DAMPED, followed, moved, paced, settled
+from imubench.diagnosis.solve.retract import followed, moved, settled, with_centre_velocity
 from imubench.diagnosis.solve.threads import one_thread
-
-ENOUGH = 1e-4  # of the cost per measured number: a smaller gain ends the search
-STEPS = 40
-AGAIN = 3  # steps after every change of the noise
-FORETOLD = 0.25  # of that gain: a step that gained what it promised but for so much was the last
-LEAST, MOST = 1e-14, 1e3  # of the damping; it begins at what holds the own splines of effects
-FREE = 1e-11  # of the damping: what moves together by far, a mount and a skin's slide, does so from the first step
-FINE, LONG = 1e-6, 30  # `enough` and steps of a fit that numbers are read off
-EASED = 3.0  # by what a whole step lowers it and a shortened one raises it
-LENGTHS = (1.0, 0.5, 0.2, 0.05)  # of a Gauss-Newton step, tried before it is damped
-BENT = 0.2  # the shortest of which the splines follow where it leads astray
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,16 +46,20 @@ class Fit:
 
 def at_noise_of(fit: Fit, other: Fit) -> Fit:
     """Return a fit solved again at the noise levels of one with more in its model, to be compared with that."""
-    return solve(fit.model, fit.state, {n: other.noise[n] for n in fit.noise}, fit.anchor, steps=AGAIN)
+    return solve(
+        fit.model, fit.state, {n: other.noise[n] for n in fit.noise}, fit.anchor, steps=SOLVER.steps_after_noise
+    )
 
 
 def converged(fit: Fit) -> Fit:
     """Return the fit at its least cost: what a search needs of it is less than what its numbers need.
 
-    Skin that slides was 50 nat above the least and 4 standard deviations off: its slide and the mount of its sensor
-    move together by far, and cost next to nothing on the way.
+    A skin's slide and the mount of its sensor move together by far at next to no cost: a fit may stop tens of nat above
+    the least with numbers that are several standard deviations off.
     """
-    return search(fit.model, fit.state, fit.noise, fit.anchor, LONG, FINE, FREE)[0]
+    return search(
+        fit.model, fit.state, fit.noise, fit.anchor, SOLVER.fine_steps, SOLVER.fine_gain, SOLVER.free_damping
+    )[0]
 
 
 @remembered
@@ -74,8 +68,8 @@ def solve(
     state: State,
     noise: dict[str, float],
     anchor: Array | None = None,
-    steps: int = STEPS,
-    enough: float = ENOUGH,
+    steps: int = SOLVER.steps,
+    enough: float = SOLVER.least_gain,
 ) -> Fit:
     """Return the state of least cost, from `state`."""
     return search(model, state, noise, anchor, steps, enough)[0]
@@ -87,33 +81,33 @@ def search(
     state: State,
     noise: dict[str, float],
     anchor: Array | None = None,
-    steps: int = STEPS,
-    enough: float = ENOUGH,
-    damping: float = DAMPED,
+    steps: int = SOLVER.steps,
+    enough: float = SOLVER.least_gain,
+    damping: float = ALGEBRA.damped,
 ) -> tuple[Fit, Step | None]:
     """Return the state of least cost, from `state`, and the step that led to it, where one did.
 
     With a `damping` below the usual one it takes long steps in what moves together, and the splines follow these.
     """
-    taken, follow, step = 0, damping < DAMPED, None
+    taken, follow, step = 0, damping < ALGEBRA.damped, None
     rows = all_rows(model, state, noise, anchor)
     cost = sum(r.cost for r in rows)
     least = enough * sum(r.residual.value.size for r in rows if r.counts)
     while taken < steps:
         taken += 1
         before, step = cost, None
-        while damping < MOST:
+        while damping < SOLVER.most_damping:
             check()
             try:
                 step = Step.of(model, rows, damping)
             except NotPositiveDefiniteError:
                 damping *= 10
                 continue
-            for length in LENGTHS:
+            for length in SOLVER.lengths:
                 check()
                 led = moved(model, state, length * step.splines, length * step.values)
                 trial, trial_rows, trial_cost = _arrived(model, led, noise, anchor)
-                if follow and length >= BENT and trial_cost >= cost:
+                if follow and length >= SOLVER.bent_length and trial_cost >= cost:
                     led = followed(model, trial, trial_rows, damping)
                     trial, trial_rows, trial_cost = _arrived(model, led, noise, anchor)
                 if trial_cost < cost:
@@ -122,10 +116,14 @@ def search(
                 damping *= 100
                 continue
             state, rows, cost = trial, trial_rows, trial_cost
-            damping = max(damping / EASED, LEAST) if length == LENGTHS[0] else damping * EASED
+            damping = (
+                max(damping / SOLVER.eased, SOLVER.least_damping)
+                if length == SOLVER.lengths[0]
+                else damping * SOLVER.eased
+            )
             break
         gained = before - cost
-        if gained < least or (step and abs(gained - step.promised) < FORETOLD * least):
+        if gained < least or (step and abs(gained - step.promised) < SOLVER.foretold * least):
             break
     return Fit(model, state, noise, cost, taken, anchor, rows=rows), step
 
@@ -134,9 +132,9 @@ def _arrived(
     model: Model, state: State, noise: dict[str, float], anchor: Array | None
 ) -> tuple[State, list[Rows], float]:
     """Return where a step has led once what follows from the rest is solved for, with its rows and its cost."""
-    state = settled(model, paced(model, state), noise, anchor)
+    state = settled(model, with_centre_velocity(model, state), noise, anchor)
     rows = all_rows(model, state, noise, anchor)
     return state, rows, sum(r.cost for r in rows)
 
 
-__all__ = ["AGAIN", "ENOUGH", "Fit", "at_noise_of", "converged", "search", "solve"]
+__all__ = ["Fit", "at_noise_of", "converged", "search", "solve"]

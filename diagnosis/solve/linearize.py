@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.bspline import SUPPORT, Tracks
 from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.solve.threads import side_by_side
@@ -17,9 +18,6 @@ from imubench.jets import CONSTANT
 Whole = NDArray[np.int64]
 Place = tuple[Whole, Whole]
 Some = Whole | NDArray[np.bool_] | slice
-
-CHUNK = 128  # knots whose products are formed at once: what stays in the cache
-PIECE = 1024  # rows' samples whose Jacobian is held at once
 
 
 @dataclass(frozen=True)
@@ -62,8 +60,8 @@ class Linear:
         if not self.blocks:
             return out
         reach = np.arange(SUPPORT)
-        for begin in range(0, len(out), PIECE):
-            some = slice(begin, begin + PIECE)
+        for begin in range(0, len(out), ALGEBRA.piece_samples):
+            some = slice(begin, begin + ALGEBRA.piece_samples)
             near = knots[self.first[some, None] + reach].reshape(-1, SUPPORT * self.width, knots.shape[2])
             out[some] = np.matmul(np.ascontiguousarray(self.local(some)), near)
         return out
@@ -185,14 +183,16 @@ class Stack:
         self.parts = [(part, Order.of(part.first)) for part in parts]
         self.knots = max((order.knots for _, order in self.parts), default=0)
         first = min((int(order.knot[0]) for _, order in self.parts if len(order.knot)), default=0)
-        self.begins = range(first - first % CHUNK, self.knots, CHUNK)  # the first knots of the pieces
+        self.begins = range(
+            first - first % ALGEBRA.chunk_knots, self.knots, ALGEBRA.chunk_knots
+        )  # the first knots of the pieces
 
     def piece(self, begin: int) -> tuple[Array, list[tuple[Whole | slice, Place]]]:
         """Return the rows at some knots from one of `begins` on, (knots, rows, 6 width + p + 1), the residual last.
 
         With them for each kind which of its samples these are, and where their rows lie: knot and row, (k, m).
         """
-        end = min(begin + CHUNK, self.knots)
+        end = min(begin + ALGEBRA.chunk_knots, self.knots)
         chosen = [(part, *order.among(begin, end)) for part, order in self.parts]
         filled = np.zeros(end - begin, dtype=np.int64)  # rows at every knot so far: where two samples meet, a few more
         rows = []

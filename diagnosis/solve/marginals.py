@@ -7,11 +7,11 @@ from itertools import islice
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.bspline import SUPPORT
 from imubench.diagnosis.solve.block_tridiagonal import Factor
 from imubench.diagnosis.solve.bordered import Solution
-from imubench.diagnosis.solve.linearize import CHUNK, Linear, Stack
-from imubench.diagnosis.solve.normal_equations import KNOTS_PER_BLOCK
+from imubench.diagnosis.solve.linearize import Linear, Stack
 from imubench.diagnosis.solve.threads import side_by_side
 
 
@@ -24,10 +24,10 @@ def windows(diagonal: Array, right: Array, after: Array | None, width: int) -> A
     b, span = diagonal.shape[1], SUPPORT * width
     top = b - right.shape[1]
     later = diagonal[1:] if after is None else np.concatenate([diagonal[1:], after[None]])
-    out = np.zeros((len(diagonal) * KNOTS_PER_BLOCK, span, span))
-    for offset in range(KNOTS_PER_BLOCK):
+    out = np.zeros((len(diagonal) * ALGEBRA.knots_per_block, span, span))
+    for offset in range(ALGEBRA.knots_per_block):
         at, inside = offset * width, min(span, b - offset * width)
-        some = out[offset::KNOTS_PER_BLOCK]
+        some = out[offset :: ALGEBRA.knots_per_block]
         some[:, :inside, :inside] = diagonal[:, at : at + inside, at : at + inside]
         if inside < span:
             over = span - inside
@@ -39,7 +39,7 @@ def windows(diagonal: Array, right: Array, after: Array | None, width: int) -> A
 
 def inverse_windows(factor: Factor, width: int) -> Iterator[Array]:
     """Yield the same of a factored matrix' inverse, by so many knots as rows are stacked by, the last ones first."""
-    blocks, at_once = factor.inverse(), CHUNK // KNOTS_PER_BLOCK
+    blocks, at_once = factor.inverse(), ALGEBRA.chunk_knots // ALGEBRA.knots_per_block
     after = None
     for begin in reversed(range(0, len(factor.lower), at_once)):
         some = list(islice(blocks, min(at_once, len(factor.lower) - begin)))[::-1]
@@ -49,7 +49,7 @@ def inverse_windows(factor: Factor, width: int) -> Iterator[Array]:
 
 
 @dataclass(frozen=True)
-class Spread:
+class Marginals:
     """The covariance of a solved fit, as far as single rows see it."""
 
     factor: Factor  # of the splines' matrix
@@ -57,11 +57,11 @@ class Spread:
     shared: Array  # (p, p)
 
     @classmethod
-    def of(cls, solution: Solution, width: int) -> "Spread":
+    def of(cls, solution: Solution, width: int) -> "Marginals":
         """Return the covariance that a factored arrow matrix stands for."""
         reach = solution.factor.backward(solution.half)
         p = reach.shape[2]
-        reach = reach.reshape(len(reach) * KNOTS_PER_BLOCK, width, p)
+        reach = reach.reshape(len(reach) * ALGEBRA.knots_per_block, width, p)
         return cls(solution.factor, reach, np.asarray(np.linalg.inv(solution.schur), dtype=float))
 
     def leverages(self, parts: Sequence[Linear]) -> list[Array]:
@@ -73,7 +73,9 @@ class Spread:
         width, p = self.reach.shape[1:]
         wide = SUPPORT * width
         stack = Stack(parts)
-        beyond = -(-len(self.reach) // CHUNK) - -(-stack.knots // CHUNK)  # where no row begins
+        beyond = -(-len(self.reach) // ALGEBRA.chunk_knots) - -(
+            -stack.knots // ALGEBRA.chunk_knots
+        )  # where no row begins
         inverse = islice(inverse_windows(self.factor, width), beyond, None)
 
         def fill(at: tuple[int, Array]) -> None:

@@ -5,14 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.bspline import SUPPORT, Tracks
 from imubench.diagnosis.problem.residuals import Parameters
 from imubench.diagnosis.solve.block_tridiagonal import Banded
 from imubench.diagnosis.solve.linearize import Linear, Stack
 from imubench.diagnosis.solve.threads import side_by_side
-
-KNOTS_PER_BLOCK = 8  # more than SUPPORT, so that a row touches two blocks at most
-RIDGE = 1e-14  # relative: what rounding may take from a diagonal; 1e-12 held the heading, and a mount with it
 
 
 @dataclass
@@ -29,8 +27,8 @@ class Normal:
     @classmethod
     def empty(cls, tracks: Tracks, parameters: Parameters) -> "Normal":
         """Return equations without a row."""
-        b, c = KNOTS_PER_BLOCK * tracks.width, (SUPPORT - 1) * tracks.width
-        m = -(-tracks.knots.count // KNOTS_PER_BLOCK) if b else 0
+        b, c = ALGEBRA.knots_per_block * tracks.width, (SUPPORT - 1) * tracks.width
+        m = -(-tracks.knots.count // ALGEBRA.knots_per_block) if b else 0
         p = parameters.count
         return cls(
             np.zeros((m, b, b)),
@@ -65,15 +63,15 @@ class Normal:
             return np.matmul(np.swapaxes(tall[:, :, :wide], 1, 2), tall)
 
         for begin, some in zip(stack.begins, side_by_side(products, stack.begins), strict=True):
-            self._spread(begin // KNOTS_PER_BLOCK, some)  # a chunk is whole blocks
+            self._spread(begin // ALGEBRA.knots_per_block, some)  # a chunk is whole blocks
 
     def _spread(self, block: int, products: Array) -> None:
         """Add products (knots, 6 w, 6 w + p + 1) from a block on; what reaches beyond one is the next one's."""
         b = self.diagonal.shape[1]
-        width = b // KNOTS_PER_BLOCK
+        width = b // ALGEBRA.knots_per_block
         wide, top = SUPPORT * width, b - self.right.shape[1]
-        for offset in range(KNOTS_PER_BLOCK):
-            some = products[offset::KNOTS_PER_BLOCK]
+        for offset in range(ALGEBRA.knots_per_block):
+            some = products[offset :: ALGEBRA.knots_per_block]
             here, after = slice(block, block + len(some)), slice(block + 1, block + 1 + len(some))
             at, inside = offset * width, min(wide, b - offset * width)
             over = wide - inside
@@ -86,9 +84,9 @@ class Normal:
                 self.border[after, :over] += some[:, inside:, wide:-1]
                 self.gradient[after, :over] += some[:, inside:, -1]
 
-    def fill(self, tracks: Tracks, ridge: float = RIDGE) -> None:
+    def fill(self, tracks: Tracks, ridge: float = ALGEBRA.ridge) -> None:
         """Hold the coefficients beyond the last knot, which no row touches, at zero change; all others by a share."""
-        extra = len(self.diagonal) * KNOTS_PER_BLOCK - tracks.knots.count
+        extra = len(self.diagonal) * ALGEBRA.knots_per_block - tracks.knots.count
         at = np.arange(self.diagonal.shape[1] - extra * tracks.width, self.diagonal.shape[1])
         if len(self.diagonal):
             self.damp(ridge)

@@ -7,6 +7,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.problem.batch_model import Model, started
 from imubench.diagnosis.problem.bspline import Tracks
 from imubench.diagnosis.problem.dynamics_factors import is_data
@@ -20,10 +21,6 @@ from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.threads import one_thread
 
-STATE_SMOOTH = 1e3  # roughness of an effect's states without a law, before it is estimated
-LAWFUL_SMOOTH = 1e9  # of a state's size, per s^4 and root Hz: a law alone says how it moves
-LOOSE_LAW = 1.0  # of the std of a law that states obey, before it is estimated
-
 _known: WeakKeyDictionary[Fit, float] = WeakKeyDictionary()
 
 
@@ -35,9 +32,12 @@ def extended(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Arra
     noise = dict(fit.noise)
     for h in hypotheses:
         for s in h.effect.states:
-            noise.setdefault(f"smooth.{h.key(s.name)}", LAWFUL_SMOOTH * s.std if h.effect.lawful else STATE_SMOOTH)
+            noise.setdefault(
+                f"smooth.{h.key(s.name)}",
+                START.lawful_state_roughness * s.std if h.effect.lawful else START.free_state_roughness,
+            )
     for rows in equation_rows(model, state):
-        noise.setdefault(rows.name, LOOSE_LAW)
+        noise.setdefault(rows.name, START.law_level)
     return replace(fit, model=model, state=state, noise=noise)
 
 
@@ -75,7 +75,7 @@ def log_evidence(fit: Fit) -> float:
 
     Its determinant is that of clocks as they are stamped, to a part of a knot's interval: samples in the middle of the
     intervals do not see waves of half the knots' rate, those a little beside do, and the motion's prior allows much of
-    them. A clock that is 0.6 ms late was worth 78 nat of likelihood and -186 of evidence.
+    them. With the moved stamps such waves would count as information about a clock's offset.
 
     It is kept as long as its fit is: one fit is held against ten others.
     """

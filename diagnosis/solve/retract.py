@@ -7,6 +7,7 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Tracks
 from imubench.diagnosis.problem.hypothesis import State
@@ -18,10 +19,6 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import all_rows, assemble
 from imubench.diagnosis.solve.narrow_band import eased
 from imubench.jets import derivatives_by
-
-DAMPED = 1e-8  # of the diagonal: what next to nothing holds, beyond a sensor's last sample, stays where it is
-SETTLING = 2  # linear solves of the own splines of effects after every step,
-MOVED = 0.03  # the second where the first has moved them by more than so much of their plausible size
 
 
 def moved(model: Model, state: State, x: Array, values: Array) -> State:
@@ -50,8 +47,8 @@ def moved(model: Model, state: State, x: Array, values: Array) -> State:
 def followed(model: Model, state: State, rows: list[Rows], damping: float) -> State:
     """Return a state whose splines follow the parameters that a step led to: what it left of second order is gone.
 
-    A mount turned by 0.03 rad beside a skin that slides left 2000 nat of it where the step was worth 50. Where nothing
-    holds a spline all stay.
+    What a step leaves of second order may exceed what it gains, as of a mount's turn beside a skin that slides. Where
+    nothing holds a spline all stay.
     """
     normal, _ = assemble(model, rows)
     normal.damp(damping)
@@ -61,7 +58,7 @@ def followed(model: Model, state: State, rows: list[Rows], damping: float) -> St
     return state
 
 
-def paced(model: Model, state: State) -> State:
+def with_centre_velocity(model: Model, state: State) -> State:
     """Return the state with the joint centre's velocity solved for everything else as it is.
 
     It is an integral of attitude and force, held tightly, and linear: what a step leaves of second order in it cost
@@ -72,7 +69,7 @@ def paced(model: Model, state: State) -> State:
     only = Tracks(model.tracks.knots, {VELOCITY: model.tracks.widths[VELOCITY]})
     with derivatives_by(only.widths):
         rows = list(pace_rows(model, state))
-    return shifted(model, state, only, eased(only, rows, DAMPED))
+    return shifted(model, state, only, eased(only, rows, ALGEBRA.damped))
 
 
 def settled(model: Model, state: State, noise: dict[str, float], anchor: Array | None, loose: float = 1.0) -> State:
@@ -88,12 +85,12 @@ def settled(model: Model, state: State, noise: dict[str, float], anchor: Array |
     size = np.concatenate([np.full(s.width, s.std) for h in model.hypotheses for s in h.effect.states])
     places = {h.at for h in model.hypotheses if h.effect.states}
     alone = places if places <= {imu.name for imu in model.recording.imus} else ()  # a joint's states move all sensors
-    for _ in range(SETTLING):
+    for _ in range(ALGEBRA.spline_solves):
         with derivatives_by(own):
             rows = [r for r in all_rows(model, state, noise, anchor, loose, alone) if r.residual.blocks]
-        change = eased(only, rows, DAMPED)
+        change = eased(only, rows, ALGEBRA.damped)
         state = shifted(model, state, only, change)
-        if np.max(np.abs(change) / size) < MOVED:
+        if np.max(np.abs(change) / size) < ALGEBRA.moved:
             break
     return state
 

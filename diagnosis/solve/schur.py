@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import Step
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import Held, Linear
-from imubench.diagnosis.solve.normal_equations import KNOTS_PER_BLOCK
-from imubench.diagnosis.solve.threads import MOST_KNOTS, one_thread
+from imubench.diagnosis.solve.threads import one_thread
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Base:
 
     def _jacobian(self, name: str) -> Held | Linear:
         """Return the splines' Jacobian of a group of rows, to be multiplied with columns."""
-        if self.fit.model.tracks.knots.count > MOST_KNOTS:
+        if self.fit.model.tracks.knots.count > ALGEBRA.knots_beside:
             return self.parts[name]
         if name not in self.held:
             self.held[name] = Held.of(self.parts[name])
@@ -51,7 +51,7 @@ class Base:
     def reduced(self, columns: Iterable[tuple[str, Array]], count: int) -> tuple[Array, Array]:
         """Return information (k, k) and gradient (k,) of `count` columns, whitened (n, m, k), by group of rows."""
         blocks, p = len(self.solution.factor.lower), self.fit.model.parameters.count
-        cross = np.zeros((blocks * KNOTS_PER_BLOCK, self.fit.model.tracks.width, count))
+        cross = np.zeros((blocks * ALGEBRA.knots_per_block, self.fit.model.tracks.width, count))
         across, corner, gradient = np.zeros((p, count)), np.zeros((count, count)), np.zeros(count)
         for name, some in columns:
             part, flat = self.parts[name], some.reshape(-1, count)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.problem.bspline import SUPPORT, Knots, Moment, Tracks
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.motion_prior import middles
@@ -15,20 +16,16 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.jets import Jet
 from imubench.recording import Recording
 
-MARGIN = 0.1  # s of spline beyond the first and the last sample
-MOST = 5.0  # standard deviations that a residual may count for, so that one knock does not choose
-HOP = 1.0  # s between the windows that are compared
-
 
 def loudest(fit: Fit, seconds: float) -> tuple[float, float]:
     """Return the window (start, end) s, on the splines' time, where most is left unexplained."""
     start, end = fit.span
     if end - start <= 1.5 * seconds:
         return start, end
-    begins = np.arange(start, end - seconds, HOP)
+    begins = np.arange(start, end - seconds, START.subset_hop_s)
     power = np.zeros(len(begins))
     for rows in fit.measured:
-        sums = np.concatenate([[0.0], np.cumsum(np.minimum(rows.whitened**2, MOST**2).sum(axis=1))])
+        sums = np.concatenate([[0.0], np.cumsum(np.minimum(rows.whitened**2, START.most_residual_std**2).sum(axis=1))])
         order = np.sort(rows.time)
         power += sums[np.searchsorted(order, begins + seconds)] - sums[np.searchsorted(order, begins)]
     best = float(begins[np.argmax(power)])
@@ -42,8 +39,8 @@ def excerpt(fit: Fit, start: float, end: float) -> Fit:
     inside = {name: _within(stamps, model.start, start, end) for name, stamps in model.stamps.items()}
     masks = None if model.masks is None else {name: mask[inside[name]] for name, mask in model.masks.items()}
     louder = None if model.louder is None else {name: times[inside[name]] for name, times in model.louder.items()}
-    first = max(int((start - MARGIN - knots.start) / knots.step), 0)
-    last = min(int((end + MARGIN - knots.start) / knots.step) + SUPPORT, knots.count)
+    first = max(int((start - START.subset_margin_s - knots.start) / knots.step), 0)
+    last = min(int((end + START.subset_margin_s - knots.start) / knots.step) + SUPPORT, knots.count)
     tracks = Tracks(Knots(knots.start + first * knots.step, knots.step, last - first), model.tracks.widths)
     recording = cut(model.recording, model.start + start, model.start + end)
     short = replace(model, recording=recording, tracks=tracks, masks=masks, louder=louder)

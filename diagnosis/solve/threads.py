@@ -15,6 +15,7 @@ from typing import ParamSpec, TypeVar
 from threadpoolctl import ThreadpoolController
 
 from imubench.diagnosis.budget import check
+from imubench.diagnosis.config.solve import ALGEBRA
 
 P = ParamSpec("P")
 S = TypeVar("S")
@@ -30,7 +31,6 @@ def _cores() -> int:
 
 CORES = min(2, _cores())
 NAME = "rows"
-MOST_KNOTS = 5000  # of a fit that has another beside it: of 25 s at 200 Hz
 
 
 @cache
@@ -66,7 +66,7 @@ def side_by_side(function: Callable[[S], T], items: Iterable[S], knots: int = 0)
         check()
         return function(item)
 
-    if CORES < 2 or knots > MOST_KNOTS or current_thread().name.startswith(NAME):
+    if CORES < 2 or knots > ALGEBRA.knots_beside or current_thread().name.startswith(NAME):
         yield from map(asked, items)
         return
     pool = _pool(os.getpid())  # threads do not survive a fork

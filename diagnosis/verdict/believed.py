@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.noise.masking import Masks, weighed_beside
 from imubench.diagnosis.noise.reml import with_noise
-from imubench.diagnosis.result import SURE, Finding
+from imubench.diagnosis.result import Finding
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit_without
 
@@ -23,7 +24,7 @@ def believed(fit: Fit, named: Sequence[Finding], sound: Masks | None) -> Fit:
     Returns:
         The fit itself where each of its effects is likely.
     """
-    likely = {(f.effect, f.at) for f in named if f.confidence >= SURE}
+    likely = {(f.effect, f.at) for f in named if f.confidence >= CONFIDENCE.counts}
     told = {(f.effect, f.at) for f in named}
     gone = [h for h in fit.model.judged for one in [(h.effect.name, h.at)] if one in told and one not in likely]
     if not gone:

@@ -29,19 +29,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.verdict import SHIFT
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS
 from imubench.diagnosis.result import Move
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.verdict.reference_motion import apart, mean_angle, rms
+from imubench.diagnosis.verdict.reference_motion import angle_difference, mean_angle, rms
 from imubench.recording import Recording
 from imubench.rotations import angle_between
 
-MOST = 2000  # times at most: an RMS over a minute does not change by more
-DEG, MM = 180 / np.pi, 1e3
+DEG_PER_RAD, MM_PER_M = 180 / np.pi, 1e3
 
 
 @dataclass(frozen=True)
-class Asked:
+class Estimates:
     """What a user asks of a fit, at some times; rotations (n, 3, 3), vectors (n, 3)."""
 
     mounts: list[tuple[Array, Array]]  # by IMU: sensor -> segment, and its place in the segment in m
@@ -50,7 +50,7 @@ class Asked:
     segments: list[Array]  # by segment: segment -> world
     angle: Array | None  # (n,) rad, hinge angle
 
-    def placed_as(self, other: "Asked") -> "Asked":
+    def placed_as(self, other: "Estimates") -> "Estimates":
         """Return this motion with another's sensors on its segments."""
         return replace(self, mounts=other.mounts, axes=other.axes, centres=other.centres)
 
@@ -58,10 +58,10 @@ class Asked:
 def times(fit: Fit) -> Array:
     """Return times (n,) s, as stamped, that are spread over what a fit has measured."""
     first, last = fit.span
-    return np.asarray(fit.model.start + np.linspace(first, last, min(fit.model.tracks.knots.count, MOST)))
+    return np.asarray(fit.model.start + np.linspace(first, last, min(fit.model.tracks.knots.count, SHIFT.most_times)))
 
 
-def asked(fit: Fit, time: Array) -> Asked:
+def estimates_of(fit: Fit, time: Array) -> Estimates:
     """Return what a fit says of its rig at times (n,) s."""
     model, state, n = fit.model, fit.state, len(time)
     moment = model.moment(state, time, "")
@@ -82,30 +82,30 @@ def asked(fit: Fit, time: Array) -> Asked:
         centres.append(back(turn, centre - place))
     turns = [m.turn.matrix for m in motions.values() if m.turn is not None]
     angle = moment.track(HINGE).value[:, 0] if model.rig.hinge else None
-    return Asked(mounts, axes, centres, [np.broadcast_to(t, (n, 3, 3)) for t in turns], angle)
+    return Estimates(mounts, axes, centres, [np.broadcast_to(t, (n, 3, 3)) for t in turns], angle)
 
 
-def moved(one: Asked, other: Asked, recording: Recording) -> dict[str, Move]:
+def moves_between(one: Estimates, other: Estimates, recording: Recording) -> dict[str, Move]:
     """Return by how much two fits of a recording differ in what its rig can be asked for."""
     out: dict[str, Move] = {}
     pairs = list(zip(one.mounts, other.mounts, strict=True))
     if pairs and recording.tree.hinge is not None:
-        out["joint_axis"] = Move(_each(angle_between, one.axes, other.axes) * DEG, "deg")
+        out["joint_axis"] = Move(_each(angle_between, one.axes, other.axes) * DEG_PER_RAD, "deg")
     if pairs and recording.tree.loose:
-        out["mount_rotation"] = Move(np.array([rms(turned(a[0], b[0])) for a, b in pairs]) * DEG, "deg")
-        out["lever"] = Move(np.array([rms(norm(a[1] - b[1])) for a, b in pairs]) * MM, "mm")
+        out["mount_rotation"] = Move(np.array([rms(turned(a[0], b[0])) for a, b in pairs]) * DEG_PER_RAD, "deg")
+        out["lever"] = Move(np.array([rms(norm(a[1] - b[1])) for a, b in pairs]) * MM_PER_M, "mm")
     elif pairs:
         between = [a - b for a, b in zip(one.centres, other.centres, strict=True)]
         if recording.tree.hinge is not None:
             between = [x - a * np.sum(a * x, axis=1, keepdims=True) for x, a in zip(between, one.axes, strict=True)]
-        out["joint_centre"] = Move(np.array([rms(norm(x)) for x in between]) * MM, "mm")
+        out["joint_centre"] = Move(np.array([rms(norm(x)) for x in between]) * MM_PER_M, "mm")
     if one.angle is not None and other.angle is not None:
-        off = apart(one.angle, other.angle)
+        off = angle_difference(one.angle, other.angle)
         mean = mean_angle(off)
-        out["hinge_angle"] = Move(np.array(rms(apart(off, mean)) * DEG), "deg RMS")
-        out["hinge_angle_constant"] = Move(np.array(abs(mean) * DEG), "deg")
+        out["hinge_angle"] = Move(np.array(rms(angle_difference(off, mean)) * DEG_PER_RAD), "deg RMS")
+        out["hinge_angle_constant"] = Move(np.array(abs(mean) * DEG_PER_RAD), "deg")
     differing = turned if heading_known(recording) else tilted
-    out["orientation"] = Move(_each(differing, one.segments, other.segments) * DEG, "deg RMS")
+    out["orientation"] = Move(_each(differing, one.segments, other.segments) * DEG_PER_RAD, "deg RMS")
     return out
 
 
@@ -141,4 +141,4 @@ def norm(x: Array) -> Array:
     return np.asarray(np.linalg.norm(x, axis=1))
 
 
-__all__ = ["Asked", "asked", "moved", "times"]
+__all__ = ["Estimates", "estimates_of", "moves_between", "times"]

@@ -3,16 +3,18 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from imubench.diagnosis.budget import NAMELESS, NUMBERS, Budget
+from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.candidates.begin import Beginning
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Trace
-from imubench.diagnosis.noise.nominal import certain
+from imubench.diagnosis.noise.nominal import certain_effects
 from imubench.diagnosis.noise.reml import declared, declared_by
 from imubench.diagnosis.residual_checks.excess_noise import refuted
 from imubench.diagnosis.residual_checks.fit_summary import Weighed, traces, weighed
 from imubench.diagnosis.residual_checks.localize import locate
 from imubench.diagnosis.residual_checks.regressors import regressors
-from imubench.diagnosis.result import SURE, UNKNOWN, Finding, Pair, Rejected, Where
+from imubench.diagnosis.result import UNKNOWN, Finding, Pair, Rejected, Where
 from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.search.rounding import beside_rounding
@@ -22,13 +24,17 @@ from imubench.diagnosis.search.unknown_against_laws import laws_for_series
 from imubench.diagnosis.search.unknown_against_small import effects_for_terms, with_equals
 from imubench.diagnosis.sensor_errors.baseline import Learned
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.verdict.equals import with_likes, with_refused
 from imubench.diagnosis.verdict.findings import findings, rejected
-from imubench.diagnosis.verdict.impacts import struck_again
+from imubench.diagnosis.verdict.impacts import unseen_knocks
+from imubench.diagnosis.verdict.nameless_equivalents import with_equivalents, with_refused_equivalents
 from imubench.diagnosis.verdict.play_impacts import impacts_of_play
-from imubench.diagnosis.verdict.posterior import beside, beside_hum, surest_first, with_samples
-from imubench.diagnosis.verdict.timed_out import NAMELESS as UNNAMED
-from imubench.diagnosis.verdict.timed_out import doubted, with_rest
+from imubench.diagnosis.verdict.posterior import (
+    doubted_beside_hum,
+    doubted_beside_unknown,
+    ranked_by_confidence,
+    with_samples,
+)
+from imubench.diagnosis.verdict.timed_out import NAMELESS_TERMS, doubted_as_stopped, with_rest
 from imubench.diagnosis.verdict.trust import allowed
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault
@@ -91,16 +97,18 @@ def explained(work: Work, start: Beginning, chosen: Selection | None) -> Explana
     rest = with_rest(rest, after) if partly else rest
     kept = {(h.effect.name, h.at) for h in fit.model.hypotheses}
     told, numbers = in_numbers(chosen, kept, fit, work.recording, budget) if chosen else ((), fit)
-    fitted = tuple(f for f in (doubted(told) if partly else told) if (f.effect, f.at) in kept)
+    fitted = tuple(f for f in (doubted_as_stopped(told) if partly else told) if (f.effect, f.at) in kept)
     refused = rejected(chosen) if chosen else ()
-    rest = use.changed("like-unknown", rest, lambda r: with_likes(r, fitted))
-    rest = use.changed("refused-as-equal", rest, lambda r: with_refused(r, fitted, refused))
-    noises = use.changed("hum-for-noise", noises, lambda n: beside_hum(n, (*fitted, *samples.findings)))
-    sure = certain(start.fit.model)
-    fitted = use.changed("doubt-beside-unknown", fitted, lambda f: beside(f, rest, strange.doubted, sure))
+    rest = use.changed("like-unknown", rest, lambda r: with_equivalents(r, fitted))
+    rest = use.changed("refused-as-equal", rest, lambda r: with_refused_equivalents(r, fitted, refused))
+    noises = use.changed("hum-for-noise", noises, lambda n: doubted_beside_hum(n, (*fitted, *samples.findings)))
+    sure = certain_effects(start.fit.model)
+    fitted = use.changed(
+        "doubt-beside-unknown", fitted, lambda f: doubted_beside_unknown(f, rest, strange.doubted, sure)
+    )
     named = with_samples((*fitted, *noises), samples, rest)
     named = all_told(work, named, fit, samples, chosen)
-    if chosen and not partly and any(f.confidence >= SURE for f in named):
+    if chosen and not partly and any(f.confidence >= CONFIDENCE.counts for f in named):
         rest = use.changed(
             "left-beside-sure", rest, lambda r: not_told(with_rest(r, after, allowed(after)), samples.findings)
         )
@@ -111,14 +119,14 @@ def explained(work: Work, start: Beginning, chosen: Selection | None) -> Explana
 def all_told(work: Work, named: Findings, fit: Fit, samples: SampleChecks, chosen: Selection | None) -> Findings:
     """Return findings with knocks among them, what rounding may be doubted, the surest first; only what is new."""
     use, recording = work.use, work.recording
-    with work.budget.part(NUMBERS, "knocks that the raw samples doubt"):
+    with work.budget.part(BUDGET.numbers, "knocks that the raw samples doubt"):
         if chosen:
             springs = chosen.springs_refused
             named = use.changed(
-                "knocks-that-samples-doubt", named, lambda n: (*n, *struck_again(fit, samples.struck, n, springs))
+                "knocks-that-samples-doubt", named, lambda n: (*n, *unseen_knocks(fit, samples.struck, n, springs))
             )
     named = use.changed("doubt-beside-rounding", named, lambda n: beside_rounding(n, recording, samples.humming))
-    named = surest_first(use.changed("knocks-of-play", named, lambda n: impacts_of_play(n, recording)))
+    named = ranked_by_confidence(use.changed("knocks-of-play", named, lambda n: impacts_of_play(n, recording)))
     return named if work.learned is None else work.learned.new(named)
 
 
@@ -127,7 +135,7 @@ def with_unknowns(
 ) -> tuple[Selection, Unknowns]:
     """Return a selection with what it leaves unexplained, and with the effects that are names for that."""
     strange = Unknowns((), chosen.fit, ())
-    with budget.part(NAMELESS, UNNAMED):
+    with budget.part(BUDGET.terms, NAMELESS_TERMS):
         strange = unknowns(chosen.fit, where, use=use)
         for rules in (laws_for_series, effects_for_terms):
             if (told := chosen.on_with(rules(chosen, strange), use)) is not chosen:
@@ -141,7 +149,7 @@ def in_numbers(
     chosen: Selection, kept: Collection[tuple[str, str]], best: Fit, recording: Recording, budget: Budget
 ) -> tuple[Findings, Fit]:
     """Return the findings, and the fit that their numbers are of; both as the search left them where time is short."""
-    with budget.part(NUMBERS, "intervals, equivalents and what would tell these apart"):
+    with budget.part(BUDGET.numbers, "intervals, equivalents and what would tell these apart"):
         return findings(chosen, recording), numbered(chosen, kept) or best
     return findings(chosen, recording, briefly=True), best
 

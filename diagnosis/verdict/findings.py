@@ -3,15 +3,18 @@
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import CONFIDENCE, EVIDENCE
+from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.criteria.equivalence import Rival, equivalents
-from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Kept, Passed, misfit
+from imubench.diagnosis.criteria.trial import Kept, Passed, misfit
 from imubench.diagnosis.experiments.design import separation
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.noise.intervals import with_spring_intervals
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import states_inside
 from imubench.diagnosis.residual_checks.excess_noise import left_over
-from imubench.diagnosis.residual_checks.implausible import STRAINED_SURE, implausible_places
+from imubench.diagnosis.residual_checks.implausible import implausible_places
 from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
 from imubench.diagnosis.search.confidence import MOST_SURE, confidence
 from imubench.diagnosis.search.moves.swap_for_rival import SHARE, TIE
@@ -21,15 +24,6 @@ from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.verdict.unobservable import seen_of, unseen_in_words, widened, with_directions
 from imubench.effects import EFFECTS
 from imubench.recording import Recording
-
-EVEN = 0.6  # the confidence at most of a law beside which another was worth as much
-FREE_SURE = 0.65
-"""Of splines without a law, which take what they can of anything: 14 of 25 in 600 blind trials were true. And of a law
-beside which the fit leaves too much: of 6 such springs none was of the kind, of 8 beside less 7 were."""
-OPEN_SURE = 0.6
-OPEN = 0.1
-"""Of what all names leave: one beside a stronger one that is worth less says so much. 2 of 7 in 515 blind trials were
-true; of those worth more, but less than all that was left, 14 of 15."""
 
 
 def findings(selection: Selection, measured: Recording | None = None, briefly: bool = False) -> tuple[Finding, ...]:
@@ -44,24 +38,32 @@ def findings(selection: Selection, measured: Recording | None = None, briefly: b
     std = white if briefly else with_spring_intervals(numbers, parameter_std(numbers))
     covariance = widened(numbers, covariance, white, std)
     recording = selection.fit.model.recording
-    loose, small, odd = loosely(selection.fit), overshadowed(selection), implausible_places(selection.fit)
+    loose, small, odd = weakly_held(selection.fit), overshadowed(selection), implausible_places(selection.fit)
     out = []
     for kept in strongest_first(selection):
         h, gain = kept.hypothesis, kept.heldout
         others = [] if briefly else equivalents(selection.fit, h)
         same = [Rejected(r.effect, r.at, gain.value - r.loss) for r in others]
-        springs = like(kept)
+        springs = laws_as_good(kept)
         same += [Rejected(t.hypothesis.effect.name, h.at, gain.value - kept.evidence + t.evidence) for t in springs]
         told = {(r.effect, r.at) for r in same}
         ties = [Rejected(t.hypothesis.effect.name, h.at, gain.value + t.evidence) for t in kept.ties]
         ties = [r for r in ties if (r.effect, r.at) not in told]
-        most = EVEN if springs else OPEN_SURE if h in small else FREE_SURE if h in loose else MOST_SURE
-        most = STRAINED_SURE if h.at in odd else most
+        most = (
+            CONFIDENCE.as_good
+            if springs
+            else CONFIDENCE.overshadowed
+            if h in small
+            else CONFIDENCE.free_splines
+            if h in loose
+            else MOST_SURE
+        )
+        most = CONFIDENCE.implausible_place if h.at in odd else most
         out.append(
             Finding(
                 h.effect.name,
                 h.at,
-                min(confidence(kept.evidence, NEEDED), most),
+                min(confidence(kept.evidence, EVIDENCE.needed_nat), most),
                 with_directions(parameters(h, numbers, std, measured), seen := seen_of(numbers, h, covariance)),
                 Interval(gain.value, (gain.low, gain.high)),
                 (*same, *ties),
@@ -76,7 +78,7 @@ def _rival(r: Rival, recording: Recording) -> Hypothesis:
     return Hypothesis(EFFECTS[r.effect].suited(recording), r.at)
 
 
-def like(kept: Kept) -> list[Passed]:
+def laws_as_good(kept: Kept) -> list[Passed]:
     """Return the other laws of its IMU that were worth as much as the kept one: soft springs for rocking ones."""
     h, least = kept.hypothesis, kept.evidence - max(TIE, SHARE * kept.evidence)
     laws = [t for t in kept.rivals if t.hypothesis.effect.lawful and t.hypothesis.at == h.at and t.evidence > least]
@@ -86,12 +88,12 @@ def like(kept: Kept) -> list[Passed]:
 def overshadowed(selection: Selection) -> list[Hypothesis]:
     """Return the effects beside a stronger one that are worth next to nothing of what all together leave of the noise.
 
-    What is wrong in a model is made up for by whatever is at hand: a filter that was not found left 55 % beyond the
-    noise, and two names beside a drift explained 2 % of that. The strongest stands by itself.
+    What is wrong in a model is made up for by whatever is at hand: beside an effect that no name explains, weak names
+    explain small parts of it. The strongest stands by itself.
     """
     left = left_over(selection.fit, 1.0)
     weaker = strongest_first(selection)[1:]
-    return [k.hypothesis for k in weaker if (k.heldout.value or k.evidence) < OPEN * left]
+    return [k.hypothesis for k in weaker if (k.heldout.value or k.evidence) < FINDINGS.overshadowed * left]
 
 
 def strongest_first(selection: Selection) -> list[Kept]:
@@ -99,9 +101,9 @@ def strongest_first(selection: Selection) -> list[Kept]:
     return sorted(selection.kept, key=lambda k: -k.heldout.value)
 
 
-def loosely(fit: Fit) -> list[Hypothesis]:
+def weakly_held(fit: Fit) -> list[Hypothesis]:
     """Return the effects of a fit whose states are held by no law, or by one beside which too much is left."""
-    lawful = misfit(fit) <= UNEXPLAINED
+    lawful = misfit(fit) <= ADMISSION.unexplained_misfit
     return [h for h in fit.model.hypotheses if h.effect.states and not (h.effect.lawful and lawful)]
 
 
@@ -126,26 +128,22 @@ def parameters(
         units = {f.name: f.unit for f in h.effect.found}
         errors = h.effect.read_error(values, states, fit.model.tracks.knots.step)
         if not h.effect.states:
-            errors = carried(h, values, std, fit.model.tracks.knots.step) | errors
+            errors = propagated_std(h, values, std, fit.model.tracks.knots.step) | errors
         for name, value in read.items():
-            out[name] = Parameter(value, errors.get(name, np.abs(value) * READ_STD), units[name])
+            out[name] = Parameter(value, errors.get(name, np.abs(value) * FINDINGS.read_off_std), units[name])
     return out
 
 
-def carried(h: Hypothesis, values: dict[str, Array], std: dict[str, Array], step: float) -> dict[str, Array]:
+def propagated_std(h: Hypothesis, values: dict[str, Array], std: dict[str, Array], step: float) -> dict[str, Array]:
     """Return the standard deviations of what is read off fitted numbers, each of these moved by a part of its own."""
     told = h.effect.read(values, {}, step)
     variance = {name: np.zeros_like(value) for name, value in told.items()}
     for key, value in values.items():
         for i, own in enumerate(std[h.key(key)]):
-            moved = value + TINY * own * (np.arange(value.size) == i)
+            moved = value + FINDINGS.difference * own * (np.arange(value.size) == i)
             for name, x in h.effect.read(values | {key: moved}, {}, step).items():
-                variance[name] += ((x - told[name]) / TINY) ** 2
+                variance[name] += ((x - told[name]) / FINDINGS.difference) ** 2
     return {name: np.sqrt(v) for name, v in variance.items()}
-
-
-TINY = 1e-3  # of a standard deviation
-READ_STD = 0.05  # of a value that is read off the states: their range over the recording, no variance is carried yet
 
 
 def rejected(selection: Selection) -> tuple[Rejected, ...]:
@@ -159,4 +157,4 @@ def rejected(selection: Selection) -> tuple[Rejected, ...]:
     return tuple(Rejected(name, at, float(v)) for (name, at), v in lost.items())
 
 
-__all__ = ["findings", "like", "overshadowed", "parameters", "rejected"]
+__all__ = ["findings", "laws_as_good", "overshadowed", "parameters", "rejected"]

@@ -13,11 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.impact_test import BESIDE, counted, knocks, solved
-from imubench.diagnosis.noise.nominal import as_smooth
+from imubench.diagnosis.config.criteria import IMPACT_TEST
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.verdict import KNOCK
+from imubench.diagnosis.criteria.impact_test import counted, knocks, solved
+from imubench.diagnosis.noise.nominal import at_estimated_roughness
 from imubench.diagnosis.problem.dynamics_factors import turning
 from imubench.diagnosis.result import Finding, Interval, Parameter
-from imubench.diagnosis.samples.check_findings import SURE_OF_KNOCKS, UNITS, called, joined
+from imubench.diagnosis.samples.check_findings import UNIT_OF_PART, called, joined
 from imubench.diagnosis.samples.faint_impacts import faint_knocks
 from imubench.diagnosis.search.confidence import DOUBTFUL
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
@@ -28,12 +31,8 @@ from imubench.recording import Imu
 
 Mask = NDArray[np.bool_]
 
-INSIDE = 9  # moments of a stretch that are looked at
-TOGETHER = 0.1  # s: nearer peaks are one
-FEWEST = 2  # samples of a peak; a single wild one is none
 
-
-def struck_again(
+def unseen_knocks(
     fit: Fit, struck: Mapping[str, Mask], named: Sequence[Finding], sprung: Collection[str] = ()
 ) -> tuple[Finding, ...]:
     """Return knocks among the peaks `struck` ("imu1" -> (n,) samples) that the fit has not seen and cannot explain.
@@ -47,7 +46,7 @@ def struck_again(
     out = []
     for imu in (i for i in fit.model.recording.imus if i.name not in told):
         samples = struck.get(imu.name, np.zeros(imu.time.size, dtype=bool))
-        peaks = joined(imu.time[samples], TOGETHER, FEWEST)
+        peaks = joined(imu.time[samples], KNOCK.one_s, KNOCK.samples)
         if any(traits_of(f.effect).holds_by for f in named):
             peaks = tuple(p for p in peaks if not turns_round(fit, p))
         peaks = tuple(p for p in peaks if not slips(fit, imu.name, p))
@@ -56,7 +55,7 @@ def struck_again(
             times = faint(fit, imu, samples, named)
         if times.size:
             parameters = {"times": Parameter(times, np.full(times.size, 1 / imu.rate), "s")}
-            sure = min(SURE_OF_KNOCKS[times.size > 1], DOUBTFUL if imu.name in sprung else 1.0)
+            sure = min(CONFIDENCE.knock_or_knocks[times.size > 1], DOUBTFUL if imu.name in sprung else 1.0)
             out.append(Finding(called(Fault.STRUCK), imu.name, sure, parameters, Interval(0.0, (0.0, 0.0))))
     return tuple(out)
 
@@ -76,13 +75,13 @@ def faint(fit: Fit, imu: Imu, struck: Mask, named: Sequence[Finding]) -> Array:
         return np.array([])
     known = counted(fit, imu.name)
     steps = [f.parameters["step"] for f, fault in faults if fault is Fault.ROUNDED]
-    step = max([0.0, *(float(s.value) for s in steps if s.unit == UNITS["accel"])])
+    step = max([0.0, *(float(s.value) for s in steps if s.unit == UNIT_OF_PART["accel"])])
     peaks = faint_knocks(imu, ~(np.logical_and.reduce([*known.values()]) | struck), step)
     peaks = tuple(p for p in peaks if not slips(fit, imu.name, p))
-    if len(peaks) < FEWEST:
+    if len(peaks) < KNOCK.samples:
         return np.array([])
     if fit.model.rig.placed and len(fit.model.recording.imus) == 1:
-        fit = solved(as_smooth(fit), {})
+        fit = solved(at_estimated_roughness(fit), {})
     inside = covered(imu.time, peaks)
     pushed = f"{imu.name}.accel"  # what is struck reads a force
     apart = solved(fit, {pushed: known[pushed] & ~inside})
@@ -94,7 +93,7 @@ def turns_round(fit: Fit, window: Window) -> bool:
     body, (start, end) = fit.model.recording.body, window
     if body is None or not any(a <= end and b >= start for a, b in fit.model.recording.free_swings):
         return False
-    return bool(turning(fit.model, body, np.linspace(start, end, INSIDE) - fit.model.start).any())
+    return bool(turning(fit.model, body, np.linspace(start, end, KNOCK.moments) - fit.model.start).any())
 
 
 def slips(fit: Fit, imu: str, window: Window) -> bool:
@@ -104,7 +103,7 @@ def slips(fit: Fit, imu: str, window: Window) -> bool:
     """
     start, end = (t - fit.model.start for t in window)
     windows = [w for h in fit.model.at(imu) for w in fit.model.blind(h, fit.state)]
-    return any(a - BESIDE <= end and b + BESIDE >= start for a, b in windows)
+    return any(a - IMPACT_TEST.beside_s <= end and b + IMPACT_TEST.beside_s >= start for a, b in windows)
 
 
-__all__ = ["struck_again"]
+__all__ = ["unseen_knocks"]

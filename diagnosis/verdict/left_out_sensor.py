@@ -11,7 +11,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.problem.residuals import Parameters, Rows
-from imubench.diagnosis.residual_checks.fit_summary import CHANNELS, Weighed
+from imubench.diagnosis.residual_checks.fit_summary import CHANNELS_WITH_UNIT, Weighed
 from imubench.diagnosis.result import CHANNEL_UNIT, Change
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
@@ -46,7 +46,7 @@ def left_out(fit: Fit, noise: Mapping[str, float]) -> dict[str, float]:
             motion = normal.band.factor().solve(-normal.gradient[:, :, None])[:, :, 0]
             off = _foretold(rows, part, motion.reshape(-1, model.tracks.width), fit) / noise[rows.name]
             values = np.sqrt(np.mean(off**2, axis=0))
-            out |= {f"{sensor}.{n}": float(v) for n, v in zip(CHANNELS[kind][0], values, strict=True)}
+            out |= {f"{sensor}.{n}": float(v) for n, v in zip(CHANNELS_WITH_UNIT[kind][0], values, strict=True)}
     return out
 
 

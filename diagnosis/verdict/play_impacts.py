@@ -4,8 +4,8 @@ Free to turn by phi about an axis e across the joint's, segment 2 has phi'' (e x
 Play of half a milliradian is over to the other side within two samples: nothing of phi itself is seen, and phi'' is a
 knock. What strikes a sensor from outside does so from anywhere. So knocks at the second IMU of a hinge, each with the
 direction u of what is above 15 Hz for 0.07 s from its beginning, are called play where the u of all lie on one line (of
-the mean of u u' that line has `ALONG`) that stands across r. Impacts stay as an equal; of two knocks, which lie so once
-in twenty, they are the name and play the equal.
+the mean of u u' that line has `KNOCK.one_line`) that stands across r. Impacts stay as an equal; of two knocks, which
+lie so once in twenty, they are the name and play the equal.
 """
 
 from collections.abc import Sequence
@@ -16,17 +16,13 @@ from scipy.signal import butter, sosfiltfilt
 
 from imubench import rotations
 from imubench.arrays import Array
+from imubench.diagnosis.config.samples import HIGH_BAND
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.verdict import KNOCK
 from imubench.diagnosis.result import Finding, Rejected
-from imubench.diagnosis.samples.high_band import CUT
-from imubench.diagnosis.verdict.findings import FREE_SURE
 from imubench.effects import EFFECTS, traits_of
 from imubench.effects.traits import Fault
 from imubench.recording import Imu, Recording
-
-FEWEST, ENOUGH = 2, 3  # knocks that may be play, and that are called so
-BEGIN, END = -0.01, 0.06  # s from the beginning of a knock, within which it is
-ALONG = 0.9  # of the mean u u': 0.97 of the play of an unseen trial; 0.49 to 0.66 of three limbs that were struck
-ACROSS = 0.25  # cosine of the line and r, at most
 
 
 def impacts_of_play(named: Sequence[Finding], recording: Recording) -> tuple[Finding, ...]:
@@ -39,8 +35,8 @@ def impacts_of_play(named: Sequence[Finding], recording: Recording) -> tuple[Fin
         struck = f.at == imu.name and traits_of(f.effect).fault is Fault.STRUCK
         if not struck or not across(imu, np.atleast_1d(f.parameters["times"].value)):
             return f
-        sure = min(f.confidence, FREE_SURE)  # as of any joint that moves without a law
-        if f.parameters["times"].value.size < ENOUGH:
+        sure = min(f.confidence, CONFIDENCE.free_splines)  # as of any joint that moves without a law
+        if f.parameters["times"].value.size < KNOCK.called_play:
             return replace(f, confidence=sure, equivalent=(Rejected(play, "joint", 0.0),))
         return Finding(play, "joint", sure, {}, f.heldout_gain, (Rejected(f.effect, imu.name, 0.0),))
 
@@ -50,15 +46,15 @@ def impacts_of_play(named: Sequence[Finding], recording: Recording) -> tuple[Fin
 def across(imu: Imu, times: Array) -> bool:
     """Return whether knocks that begin at `times` (k,) s are all along one line across the sensor's lever arm."""
     lever = rotations.rotate_back(imu.mount_quaternion, imu.mount_position)
-    if len(times) < FEWEST or not np.any(lever):
+    if len(times) < KNOCK.may_be_play or not np.any(lever):
         return False
-    quick = sosfiltfilt(butter(2, CUT, "high", fs=imu.rate, output="sos"), imu.accel, axis=0)
+    quick = sosfiltfilt(butter(2, HIGH_BAND.pass_hz, "high", fs=imu.rate, output="sos"), imu.accel, axis=0)
     spread = np.zeros((3, 3))
     for start in times:
-        u = quick[(imu.time >= start + BEGIN) & (imu.time <= start + END)]
+        u = quick[(imu.time >= start + KNOCK.from_s) & (imu.time <= start + KNOCK.to_s)]
         spread += u.T @ u / np.sum(u**2)
     shares, lines = np.linalg.eigh(spread / len(times))
-    return bool(shares[-1] > ALONG and abs(lines[:, -1] @ lever) < ACROSS * np.linalg.norm(lever))
+    return bool(shares[-1] > KNOCK.one_line and abs(lines[:, -1] @ lever) < KNOCK.across_cosine * np.linalg.norm(lever))
 
 
 __all__ = ["impacts_of_play"]

@@ -4,6 +4,9 @@ from collections.abc import Collection
 
 import numpy as np
 
+from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.solve import SWING
+from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.discrepancy.terms import LATE
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import CHANNELS
@@ -14,12 +17,6 @@ from imubench.diagnosis.search.confidence import DOUBTFUL, STRANGE, at_most
 from imubench.effects import EFFECTS, traits_of
 from imubench.effects.traits import Fault
 from imubench.recording import Recording
-
-FOUND = 0.5  # the confidence from which on a name is one
-STILL = 0.05  # rad/s RMS, under which a sensor does not turn
-SHORT = 5.0  # s
-MUCH = 0.1  # of what a name is worth on held-out data
-SURELY = 0.9  # confidence from which on a finding stands before what is doubted
 
 
 def with_samples(
@@ -40,7 +37,7 @@ def with_samples(
     return (*fitted, *(f for f in raw if (f.effect, f.at) not in same))
 
 
-def beside(
+def doubted_beside_unknown(
     named: tuple[Finding, ...],
     rest: tuple[Finding, ...],
     doubted: Collection[Hypothesis] = (),
@@ -50,11 +47,11 @@ def beside(
 
     So do `doubted`, and those at whose place something without a name is worth much: it may be all. A state without a
     law explains what is anywhere, and what is worth more than a name may be at the other IMU and seem to be at this;
-    what is worth much of it may be a part of that (another inertia beside cross-talk, of 674 nat beside 143). What
-    gains less than nothing on held-out data was found by what it spares the motion: how much of a name it would take is
-    not known. Springs beside a joint's spline that is worth more may ring of what it rounds off (play jumps) and a
-    mount be turned by what it cannot hold. A misalignment beside what its axes read a little later may be that too, as
-    cross-talk is. Effects that are there whatever else is (`certain`) are not doubted.
+    what is worth much of it may be a part of that (another inertia beside cross-talk). What gains less than nothing on
+    held-out data was found by what it spares the motion: how much of a name it would take is not known. Springs beside
+    a joint's spline that is worth more may ring of what it rounds off (play jumps) and a mount be turned by what it
+    cannot hold. A misalignment beside what its axes read a little later may be that too, as cross-talk is. Effects that
+    are there whatever else is (`certain`) are not doubted.
     """
     equalled = {(h.effect.name, h.at) for h in doubted}
     loose = max((f.heldout_gain.value for f in named if f.at == "joint" and _free(f)), default=0.0)
@@ -62,23 +59,22 @@ def beside(
     def sure(f: Finding) -> float:
         if f.effect in certain:
             return 1.0
-        worth = [(u.heldout_gain.value, MUCH if _free(f) or u.at == f.at else 1.0) for u in rest]
+        worth = [(u.heldout_gain.value, FINDINGS.much if _free(f) or u.at == f.at else 1.0) for u in rest]
         if any(gain > share * f.heldout_gain.value for gain, share in worth):
             return STRANGE
         traits = traits_of(f.effect)
         held = traits.on_springs or traits.misplaces or bool(traits.onset)
         spared = any(u.at == f.at and u.heldout_gain.value < 0 for u in rest)
-        part = any(gain > MUCH * f.heldout_gain.value for gain, _ in worth) or (held and loose > f.heldout_gain.value)
+        part = any(gain > FINDINGS.much * f.heldout_gain.value for gain, _ in worth) or (
+            held and loose > f.heldout_gain.value
+        )
         return DOUBTFUL if part or spared or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
 
     return tuple(at_most(f, sure(f)) for f in named)
 
 
-def beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """Return louder noises, doubted at an accelerometer that hums: a steady line leaves what of a hum wanders.
-
-    A hum of 150 times the noise left 2.7 times it.
-    """
+def doubted_beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """Return louder noises, doubted at an accelerometer that hums: a steady line leaves what of a hum wanders."""
     humming = {(f.at, traits.channel) for f in named if (traits := traits_of(f.effect)).tone}
 
     def hums(f: Finding) -> bool:
@@ -103,13 +99,13 @@ def _free(f: Finding) -> bool:
     return effect is not None and effect.free
 
 
-def surest_first(named: tuple[Finding, ...]) -> tuple[Finding, ...]:
+def ranked_by_confidence(named: tuple[Finding, ...]) -> tuple[Finding, ...]:
     """Return findings in their order, those that are doubted behind those that are sure.
 
-    What stands in for something without a name, or for another name, gains whatever that would: a pivot that moves, at
-    0.65, gained more than the stop that it was beside.
+    What stands in for something without a name, or for another name, gains whatever that would: the gain alone does not
+    rank them.
     """
-    return tuple(sorted(named, key=lambda f: f.confidence < SURELY))
+    return tuple(sorted(named, key=lambda f: f.confidence < CONFIDENCE.sure))
 
 
 def verdict_of(
@@ -120,7 +116,7 @@ def verdict_of(
     Beside sensors whose noise nobody knows (`noise_unknown`) what is left cannot be said to be noise alone. A model
     that is `doubted` explains nothing to the end.
     """
-    if any(f.confidence >= FOUND for f in named):
+    if any(f.confidence >= CONFIDENCE.counts for f in named):
         return "partly explained" if rest or noise_unknown or doubted else "explained"
     return "unexplained" if rest else "no mismatch"
 
@@ -134,7 +130,7 @@ def noise_not_shown(noise_unknown: Collection[str]) -> Unseen:
     )
 
 
-def missing(recording: Recording) -> tuple[Unseen, ...]:
+def not_observable(recording: Recording) -> tuple[Unseen, ...]:
     """Return what the recording is too poor in sensors, too still or too short to show."""
     out = []
     rig = Rig.of(recording)
@@ -150,19 +146,18 @@ def missing(recording: Recording) -> tuple[Unseen, ...]:
         )
     stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     seconds = max(t[-1] for t in stamps) - min(t[0] for t in stamps)
-    if seconds < SHORT:
+    if seconds < FINDINGS.short_s:
         out.append(Unseen(f"anything that takes longer than {seconds:.1f} s to show", "20 s or more of motion"))
-    if recording.imus and all(np.sqrt(np.mean(np.sum(i.gyro**2, axis=1))) < STILL for i in recording.imus):
+    if recording.imus and all(np.sqrt(np.mean(np.sum(i.gyro**2, axis=1))) < SWING.still_rad_s for i in recording.imus):
         out.append(Unseen("mounts, scales and everything that shows with motion", "turns about every axis, 2 rad/s"))
     return tuple(out)
 
 
 __all__ = [
-    "FOUND",
-    "beside",
-    "beside_hum",
-    "missing",
+    "doubted_beside_hum",
+    "doubted_beside_unknown",
     "noise_not_shown",
+    "not_observable",
     "verdict_of",
     "with_samples",
 ]

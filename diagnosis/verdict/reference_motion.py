@@ -10,19 +10,19 @@ from imubench.diagnosis.result import Change, Diagnosis
 from imubench.reference import Reference
 from imubench.rotations import conjugate, log, multiply
 
-UNIT = "rad RMS"
+DIFFERENCE_UNIT = "rad RMS"
 
 
-def judged(d: Diagnosis, evidence: Evidence, reference: Reference | None) -> Diagnosis:
+def with_reference_errors(d: Diagnosis, evidence: Evidence, reference: Reference | None) -> Diagnosis:
     """Return the diagnosis with how far the nominal and the best model's motion are from a reference."""
     if reference is None:
         return d
     first = evidence.motion if evidence.motion_before is None else evidence.motion_before
-    before, after = (errors(motion, reference, evidence.span) for motion in (first, evidence.motion))
-    return replace(d, fit=replace(d.fit, reference=Change(before, after, UNIT)))
+    before, after = (motion_errors(motion, reference, evidence.span) for motion in (first, evidence.motion))
+    return replace(d, fit=replace(d.fit, reference=Change(before, after, DIFFERENCE_UNIT)))
 
 
-def errors(motion: Played, reference: Reference, span: tuple[float, float]) -> dict[str, float]:
+def motion_errors(motion: Played, reference: Reference, span: tuple[float, float]) -> dict[str, float]:
     """Return RMS errors in rad: of the hinge angle, and of segment 1's orientation but for one constant heading.
 
     `span` is the recording's first and last stamp: the splines of the motion go on where nothing was measured.
@@ -34,7 +34,7 @@ def errors(motion: Played, reference: Reference, span: tuple[float, float]) -> d
     if reference.hinge_angle is not None and motion.hinge_angle is not None:
         seen = inside & np.isfinite(reference.hinge_angle)
         found = np.interp(reference.time[seen], motion.time, motion.hinge_angle)
-        off = apart(found, reference.hinge_angle[seen])
+        off = angle_difference(found, reference.hinge_angle[seen])
         if seen.any():
             out["hinge_angle"] = rms(off)
             out["hinge_angle_but_constant"] = rms(off - mean_angle(off))
@@ -56,7 +56,7 @@ def tilt(motion: Played, time: Array, measured: Array) -> Array:
     return np.linalg.norm(log(multiply(back, between)), axis=1)
 
 
-def apart(one: Array, other: Array | float) -> Array:
+def angle_difference(one: Array, other: Array | float) -> Array:
     """Return by how much angles (n,) rad differ, from -pi to pi."""
     return np.asarray(np.remainder(one - other + np.pi, 2 * np.pi) - np.pi)
 

@@ -5,23 +5,25 @@ from collections.abc import Collection
 import numpy as np
 
 from imubench.diagnosis.budget import Budget
-from imubench.diagnosis.criteria.trial import UNEXPLAINED
+from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.residual_checks.fit_summary import Weighed, traces
 from imubench.diagnosis.residual_checks.localize import locate
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Unseen, Verdict, Where
 from imubench.diagnosis.search.confidence import DOUBTFUL, at_most
 from imubench.diagnosis.verdict.posterior import verdict_of
 
-NAMELESS = "terms without a name for what no effect explains"
+NAMELESS_TERMS = "terms without a name for what no effect explains"
 MORE_TIME = "no other motion: the same recording with a longer --time-limit, or a part of it"
 
 
-def doubted(fitted: tuple[Finding, ...]) -> tuple[Finding, ...]:
+def doubted_as_stopped(fitted: tuple[Finding, ...]) -> tuple[Finding, ...]:
     """Return findings of a search that was stopped: what else they may be was not tried."""
     return tuple(at_most(f, DOUBTFUL) for f in fitted)
 
 
-def with_rest(rest: tuple[Finding, ...], after: Weighed, allowed: float = UNEXPLAINED) -> tuple[Finding, ...]:
+def with_rest(
+    rest: tuple[Finding, ...], after: Weighed, allowed: float = ADMISSION.unexplained_misfit
+) -> tuple[Finding, ...]:
     """Return what has no name, with what a fit leaves where that is too much for noise and nothing else says so."""
     if any(f.effect == UNKNOWN for f in rest) or max(after.misfit, after.left_out) <= allowed:
         return rest
@@ -62,4 +64,4 @@ def not_fitted(budget: Budget) -> tuple[Unseen, ...]:
     return (Unseen(f"anything: its motion was not fitted within the {budget.stopped}", MORE_TIME),)
 
 
-__all__ = ["NAMELESS", "doubted", "not_fitted", "verdict_when_stopped", "with_rest"]
+__all__ = ["NAMELESS_TERMS", "doubted_as_stopped", "not_fitted", "verdict_when_stopped", "with_rest"]

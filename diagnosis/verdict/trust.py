@@ -3,7 +3,8 @@
 A fit in the wrong basin has a low residual, and numbers that one half of the recording takes from another cause than
 the other half does. Each half's numbers are one Gauss-Newton step from those of the whole (`heldout`), with the
 covariance of that half, as wide as the residuals' colour makes it. With d the difference of the halves' numbers and s
-its standard deviation, a number is doubted where |d| > `APART` s and |d| is more than it could be off and still serve.
+its standard deviation, a number is doubted where |d| > `rare_sigmas` s and |d| is more than it could be off and still
+serve.
 
 A number is doubted as well where it is far outside what nature has; both only if it matters: with the number held
 where the halves differ from it, or where it would be plausible, and all others fitted anew, something that a user asks
@@ -18,6 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.shared import DECLARED_NOISE, STATISTICS
+from imubench.diagnosis.config.verdict import SHIFT, TRUST
 from imubench.diagnosis.criteria.cross_validation import block_of
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.noise.coloured import parameter_std
@@ -32,17 +35,11 @@ from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.solve.threads import one_thread
-from imubench.diagnosis.verdict.estimate_shift import asked, moved, times
-from imubench.diagnosis.verdict.without_finding import STEPS
+from imubench.diagnosis.verdict.estimate_shift import estimates_of, moves_between, times
 
-APART = 4.0  # standard deviations: of fifty numbers, one recording in 300 has one that far apart by chance
 PREDICTION = "prediction"  # of the model as a whole
-UNNATURAL = 4.0  # standard deviations of a number's prior, which holds what is plausible
-SERVES = {"rotation": 0.05, "translation": 0.02}  # rad, m, of a mount: in the end the whole counts, not a half
-SHARE = 0.3  # of an effect's number, or vector: one that is so far off still takes away 0.9 of the effect's power
+SERVES_MOUNT = {"rotation": 0.05, "translation": 0.02}  # rad, m, of a mount: in the end the whole counts, not a half
 DAMPING = "damping_ratio"  # may be as near to none as it likes: springs without are no oddity, only overdamped ones are
-HELD_OUT = 1.2  # misfit of samples each predicted from all others; 1 is noise, coloured noise adds up to 0.2
-MISDECLARED = 1 / 0.85**2  # times the power that is declared: a declared std is right within 15 %
 
 
 @dataclass(frozen=True)
@@ -65,7 +62,7 @@ def doubts(fit: Fit, before: Weighed, after: Weighed, tolerance: Pair = TOLERANC
     """
     worse = after.left_out > max(before.left_out, allowed(after))  # within what noise may have neither is better
     beaten = (Doubt(PREDICTION, "the declared model predicts better"),) if worse else ()
-    asked_of = [*implausible(fit), *of_two_minds(fit)]
+    asked_of = [*implausible(fit), *halves_that_differ(fit)]
     return (*beaten, *(Doubt(q.of, q.why) for q in asked_of if matters(fit, q, tolerance)))
 
 
@@ -77,49 +74,59 @@ def matters(fit: Fit, question: Question, tolerance: Pair) -> bool:
     model = replace(fit.model, fixed=dict(fit.model.fixed or {}) | {question.of: question.otherwise})
     state = replace(fit.state, values=fit.state.values | {question.of: question.otherwise})
     try:
-        other = solve(model, state, fit.noise, fit.anchor, steps=STEPS)
+        other = solve(model, state, fit.noise, fit.anchor, steps=SHIFT.steps_without)
     except NotPositiveDefiniteError:
         return True
     time = times(fit)
-    return is_material(moved(asked(fit, time), asked(other, time), fit.model.recording), tolerance)
+    return is_material(
+        moves_between(estimates_of(fit, time), estimates_of(other, time), fit.model.recording), tolerance
+    )
 
 
 def allowed(after: Weighed) -> float:
     """Return the misfit that noise may have on samples that are each predicted from all others."""
-    return HELD_OUT * (MISDECLARED if any(level.declared is not None for level in after.levels) else 1.0)
+    return DECLARED_NOISE.held_out_misfit * (
+        DECLARED_NOISE.misdeclared_power if any(level.declared is not None for level in after.levels) else 1.0
+    )
 
 
 def implausible(fit: Fit) -> tuple[Question, ...]:
     """Return numbers of effects that are far outside what their priors hold for plausible."""
     found = []
-    for h in lawful(fit):
+    for h in named_effects(fit):
         for p in h.effect.parameters:
             prior, value = fit.model.priors[h.key(p.name)], fit.state.values[h.key(p.name)]
             away = (value - prior.start) / prior.std
             off = float(np.max(away if p.name == DAMPING else np.abs(away)))
-            if off > UNNATURAL:
-                least = -np.inf if p.name == DAMPING else -UNNATURAL
-                plausible = prior.start + prior.std * np.clip(away, least, UNNATURAL)
+            if off > STATISTICS.prior_sigmas:
+                least = -np.inf if p.name == DAMPING else -STATISTICS.prior_sigmas
+                plausible = prior.start + prior.std * np.clip(away, least, STATISTICS.prior_sigmas)
                 found.append(
                     Question(h.key(p.name), f"{off:.1f} standard deviations from what is plausible", plausible)
                 )
     return tuple(found)
 
 
-def of_two_minds(fit: Fit) -> tuple[Question, ...]:
+def halves_that_differ(fit: Fit) -> tuple[Question, ...]:
     """Return numbers in which the halves of the recording differ by more than chance and by more than serves."""
     _, white = information(fit)
     coloured = parameter_std(fit)
-    named = {h.key(p.name) for h in lawful(fit) for p in h.effect.parameters}
-    logarithms = {h.key(p.name) for h in lawful(fit) for p in h.effect.parameters if p.log}
+    named = {h.key(p.name) for h in named_effects(fit) for p in h.effect.parameters}
+    logarithms = {h.key(p.name) for h in named_effects(fit) for p in h.effect.parameters if p.log}
     found = []
     for name, (apart, std) in halves(fit).items():
         if "@" in name and name not in named:
             continue  # of a term without a name: it may be anything
         wide = std * np.maximum(coloured[name] / white[name], 1.0)
-        serves = SHARE if name in logarithms else SHARE * np.linalg.norm(fit.state.values[name]) if "@" in name else 0.0
-        serves = np.maximum(serves, SERVES.get(name.rpartition(".")[2], 0.0))
-        beyond = np.abs(apart) / np.maximum(APART * wide, serves)
+        serves = (
+            TRUST.serves
+            if name in logarithms
+            else TRUST.serves * np.linalg.norm(fit.state.values[name])
+            if "@" in name
+            else 0.0
+        )
+        serves = np.maximum(serves, SERVES_MOUNT.get(name.rpartition(".")[2], 0.0))
+        beyond = np.abs(apart) / np.maximum(STATISTICS.rare_sigmas * wide, serves)
         k = int(np.argmax(beyond))
         if beyond[k] > 1:
             why = f"the halves of the recording differ by {apart[k]:.3g} +- {wide[k]:.2g}"
@@ -127,7 +134,7 @@ def of_two_minds(fit: Fit) -> tuple[Question, ...]:
     return tuple(found)
 
 
-def lawful(fit: Fit) -> Iterator[Hypothesis]:
+def named_effects(fit: Fit) -> Iterator[Hypothesis]:
     """Yield the effects of a fit that have a name."""
     yield from (h for h in fit.model.hypotheses if not (isinstance(h.effect, Unknown) or h.effect.given))
 
@@ -152,4 +159,4 @@ def halves(fit: Fit) -> dict[str, tuple[Array, Array]]:
     return {name: (apart[columns(name)], std[columns(name)]) for name in model.priors}
 
 
-__all__ = ["allowed", "doubts", "halves", "implausible", "of_two_minds"]
+__all__ = ["allowed", "doubts", "halves", "halves_that_differ", "implausible"]

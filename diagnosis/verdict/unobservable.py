@@ -19,7 +19,7 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.effects.effect import Parameter as Number
 from imubench.models.tree import BALL, FREE, HINGE
 
-ENTRIES = {6: ("xy", "xz", "yx", "yz", "zx", "zy"), 9: tuple(a + b for a in "xyz" for b in "xyz")}
+MATRIX_ENTRIES = {6: ("xy", "xz", "yx", "yz", "zx", "zy"), 9: tuple(a + b for a in "xyz" for b in "xyz")}
 OF_SEGMENT = {
     HINGE: ("along the segment", "along the hinge axis", "across the segment and the hinge axis"),
     BALL: ("along x of the limb", "along y of the limb", "along the limb"),
@@ -81,9 +81,9 @@ def unseen_in_words(fit: Fit, h: Hypothesis, seen: Mapping[str, Directions]) -> 
 def named_axes(fit: Fit, h: Hypothesis, name: str, width: int) -> tuple[dict[str, Array], str]:
     """Return the directions of a parameter's numbers that have a name, and what frame the numbers are in."""
     kind = fit.model.recording.tree.kind
-    if width in ENTRIES:
+    if width in MATRIX_ENTRIES:
         return {
-            f"entry {entry}": axis for entry, axis in zip(ENTRIES[width], np.eye(width), strict=True)
+            f"entry {entry}": axis for entry, axis in zip(MATRIX_ENTRIES[width], np.eye(width), strict=True)
         }, "its entries"
     if width != 3:
         return {f"number {i + 1}": axis for i, axis in enumerate(np.eye(width))}, "its numbers"

@@ -27,22 +27,21 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.verdict import SHIFT
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.dynamics_factors import equation_of
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Finding, Move, Pair, is_material
-from imubench.diagnosis.samples.check_findings import UNITS, declared
+from imubench.diagnosis.samples.check_findings import UNIT_OF_PART, declared
 from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
 from imubench.diagnosis.solve.refit import extended, refit_without
-from imubench.diagnosis.verdict.estimate_shift import Asked, asked, moved, times
+from imubench.diagnosis.verdict.estimate_shift import Estimates, estimates_of, moves_between, times
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault
 from imubench.recording import Recording
-
-STEPS = 4  # of the solver, as where the search asks whether an effect is needed
 
 
 def moves_of(
@@ -65,7 +64,7 @@ def moves_of(
         OutOfTime: where the part's time is spent; what was yielded stays.
     """
     time = times(fit)
-    whole = asked(fit, time)
+    whole = estimates_of(fit, time)
     for finding in sorted(findings, key=lambda f: -f.confidence):
         other = None
         with suppress(NotPositiveDefiniteError):
@@ -77,7 +76,7 @@ def moves_of(
         if without is not None and gone:
             without[finding.effect, finding.at] = other
         placed = gone if any(on_mount(h) for h in gone) else []
-        yield finding, moved(whole, _said_by(other, fit, placed, time), recording)
+        yield finding, moves_between(whole, _said_by(other, fit, placed, time), recording)
 
 
 def with_moves(
@@ -91,7 +90,7 @@ def with_moves(
     return tuple(out)
 
 
-def together(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, Move]:
+def moves_of_all(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, Move]:
     """Return what everything that was found moves together, as `moves_of` does for one.
 
     Torques in free swings stay in; empty where nothing is left out, or nothing holds the motion without it.
@@ -101,15 +100,15 @@ def together(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, Move]
         return {}
     with suppress(NotPositiveDefiniteError):
         time, mounts = times(fit), [h for h in gone if on_mount(h)]
-        said = _said_by(refit_without(fit, gone, STEPS), fit, mounts, time)
-        return worth_telling(moved(asked(fit, time), said, recording), tolerance)
+        said = _said_by(refit_without(fit, gone, SHIFT.steps_without), fit, mounts, time)
+        return worth_telling(moves_between(estimates_of(fit, time), said, recording), tolerance)
     return {}
 
 
-def _said_by(other: Fit, fit: Fit, placed: list[Hypothesis], time: Array) -> Asked:
+def _said_by(other: Fit, fit: Fit, placed: list[Hypothesis], time: Array) -> Estimates:
     """Return what another fit says, its sensors where `fit` has them without the effects in `placed`, if any."""
-    said = asked(other, time)
-    return said.placed_as(asked(_left_out(fit, placed), time)) if placed else said
+    said = estimates_of(other, time)
+    return said.placed_as(estimates_of(_left_out(fit, placed), time)) if placed else said
 
 
 def worth_telling(moves: dict[str, Move], tolerance: Pair) -> dict[str, Move]:
@@ -124,21 +123,21 @@ def fit_without(fit: Fit, finding: Finding, samples: SampleChecks, recording: Re
     """Return the fit solved again without a finding; None where that cannot be said."""
     gone = in_fit(fit, finding)
     if gone:
-        return None if any(drives(fit, h) for h in gone) else refit_without(fit, gone, STEPS)
+        return None if any(drives(fit, h) for h in gone) else refit_without(fit, gone, SHIFT.steps_without)
     if not finding.at.startswith("imu"):
         return None
     traits = traits_of(finding.effect)
     if traits.fault is not None and traits.fault.measures_nothing:
         return _counting(fit, finding, samples)
     if traits.tone:
-        return _reading(fit, finding.at, {part: getattr(recording.imu(finding.at), part) for part in UNITS})
+        return _reading(fit, finding.at, {part: getattr(recording.imu(finding.at), part) for part in UNIT_OF_PART})
     if traits.fault is Fault.ROUNDED:
         return _unrounded(fit, finding)
     told = declared(recording.imu(finding.at), traits.channel) if traits.fault is Fault.NOISY else None
     if not told:
         return None
     noise = fit.noise | {f"{finding.at}.{traits.channel}": told}
-    return solve(fit.model, fit.state, noise, fit.anchor, steps=STEPS)
+    return solve(fit.model, fit.state, noise, fit.anchor, steps=SHIFT.steps_without)
 
 
 def in_fit(fit: Fit, finding: Finding) -> list[Hypothesis]:
@@ -168,7 +167,7 @@ def _counting(fit: Fit, finding: Finding, samples: SampleChecks) -> Fit:
     """Return the fit with samples counted that a finding of the raw samples left out; the fit where there are none."""
     masks = dict(fit.model.masks or {})
     changed = False
-    for part in UNITS:
+    for part in UNIT_OF_PART:
         name = f"{finding.at}.{part}"
         if name in masks and name in samples.masks:
             peaks = samples.struck.get(finding.at, np.zeros(masks[name].size, dtype=bool))
@@ -178,7 +177,7 @@ def _counting(fit: Fit, finding: Finding, samples: SampleChecks) -> Fit:
             masks[name] = masks[name] | back
     if not changed:
         return fit
-    return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=STEPS)
+    return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=SHIFT.steps_without)
 
 
 def _reading(fit: Fit, at: str, readings: Mapping[str, Array]) -> Fit:
@@ -188,12 +187,12 @@ def _reading(fit: Fit, at: str, readings: Mapping[str, Array]) -> Fit:
     imu = replace(imu, gyro=readings.get("gyro", imu.gyro), accel=readings.get("accel", imu.accel))
     imus = tuple(imu if i.name == at else i for i in model.recording.imus)
     model = replace(model, recording=replace(model.recording, imus=imus))
-    return solve(model, fit.state, fit.noise, fit.anchor, steps=STEPS)
+    return solve(model, fit.state, fit.noise, fit.anchor, steps=SHIFT.steps_without)
 
 
 def _unrounded(fit: Fit, finding: Finding) -> Fit | None:
     step = finding.parameters.get("step")
-    part = next((part for part, unit in UNITS.items() if step is not None and step.unit == unit), None)
+    part = next((part for part, unit in UNIT_OF_PART.items() if step is not None and step.unit == unit), None)
     rows = next((r for r in fit.measured if r.name == f"{finding.at}.{part}"), None)
     if step is None or part is None or rows is None:
         return None
@@ -205,4 +204,4 @@ def _unrounded(fit: Fit, finding: Finding) -> Fit | None:
     return _reading(fit, finding.at, {part: readings})
 
 
-__all__ = ["drives", "fit_without", "in_fit", "moves_of", "together", "with_moves"]
+__all__ = ["drives", "fit_without", "in_fit", "moves_of", "moves_of_all", "with_moves"]

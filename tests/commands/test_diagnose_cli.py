@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from imubench.correction.found_rig import rig_of
-from imubench.correction.replay import played_through
+from imubench.correction.replay import truth_of_motion
 from imubench.correction.sensor_chain import read_by
 from imubench.diagnosis import on_disk
 from imubench.diagnosis.evidence import Played
@@ -20,7 +20,7 @@ from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.samples.quiet_moments import quiet_level
-from imubench.diagnosis.verdict.reference_motion import errors
+from imubench.diagnosis.verdict.reference_motion import motion_errors
 from imubench.format1 import write_recording
 from imubench.recording import Recording
 from imubench.reference import Reference
@@ -94,7 +94,7 @@ def test_noise_alone_is_no_mismatch(clean):
     assert [t.name for t in evidence.traces] == ["imu1.gyro", "imu1.accel", "imu2.gyro", "imu2.accel"]
     truth = clean[1]
     assert (
-        errors(evidence.motion, truth, evidence.span)["hinge_angle"] < 0.01
+        motion_errors(evidence.motion, truth, evidence.span)["hinge_angle"] < 0.01
     )  # the declared mounts' own 5e-3 rad about the hinge
 
 
@@ -141,7 +141,7 @@ def test_every_step_of_a_diagnosis_is_a_stage_that_is_counted(tmp_path):
 
     write_recording(short(), tmp_path / "rec")
     on_disk.diagnose_on_disk(tmp_path / "rec", tmp_path / "out", step)
-    places = [next(i for i, name in enumerate(on_disk.STAGES) if what.startswith(name)) for what in asked]
+    places = [next(i for i, name in enumerate(on_disk.STEP_BEGINNINGS) if what.startswith(name)) for what in asked]
     assert places == sorted(places)
     assert len(asked) >= 8
 
@@ -170,7 +170,7 @@ def test_mujoco_reads_what_the_fitted_model_reads(clean):
     recording = clean[0]
     fit = nominal_fit(recording)
     mounts = fit_summary.mounts(fit)
-    truth = played_through(rig_of(recording, mounts), fit_summary.played(fit), 0.0, SECONDS, 50.0)
+    truth = truth_of_motion(rig_of(recording, mounts), fit_summary.played(fit), 0.0, SECONDS, 50.0)
     rows = {r.name: r for r in fit.measured}
     for imu in recording.imus:
         _, gyro, accel = read_by(truth, 0.0, np.clip(rows[f"{imu.name}.gyro"].time, 0.0, None), imu.name, ())
@@ -221,7 +221,7 @@ def test_errors_against_a_reference_leave_one_heading_out():
     tilted = multiply(multiply(off, turn), exp([0.02, 0.0, 0.0]))
     motion = Played(time, turn, np.zeros((500, 3)), angle + 0.01)
     reference = Reference(time[::3], hinge_angle=angle[::3], quaternion1=tilted[::3])
-    found = errors(motion, reference, (time[0], time[-1]))
+    found = motion_errors(motion, reference, (time[0], time[-1]))
     assert found["hinge_angle"] == pytest.approx(0.01, rel=1e-6)  # same stamps, nothing interpolated
     assert found["hinge_angle_but_constant"] == pytest.approx(0.0, abs=1e-9)
     assert found["orientation1"] == pytest.approx(0.02, rel=0.02)  # part of the tilt may pass for heading
@@ -231,7 +231,7 @@ def test_where_nothing_was_measured_the_motion_is_not_held_against_a_reference()
     time = np.arange(500) / 50
     angle = np.where((time < 1.0) | (time > 9.0), 2.0, 0.0)  # splines run wild beyond the samples
     motion = Played(time, np.tile([1.0, 0.0, 0.0, 0.0], (500, 1)), np.zeros((500, 3)), angle + 0.02 * np.sin(time))
-    found = errors(motion, Reference(time, hinge_angle=np.zeros(500)), (1.0, 9.0))
+    found = motion_errors(motion, Reference(time, hinge_angle=np.zeros(500)), (1.0, 9.0))
     assert 0.01 < found["hinge_angle"] < 0.02
 
 

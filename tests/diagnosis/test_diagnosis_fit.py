@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.noise import COHERENCE
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.cross_validation import gain, held_out
 from imubench.diagnosis.criteria.score_test import score
-from imubench.diagnosis.criteria.trial import NEEDED, misfit
-from imubench.diagnosis.noise.coherence import RELATED, follows_motion
+from imubench.diagnosis.criteria.trial import misfit
+from imubench.diagnosis.noise.coherence import follows_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import declared
 from imubench.diagnosis.search.selection import candidates, select
@@ -51,7 +53,7 @@ def test_noise_levels_come_out_as_they_were_put_in(clean):
 
 def test_a_clean_recording_leaves_nothing_that_goes_with_the_motion(clean):
     fit, _ = clean
-    assert max(follows_motion(fit).values()) < RELATED
+    assert max(follows_motion(fit).values()) < COHERENCE.follows
     assert misfit(fit) == pytest.approx(1.0, abs=0.15)  # as the noise levels, squared
 
 
@@ -70,7 +72,7 @@ def test_no_exact_refit_of_a_clean_recording_has_evidence(clean):
     base = log_evidence(fit)
     for s in score(fit, plain(fit))[:2]:
         tried = refit(fit, (*fit.model.hypotheses, s.hypothesis), guess_of(s.hypothesis, s.estimate))
-        assert log_evidence(tried) - base < NEEDED, s.hypothesis.name
+        assert log_evidence(tried) - base < EVIDENCE.needed_nat, s.hypothesis.name
 
 
 @pytest.mark.long

@@ -9,6 +9,7 @@ import pytest
 from imubench.diagnosis import budget as module
 from imubench.diagnosis import on_disk
 from imubench.diagnosis.budget import Budget, OutOfTime, check
+from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.report import words
@@ -19,7 +20,7 @@ from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.search.moves.drop import Drop
 from imubench.diagnosis.search.selection import FURTHER, STAGES, WITHOUT, select
 from imubench.diagnosis.solve.threads import side_by_side
-from imubench.diagnosis.verdict.timed_out import doubted, verdict_when_stopped, with_rest
+from imubench.diagnosis.verdict.timed_out import doubted_as_stopped, verdict_when_stopped, with_rest
 from imubench.format1 import read, write_recording
 from imubench.proof.case import make_case
 from imubench.reproduce.report import escape
@@ -163,7 +164,7 @@ def named(effect: str = "gyro_bias", sure: float = 0.96) -> Finding:
 
 
 def test_findings_of_a_search_that_was_stopped_are_doubted():
-    assert [f.confidence for f in doubted((named(), named(sure=0.5)))] == [0.6, 0.5]
+    assert [f.confidence for f in doubted_as_stopped((named(), named(sure=0.5)))] == [0.6, 0.5]
 
 
 def test_no_mismatch_is_never_said_of_a_search_that_was_stopped(fit):
@@ -216,4 +217,4 @@ def test_the_command_takes_a_limit_and_prints_what_was_not_tried(biased, tmp_pat
     assert "Stopped at the time limit of 5 s of processor time; not tried:" in done.stdout
     text = command.imubench("diagnose", "--help", folder=tmp_path, limit=100, COLUMNS="200").stdout
     assert "--time-limit" in text
-    assert f"{module.DEFAULT:.1f}" in text
+    assert f"{BUDGET.limit_s:.1f}" in text

@@ -8,8 +8,9 @@ import pytest
 from scipy.stats import chi2
 
 import imubench.diagnosis.noise.nominal as nominal
+from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.criteria.score_test import score
-from imubench.diagnosis.criteria.trial import UNEXPLAINED, misfit
+from imubench.diagnosis.criteria.trial import misfit
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import declared
 from imubench.diagnosis.pipeline import diagnose
@@ -41,9 +42,9 @@ def plain(fit):
 @pytest.mark.slow
 def test_a_spline_too_coarse_looks_like_a_sensor_of_its_own(tmp_path, monkeypatch):
     recording = recorded(tmp_path, [], 5, band=6.0)
-    assert misfit(nominal_fit(recording)) < UNEXPLAINED
+    assert misfit(nominal_fit(recording)) < ADMISSION.unexplained_misfit
     monkeypatch.setattr(nominal, "model_of", partial(model_of, knots_per_s=12.0))
-    assert misfit(nominal_fit(recording)) > UNEXPLAINED
+    assert misfit(nominal_fit(recording)) > ADMISSION.unexplained_misfit
 
 
 @pytest.mark.slow

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Protocol
 
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.diagnosis.search.confidence import DOUBTFUL
-from imubench.diagnosis.verdict.posterior import FOUND
 
 
 class Said(Protocol):
@@ -17,7 +17,7 @@ class Said(Protocol):
 
 def found(diagnosis: Diagnosis) -> list[Finding]:
     """Return the findings that count: from confidence 0.5 on."""
-    return [f for f in diagnosis.findings if f.confidence >= FOUND]
+    return [f for f in diagnosis.findings if f.confidence >= CONFIDENCE.counts]
 
 
 def named(findings: list[Finding]) -> set[str]:

@@ -4,9 +4,9 @@ from collections import Counter
 
 import pytest
 
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.result import Diagnosis, Finding, FitQuality, Interval
-from imubench.diagnosis.verdict.posterior import FOUND
 from imubench.format1 import read
 from tests.regressions.said import Doubted, Exactly, First, NothingBut, Said, SomethingUnnamed, Sure
 from tests.regressions.table import REGRESSIONS
@@ -34,7 +34,7 @@ def test_every_row_has_a_name_of_its_own_and_says_something():
 
 def of(*findings: Finding) -> Diagnosis:
     """A diagnosis with these findings and the verdict that goes with them."""
-    sure = {f.named for f in findings if f.confidence >= FOUND}
+    sure = {f.named for f in findings if f.confidence >= CONFIDENCE.counts}
     verdict = ("no mismatch", "explained", "unexplained", "partly explained")[(True in sure) + 2 * (False in sure)]
     return Diagnosis("r", "hinge", verdict, (2.0, 1.0), (), findings, (), FitQuality((2.0, 1.0)), "", 1.0)
 

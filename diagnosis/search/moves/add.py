@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.candidates.grids import placed
+from imubench.diagnosis.candidates.grids import placed_at_best_start
 from imubench.diagnosis.candidates.mount_start import better_start
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.score_test import Score, score
-from imubench.diagnosis.criteria.trial import NEEDED, TRIED, Trial
+from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.drop import natural
@@ -26,18 +28,20 @@ HALF = 0.5  # of the best's evidence, from which a clock's error is refitted too
 def plain_scores(fit: Fit, left: list[Hypothesis]) -> tuple[list[Hypothesis], list[Score]]:
     """Return the effects without states at their best starts, and what they promise, best first."""
     base = Base.of(fit)
-    plain, judged = placed(base, [h for h in left if not h.effect.states])
+    plain, judged = placed_at_best_start(base, [h for h in left if not h.effect.states])
     return plain, sorted([*score(fit, plain, base), *judged], key=lambda s: -s.evidence)
 
 
-def plain_trials(fit: Fit, scores: list[Score], say: Callable[[str], None], most: int = TRIED) -> list[Trial]:
+def plain_trials(
+    fit: Fit, scores: list[Score], say: Callable[[str], None], most: int = ADMISSION.refits
+) -> list[Trial]:
     """Return exact refits of the best scores, at `most` so many, best evidence first; and of clocks half as good.
 
     A score takes the readings for straight over a clock's error: a skew that comes to 18 ms promised 256 nat and was
     worth 612, beside a moving centre of 460.
     """
     best = max((s.evidence for s in scores), default=0.0)
-    likely = [s for s in scores if s.evidence > max(NEEDED, NEAR * best)]
+    likely = [s for s in scores if s.evidence > max(EVIDENCE.needed_nat, NEAR * best)]
     chosen = [*likely[:most], *(s for s in likely[most:] if of_a_clock(s.hypothesis) and s.evidence > HALF * best)]
     base = log_evidence(fit)
 
@@ -59,7 +63,7 @@ def heard_first(trials: list[Trial], humming: Collection[str]) -> list[Trial]:
     """
     if not trials or not trials[0].hypothesis.effect.tone or trials[0].hypothesis.at in humming:
         return trials
-    least = trials[0].evidence - NEEDED
+    least = trials[0].evidence - EVIDENCE.needed_nat
 
     def heard(t: Trial) -> bool:
         return bool(t.hypothesis.effect.tone) and t.hypothesis.at in humming and t.evidence > least
@@ -71,7 +75,9 @@ def next_plain(fit: Fit, plain: Sequence[Hypothesis], say: Callable[[str], None]
     """Return the best of effects at their starts that are not in a fit, at the noise it leaves, or None."""
     names = {h.name for h in fit.model.hypotheses}
     tried = plain_trials(fit, score(fit, [h for h in plain if h.name not in names]), say, 1)
-    return replace(tried[0], fit=with_noise(tried[0].fit)) if tried and tried[0].evidence >= NEEDED else None
+    return (
+        replace(tried[0], fit=with_noise(tried[0].fit)) if tried and tried[0].evidence >= EVIDENCE.needed_nat else None
+    )
 
 
 def of_a_clock(h: Hypothesis) -> bool:

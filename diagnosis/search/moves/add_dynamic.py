@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.dynamic_aic import holds_its_law, trial_beside
 from imubench.diagnosis.criteria.dynamic_score import Screened, screen
-from imubench.diagnosis.criteria.trial import NEEDED, SCREENED, UNEXPLAINED, Trial, breaks_its_law, misfit
+from imubench.diagnosis.criteria.trial import Trial, breaks_its_law, misfit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_order import pairs, promising, softer
@@ -37,7 +39,7 @@ def state_trials(
     fit: Fit,
     stateful: list[Hypothesis],
     say: Callable[[str], None],
-    least: float = NEEDED,
+    least: float = EVIDENCE.needed_nat,
     vain: Promises | None = None,
 ) -> list[Trial]:
     """Return refits with effects that have a life of their own, best evidence first; none where none is needed.
@@ -51,21 +53,24 @@ def state_trials(
     vain = {} if vain is None else vain
     if not stateful:
         return []
-    window = loudest(fit, SCREENED)
+    window = loudest(fit, ADMISSION.screened_s)
     whole = window == fit.span
     short = fit if whole else excerpt(fit, *window)
     short = with_noise(short, 2)  # as what it is held against
     say("screening effects with states")
     lone = len(fit.model.recording.imus) == 1 and not fit.model.wander
-    puzzling = misfit(short) > UNEXPLAINED and not fit.model.wander
+    puzzling = misfit(short) > ADMISSION.unexplained_misfit and not fit.model.wander
     screened = [s for s in screen(short, stateful) if worth_asking(s, vain)]
     likely, tried = _one_by_one(short, promising(screened, least, lone, puzzling), say)
-    for t, begun in (t for t in tried if t[0].evidence <= NEEDED):
+    for t, begun in (t for t in tried if t[0].evidence <= EVIDENCE.needed_nat):
         vain[t.hypothesis.name] = [*vain.get(t.hypothesis.name, []), begun[0].evidence]
-    worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > NEEDED}
+    worth_it = {t.hypothesis.name for t, _ in tried if t.evidence > EVIDENCE.needed_nat}
     both = [p for p in pairs(likely) if worth_it & {s.hypothesis.name for s in p}]  # one alone is worth something too
     tried += _paired(short, tried, both, say)
-    tried = sorted((t for t in tried if t[0].evidence > NEEDED and holds_its_law(t[0])), key=lambda t: -explained(t[0]))
+    tried = sorted(
+        (t for t in tried if t[0].evidence > EVIDENCE.needed_nat and holds_its_law(t[0])),
+        key=lambda t: -explained(t[0]),
+    )
     if not tried:
         return []
     (best, some), *others = tried
@@ -121,8 +126,8 @@ def _one_by_one(
     for likely in promised:
         tried += [t for t in side_by_side(refitted, likely, short.model.tracks.knots.count) if t is not None]
         best = max((t for t, _ in tried if holds_its_law(t)), key=explained, default=None)
-        good = best is not None and best.evidence > NEEDED and best.hypothesis.effect.lawful
-        if best is not None and good and (short.model.wander or misfit(best.fit) < UNEXPLAINED):
+        good = best is not None and best.evidence > EVIDENCE.needed_nat and best.hypothesis.effect.lawful
+        if best is not None and good and (short.model.wander or misfit(best.fit) < ADMISSION.unexplained_misfit):
             break  # a sensor beside errors that wander leaves more than its quiet moments say, whatever moves
     return likely, tried
 
@@ -172,7 +177,7 @@ def _left_for_two(single: list[tuple[Trial, list[Screened]]], some: list[Screene
     """Return whether a screening beside the better one of two promises enough of the other (foam: 990 nat of 1,270)."""
     names = [s.hypothesis for s in some]
     best = max((t for t, _ in single if t.hypothesis in names), key=lambda t: t.evidence)
-    least = max(NEEDED, MORE_OF_TWO * best.evidence)
+    least = max(EVIDENCE.needed_nat, MORE_OF_TWO * best.evidence)
     return any(s.evidence > least for s in screen(best.fit, [h for h in names if h != best.hypothesis]))
 
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import SEED, Gain, predicted
+from imubench.diagnosis.criteria.cross_validation import Gain, predicted
 from imubench.diagnosis.criteria.dynamic_aic import tightened
-from imubench.diagnosis.criteria.trial import NEEDED, SCREENED, Kept
+from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.coloured import off_none, parameter_std
 from imubench.diagnosis.noise.nominal import rougher
 from imubench.diagnosis.noise.reml import with_noise
@@ -44,9 +46,9 @@ class Drop:
                     continue
             kept = in_colour(state.fit, kept, covariance, std, state.firm)
             k = min(kept, key=lambda k: k.evidence)
-            if k.evidence <= NEEDED:
+            if k.evidence <= EVIDENCE.needed_nat:
                 tell(f"doing without {k.hypothesis.name}, which the noise's colour may be")
-            answer = yield without_one(state, kept, k, None, NEEDED - k.evidence)
+            answer = yield without_one(state, kept, k, None, EVIDENCE.needed_nat - k.evidence)
             state = answer.state
             if not answer.accepted:
                 return
@@ -78,7 +80,7 @@ def weakest(fit: Fit, kept: Sequence[Kept], covariance: Array) -> tuple[list[Kep
 
     None where that is worth so much that it was not fitted, or is the only one and was judged already.
     """
-    if len(kept) <= 1 and all(NEEDED < k.evidence < np.inf and natural(fit, k.hypothesis) for k in kept):
+    if len(kept) <= 1 and all(EVIDENCE.needed_nat < k.evidence < np.inf and natural(fit, k.hypothesis) for k in kept):
         return list(kept), None
     judged = []
     for k in kept:
@@ -151,7 +153,7 @@ def natural(fit: Fit, h: Hypothesis) -> bool:
 
 def needed(h: Hypothesis) -> float:
     """Return the nat that an effect must be worth to stay; splines of its own fit more, and by a Gaussian's price."""
-    return SPLINES if h.effect.states else NEEDED
+    return SPLINES if h.effect.states else EVIDENCE.needed_nat
 
 
 def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | None]:
@@ -165,7 +167,7 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
         if linear:
             loss = about_zero(fit, [h], covariance)
         else:
-            short = excerpt(fit, *loudest(fit, SCREENED))
+            short = excerpt(fit, *loudest(fit, ADMISSION.screened_s))
             loss = aic_gain(_without(short, h), short)
         if loss > CERTAIN:
             return loss, None
@@ -212,12 +214,12 @@ def at_centre(fit: Fit, names: Sequence[str], covariance: Array) -> float:
 def spare(kept: Kept, without: Fit | None) -> float:
     """Return the nat by which an effect is worth more than it must be; below 0 where it predicts nothing for sure."""
     more = kept.evidence - needed(kept.hypothesis)
-    foretells = without is None or not kept.heldout.value or kept.heldout.foretells()
+    foretells = without is None or not kept.heldout.value or kept.heldout.is_sure()
     return more if foretells else min(more, kept.heldout.low)
 
 
 def _judged(kept: Kept, without: Fit | None, fit: Fit) -> Kept:
     """Return an effect that was in the model from the start with what it gains on held-out data."""
-    if kept.heldout.value or kept.evidence < NEEDED or without is None:
+    if kept.heldout.value or kept.evidence < EVIDENCE.needed_nat or without is None:
         return kept
-    return replace(kept, heldout=predicted(without, fit, np.random.default_rng(SEED)))
+    return replace(kept, heldout=predicted(without, fit, np.random.default_rng(HELD_OUT.bootstrap_seed)))

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.criteria.dynamic_score import Screened
-from imubench.diagnosis.criteria.trial import TRIED, kind
+from imubench.diagnosis.criteria.trial import kind
 
 ANYWAY = -np.inf  # nat: no promise is asked for
 LONE = 2  # filters on a lone IMU that are tried whatever they promise
@@ -32,8 +33,8 @@ def promising(screened: list[Screened], least: float, lone: bool, puzzling: bool
 
 
 def first(screened: list[Screened]) -> list[Screened]:
-    """Return the screenings of the first `TRIED` effects, the variants of one counted as one."""
-    kinds = list(dict.fromkeys(kind(s.hypothesis) for s in screened))[:TRIED]
+    """Return the screenings of the first `ADMISSION.refits` effects, the variants of one counted as one."""
+    kinds = list(dict.fromkeys(kind(s.hypothesis) for s in screened))[: ADMISSION.refits]
     return [s for s in screened if kind(s.hypothesis) in kinds]
 
 
@@ -45,7 +46,7 @@ def against_law(screened: list[Screened], least: float, tried: list[Screened]) -
     """
     best = max((s.evidence for s in screened), default=0.0)
     back = [s for s in screened if s.hypothesis.effect.lawful and s.amount <= 0 and s not in tried]
-    likely = [s for s in back if s.evidence > max(least, RIVALS * best)][:TRIED]
+    likely = [s for s in back if s.evidence > max(least, RIVALS * best)][: ADMISSION.refits]
     return [replace(s, values=dict(s.best or s.values)) for s in likely]
 
 

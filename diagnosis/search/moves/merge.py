@@ -7,8 +7,9 @@ that turns with the angle, then a centre that moves with it, and together they a
 from contextlib import suppress
 from itertools import combinations
 
-from imubench.diagnosis.criteria.equivalence import LIKE, Replacement, alternatives, replacements
-from imubench.diagnosis.criteria.trial import NEEDED, Kept
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.equivalence import Replacement, alternatives, replacements
+from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.search.moves.move import Above, Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
@@ -16,7 +17,7 @@ from imubench.diagnosis.solve.refit import evidence_over, refit
 from imubench.progress import tell
 
 SHARE = 0.2  # of what two explain, that one in their place is expected to lose at most: laws are not linear
-PRICE = NEEDED + LIKE  # nat: what a second name must be worth, beyond what counts as a tie
+PRICE = EVIDENCE.needed_nat + EVIDENCE.needed_nat  # nat: what a second name must be worth, beyond what counts as a tie
 
 
 class Merge:

@@ -11,7 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
-from imubench.diagnosis.criteria.cross_validation import SEED, Gain
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.masking import Masks
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -53,7 +54,9 @@ class SearchState:
     rounds: RoundMemory = field(default_factory=RoundMemory)
     sound: Masks | None = None  # samples that count beside no effect; None: all
     not_tried: tuple[str, ...] = ()  # stages of the search that the time limit did not allow
-    random: np.random.Generator = field(default_factory=lambda: np.random.default_rng(SEED))  # of the bootstraps
+    random: np.random.Generator = field(
+        default_factory=lambda: np.random.default_rng(HELD_OUT.bootstrap_seed)
+    )  # of the bootstraps
     use: RuleUse = field(default_factory=RuleUse)
 
     @property

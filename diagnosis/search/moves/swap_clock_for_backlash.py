@@ -9,11 +9,13 @@ from contextlib import suppress
 
 import numpy as np
 
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import SEED, heldout_gain
+from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
-from imubench.diagnosis.criteria.trial import NEEDED, Kept, Passed
+from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
@@ -48,8 +50,8 @@ class ClocksToBacklash:
                 ),
                 (
                     Holds(lambda: holds_its_law(trial)),
-                    Above(lambda: aic_gain(fit, trial.fit), NEEDED),
-                    Foretells(lambda: heldout_gain(bare, trial.fit, np.random.default_rng(SEED))),
+                    Above(lambda: aic_gain(fit, trial.fit), EVIDENCE.needed_nat),
+                    Foretells(lambda: heldout_gain(bare, trial.fit, np.random.default_rng(HELD_OUT.bootstrap_seed))),
                 ),
             )
 

@@ -16,11 +16,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.delays import late, quick
+from imubench.diagnosis.criteria.delays import filter_beyond_delay, late_imu
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
-from imubench.diagnosis.criteria.equivalence import LIKE
-from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Kept, Passed, Trial, misfit
+from imubench.diagnosis.criteria.trial import Kept, Passed, Trial, misfit
 from imubench.diagnosis.noise.nominal import rougher
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -53,10 +54,10 @@ class ClockToFilter:
         """Yield the best filter; then, in its place, the offset at the IMU that is late, and what ties with it."""
         fit, kept = state.fit, state.kept
         k = next((k for k in kept if k.hypothesis.effect.late_by), None)
-        slow = k and late(fit, k.hypothesis)
+        slow = k and late_imu(fit, k.hypothesis)
         if k is None or not slow or fit.model.wander:  # a pose whose errors last was smoothed: no ruler for a filter
             return
-        puzzling = misfit(fit) > UNEXPLAINED
+        puzzling = misfit(fit) > ADMISSION.unexplained_misfit
         rest = tuple(h for h in fit.model.hypotheses if h != k.hypothesis)
         settled = at_the_late(fit, k.hypothesis, *slow)
         if settled is None:
@@ -77,7 +78,10 @@ class ClockToFilter:
             answer = yield Proposal(
                 f"{best.hypothesis.name} in the place of {moved.hypothesis.name}",
                 state.changed(best.fit, put(new, k, kept)),
-                (Above(lambda: best.evidence, NEEDED), Holds(lambda: not puzzling or misfit(best.fit) <= UNEXPLAINED)),
+                (
+                    Above(lambda: best.evidence, EVIDENCE.needed_nat),
+                    Holds(lambda: not puzzling or misfit(best.fit) <= ADMISSION.unexplained_misfit),
+                ),
             )
             if answer.accepted:
                 return
@@ -107,14 +111,14 @@ class ClockToFilter:
                 tried, h = taken_again(tried, h) if effect is known else (tried, h)
                 smooth, rough = gains((fit, plain), tried)
                 tries.append(Trial(h, tried, min(smooth, rough)))
-                ties += [Passed(h, tries[-1].evidence)] if max(smooth, rough) > -LIKE else []
+                ties += [Passed(h, tries[-1].evidence)] if max(smooth, rough) > -EVIDENCE.needed_nat else []
         return tries, ties
 
 
 def filters(fit: Fit, imu: Imu, delay: float, splines: bool) -> tuple[Effect | None, list[Effect]]:
     """Return the quick filter that delays as an IMU is late, if it is one, and all filters that are tried for it."""
     cutoff = cutoff_of(delay)
-    known = quick(fit, imu, delay) if cutoff < FASTEST * imu.rate else None
+    known = filter_beyond_delay(fit, imu, delay) if cutoff < FASTEST * imu.rate else None
     stateful = [e for e in VARIANTS if e.filters and cutoff < imu.rate and (e.variant or not known)]
     return known, [*([known] if known else []), *(stateful if splines else [])]
 
@@ -149,12 +153,14 @@ def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
     for _ in range(AGAIN):
         cutoff = found.state.values[h.key("cutoff")]
         delay = 1 / (2 * np.pi * np.exp(cutoff))
-        effect = quick(extended(found, (*rest, clock), {clock.key(clock.effect.late_by): delay}), imu, float(delay[0]))
+        effect = filter_beyond_delay(
+            extended(found, (*rest, clock), {clock.key(clock.effect.late_by): delay}), imu, float(delay[0])
+        )
         if effect is None:
             break
         new = Hypothesis(effect, h.at)
         tried = refit(found, (*rest, new), {new.key("cutoff"): cutoff})
-        if found.cost - tried.cost < NEEDED:
+        if found.cost - tried.cost < EVIDENCE.needed_nat:
             break
         found, h = tried, new
     return (fit if found is fit else with_noise(found, ROUNDS)), h

@@ -10,10 +10,12 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.dynamic_aic import TRIPLES
-from imubench.diagnosis.criteria.trial import MOST, NEEDED, Kept, Passed, Trial
+from imubench.diagnosis.criteria.trial import Kept, Passed, Trial
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add import plain_scores, plain_trials
@@ -31,7 +33,7 @@ class FilterOfOneTriple:
 
     def propose(self, state: SearchState) -> Proposals:
         """Yield both together, for each filter whose law holds at one triple alone."""
-        for k in [k for k in state.kept if k.hypothesis.effect.filters and len(state.kept) < MOST]:
+        for k in [k for k in state.kept if k.hypothesis.effect.filters and len(state.kept) < ADMISSION.most_effects]:
             fit, half = state.fit, of_one(state.fit, k.hypothesis, state.everything)
             if half is None:
                 continue
@@ -50,16 +52,16 @@ class FilterOfOneTriple:
 def both_instead(state: SearchState, old: Kept, new: Kept, alone: Fit, beside: Trial) -> Proposal:
     """Return the proposal of an effect and one beside it in the place of another; `alone` is the fit with the first."""
     both = beside.fit
-    if beside.evidence >= NEEDED:
+    if beside.evidence >= EVIDENCE.needed_nat:
         both = with_noise(beside.fit)
     kept = [new if other is old else other for other in state.kept]
     return Proposal(
         f"{new.hypothesis.name} and {beside.hypothesis.name} in the place of {old.hypothesis.name}",
         lambda won: state.changed(both, [*kept, Kept(beside.hypothesis, beside.evidence, told(won), ())]),
         (
-            Above(lambda: beside.evidence, NEEDED, reached=True),
+            Above(lambda: beside.evidence, EVIDENCE.needed_nat, reached=True),
             Foretells(lambda: heldout_gain(alone, both, state.random)),
-            Above(lambda: aic_gain(state.fit, both), NEEDED),
+            Above(lambda: aic_gain(state.fit, both), EVIDENCE.needed_nat),
         ),
     )
 

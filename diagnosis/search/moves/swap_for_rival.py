@@ -6,7 +6,8 @@ took the place of a gyroscope's bias, 45 bounds of whose drift were to come. So 
 
 from collections.abc import Callable, Sequence
 
-from imubench.diagnosis.criteria.trial import NEEDED, Kept, Passed
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add import plain_scores, plain_trials
@@ -39,12 +40,15 @@ def instead(state: SearchState, old: Kept, h: Hypothesis) -> Proposal:
     tried = refit(fit, tuple(h if o == old.hypothesis else o for o in fit.model.hypotheses))
     more = log_evidence(tried) - log_evidence(fit)
     further = h.effect.numbers - old.hypothesis.effect.numbers
-    new = Kept(h, old.evidence, old.heldout, (Passed(old.hypothesis, old.evidence - NEEDED),))
+    new = Kept(h, old.evidence, old.heldout, (Passed(old.hypothesis, old.evidence - EVIDENCE.needed_nat),))
     kept = [new if other is old else other for other in state.kept]
     return Proposal(
         f"{h.name} in the place of {old.hypothesis.name}",
         lambda _: state.changed(with_noise(tried), kept),
-        (Above(lambda: more, NEEDED), Above(lambda: more - beside(fit, further, state.everything, tell), 0.0)),
+        (
+            Above(lambda: more, EVIDENCE.needed_nat),
+            Above(lambda: more - beside(fit, further, state.everything, tell), 0.0),
+        ),
     )
 
 

@@ -6,15 +6,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.discrepancy import TERM
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import SEED, heldout_gain
-from imubench.diagnosis.criteria.equivalence import LIKE
+from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.score_at_size import gain_at_size
 from imubench.diagnosis.criteria.trial import breaks_its_law
 from imubench.diagnosis.discrepancy.drift_tests import beyond_a_drift
-from imubench.diagnosis.discrepancy.fitted_terms import MOST, FittedTerm, fitted_term
+from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm, fitted_term
 from imubench.diagnosis.discrepancy.term_scores import promising
-from imubench.diagnosis.noise.nominal import certain, rougher
+from imubench.diagnosis.noise.nominal import certain_effects, rougher
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.term_rivals import (
@@ -60,8 +62,8 @@ def swapped_for_terms(fit: Fit, say: Callable[[str], None] = lambda _: None) -> 
     terms: list[FittedTerm] = []
     doubted: list[Hypothesis] = []
     likelier: list[tuple[FittedTerm, tuple[Hypothesis, ...]]] = []
-    for names in groups([h for h in fit.model.judged if h.effect.name not in certain(fit.model)]):
-        if len(terms) == MOST or not set(names) <= set(fit.model.hypotheses):
+    for names in groups([h for h in fit.model.judged if h.effect.name not in certain_effects(fit.model)]):
+        if len(terms) == TERM.most_terms or not set(names) <= set(fit.model.hypotheses):
             continue
         slow = only_wanders(fit, names[0])
         on_average = (h for h in fit.model.hypotheses if slow and (h.effect.misplaces or h.effect.onset))
@@ -89,15 +91,18 @@ def swapped_for_terms(fit: Fit, say: Callable[[str], None] = lambda _: None) -> 
                 more = min(over(fit, done.fit), over(freer, done.freer)) / done.louder - price
                 if guess.term.drift and is_a_drift(gone):
                     more = max(more, beyond_a_drift(without, guess.term))
-                if done.heldout.foretells() and more > -least[guess.term.timed][1]:
+                if done.heldout.is_sure() and more > -least[guess.term.timed][1]:
                     taken = takes_place(done, more, lost, names, free, strained)
                     if taken and nearly_a_filter(done, more, lost, gone):
-                        taken = heldout_gain(without, fit, np.random.default_rng(SEED)).value < done.heldout.value
+                        taken = (
+                            heldout_gain(without, fit, np.random.default_rng(HELD_OUT.bootstrap_seed)).value
+                            < done.heldout.value
+                        )
                     won.append((taken, more, done))
             taken, more, best = max(won, key=lambda w: w[:2], default=(False, 0.0, None))
             if taken and best:
                 surely = free or strained
-                equal = () if surely or more > LIKE + gain_at_size(without, gone, lost) else tuple(gone)
+                equal = () if surely or more > EVIDENCE.needed_nat + gain_at_size(without, gone, lost) else tuple(gone)
                 terms, fit = [*terms, best if surely else replace(best, evidence=more, equal=equal)], best.fit
             elif (best and not a_filter_is(best, gone[0])) or wanders(guesses, gone, lost):
                 doubted += gone

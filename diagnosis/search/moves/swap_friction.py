@@ -12,9 +12,11 @@ from itertools import combinations
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.criteria.cross_validation import SEED, predicted
-from imubench.diagnosis.criteria.trial import NEEDED, Kept
-from imubench.diagnosis.noise.nominal import as_smooth
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.cross_validation import predicted
+from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.noise.nominal import at_estimated_roughness
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.drop import about_zero, natural
@@ -48,7 +50,7 @@ class FrictionMixture:
         others = (Hypothesis(e, "joint") for e in EFFECTS.values() if e.friction and e.name not in named)
         laws = [*now, *others]
         with suppress(NotPositiveDefiniteError):
-            whole = with_noise(refit(as_smooth(fit), (*rest, *laws)), SETTLED)
+            whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), SETTLED)
             best = mixture(whole, laws)
             if not best or set(best) == set(now):
                 return
@@ -60,8 +62,8 @@ class FrictionMixture:
                 f"{' and '.join(h.name for h in best)} in the place of {' and '.join(h.name for h in now)}",
                 lambda _: state.changed(with_noise(tried), [*stay, *new]),
                 (
-                    Above(lambda: evidence_over(fit, tried), -NEEDED),
-                    Above(lambda: evidence_over(*smooth), NEEDED),
+                    Above(lambda: evidence_over(fit, tried), -EVIDENCE.needed_nat),
+                    Above(lambda: evidence_over(*smooth), EVIDENCE.needed_nat),
                     Holds(lambda: all(natural(tried, h) for h in best)),
                 ),
             )
@@ -77,7 +79,7 @@ def together(fit: Fit, kept: Sequence[Kept]) -> Sequence[Kept]:
         return kept
     gone = {k.hypothesis for k in rubbing}
     bare = refit_without(fit, gone, steps=4)
-    won = predicted(bare, fit, np.random.default_rng(SEED))
+    won = predicted(bare, fit, np.random.default_rng(HELD_OUT.bootstrap_seed))
     return [replace(k, heldout=won) if k in rubbing else k for k in kept]
 
 

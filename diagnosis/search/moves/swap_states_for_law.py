@@ -8,8 +8,9 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.trial import NEEDED, Trial, misfit
+from imubench.diagnosis.criteria.trial import Trial, misfit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add import next_plain
@@ -41,7 +42,7 @@ def states_to_law(
         whole = on_all(fit, t)
         way = beside(whole, plain, say) if whole is not None else []
         as_little = bool(way) and misfit(way[-1].fit) < AS_MUCH * misfit(lively[0].fit)
-        if as_little and aic_gain(fit, way[-1].fit) > lively[0].evidence + NEEDED:
+        if as_little and aic_gain(fit, way[-1].fit) > lively[0].evidence + EVIDENCE.needed_nat:
             return way
     return None
 

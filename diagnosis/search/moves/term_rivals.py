@@ -4,9 +4,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.equivalence import equivalents
 from imubench.diagnosis.discrepancy.basis_functions import drifts
-from imubench.diagnosis.discrepancy.fitted_terms import NEEDED, FittedTerm
+from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm
 from imubench.diagnosis.discrepancy.term_scores import Guess
 from imubench.diagnosis.discrepancy.terms import LATE, SERIES, Term
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -63,7 +64,7 @@ def margins(lost: float, slow: bool, free: bool, strained: bool, names: int = 1)
     if slow:
         return (1 - 2 * WANDERS) * lost, WANDERS * lost
     if free or strained:
-        return (1 - MUCH) * lost, NEEDED if free else (CLOSE if names == 1 else MUCH) * lost
+        return (1 - MUCH) * lost, EVIDENCE.clear_nat if free else (CLOSE if names == 1 else MUCH) * lost
     return (1 + CLOSE) * lost, 0.0
 
 
@@ -108,7 +109,7 @@ def takes_place(
         return True
     filtered = names[0].effect.filters and together(names)
     unlike = found.term.drift or (filtered and not series)
-    return more > max(NEEDED, 0.0 if unlike else MUCH * lost / found.louder)
+    return more > max(EVIDENCE.clear_nat, 0.0 if unlike else MUCH * lost / found.louder)
 
 
 def nearly_a_filter(found: FittedTerm, more: float, lost: float, names: Sequence[Hypothesis]) -> bool:

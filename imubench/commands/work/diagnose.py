@@ -5,12 +5,13 @@ from pathlib import Path
 
 from rich.table import Table
 
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.evidence import Evidence
-from imubench.diagnosis.on_disk import REPORT, STAGES, diagnose_on_disk
+from imubench.diagnosis.on_disk import REPORT, STEP_BEGINNINGS, diagnose_on_disk
 from imubench.diagnosis.report import Paths, headline, words
 from imubench.diagnosis.report.first_screen import command_lines, consequence, ordered, steps
 from imubench.diagnosis.report.numbers import rows, size
-from imubench.diagnosis.result import SURE, Diagnosis, Finding
+from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.diagnosis.result_file import FILE_NAME
 from imubench.errors import InputError
 from imubench.progress import in_stages
@@ -38,7 +39,7 @@ def run(
     limits = read_tolerance(tolerance)
     earlier = None if baseline is None else Path(baseline)
     known = earlier is None or earlier.is_file() or (earlier / FILE_NAME).is_file()
-    plan = STAGES if known else (STAGES[0], *STAGES, *STAGES[1:])
+    plan = STEP_BEGINNINGS if known else (STEP_BEGINNINGS[0], *STEP_BEGINNINGS, *STEP_BEGINNINGS[1:])
     done = diagnose_on_disk(Path(recording), out, in_stages(errors, plan), time_limit, limits, earlier)
     print_diagnosis(done.diagnosis, done.evidence, console, Paths(str(recording), str(out)))
     console.say(f"written: {out}; open {out / REPORT}")
@@ -57,7 +58,7 @@ def read_tolerance(text: str) -> tuple[float, float]:
 
 def print_diagnosis(d: Diagnosis, evidence: Evidence, console: Terminal, paths: Paths | None = None) -> None:
     """Print the verdict, how far the simulations are off, where, what was found, and what to type next."""
-    colour = COLOURS[words.VERDICTS[d.verdict]]
+    colour = COLOURS[words.VERDICT_LOOKS[d.verdict]]
     console.say(d.verdict, f"bold {colour}", f": {headline.headline(d)}")
     if d.findings:
         console.say("alarm" if d.alarm else "no alarm", "bold red" if d.alarm else "bold green", f": {words.alarm(d)}")
@@ -86,10 +87,10 @@ def print_diagnosis(d: Diagnosis, evidence: Evidence, console: Terminal, paths: 
 
 def print_fit(d: Diagnosis, evidence: Evidence, console: Terminal) -> None:
     """Print by how much the declared model, and the one with what was found, differ from the recording, and where."""
-    found = any(f.named and f.confidence >= SURE for f in d.findings)
+    found = any(f.named and f.confidence >= CONFIDENCE.counts for f in d.findings)
     if d.simulation is not None and d.simulation.channels:
         console.say(f"MuJoCo's simulation, {d.simulation.how}, is off by (RMS):")
-        for off in headline.offs(d.simulation)[:CHANNELS]:
+        for off in headline.deviations(d.simulation)[:CHANNELS]:
             change = f"{off.before} as declared, {off.after} with what was found" if found else off.before
             console.say(f"  {words.spelled(off.channel)}: {change} ({off.unit}; noise {off.noise})")
     elif d.fitted:

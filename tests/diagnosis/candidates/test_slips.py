@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.candidates.slips import BEFORE, slip, slopes
+from imubench.diagnosis.candidates.slips import BEFORE_THE_RECORDING, slip, slopes
 from imubench.diagnosis.criteria.onset_scan import After
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -27,7 +27,7 @@ def watched(tmp_path_factory):
 @pytest.mark.parametrize("at", [3.0, 10.4, 14.7])
 def test_a_slip_promises_what_its_own_columns_do(watched, at):
     base, prior = Base.of(watched), np.repeat([0.1, 0.02], 3)
-    after = After.of(base, slopes(base, Hypothesis(Slips(BEFORE), "imu1")))
+    after = After.of(base, slopes(base, Hypothesis(Slips(BEFORE_THE_RECORDING), "imu1")))
     alone = slopes(base, Hypothesis(Slips(np.array([at])), "imu1"))
     times = {r.name: r.time for r in watched.measured}
     only = [(name, column * (times[name] >= at)[:, None, None]) for name, column in alone.items()]

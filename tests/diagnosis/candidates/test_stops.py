@@ -8,7 +8,8 @@ import pytest
 from imubench.diagnosis.candidates import begin as begin_module
 from imubench.diagnosis.candidates import end_stop as stops_module
 from imubench.diagnosis.candidates.begin import begin as begun
-from imubench.diagnosis.candidates.end_stop import UNSETTLED, Stop, settled_between, stop_of
+from imubench.diagnosis.candidates.end_stop import Stop, settled_between, stop_of
+from imubench.diagnosis.config.candidates import END_STOP
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.search.confidence import DOUBTFUL
@@ -104,7 +105,9 @@ def test_an_angle_that_is_another_without_the_knocks_is_no_stop(tmp_path, monkey
     """Of eight knocks on a sensor most agreed about some axis, at an angle known within 0.15 rad."""
     make_case(tmp_path / "r", "pendulum", [("end_stop", "joint")], 203, seconds=15.0, swing=True)
     between = begin_module.settled_between
-    monkeypatch.setattr(begin_module, "settled_between", lambda *both: replace(between(*both), std=2 * UNSETTLED))
+    monkeypatch.setattr(
+        begin_module, "settled_between", lambda *both: replace(between(*both), std=2 * END_STOP.unsettled_rad)
+    )
     begin = begun(read(tmp_path / "r")[0])
     assert [f.effect for f in begin.samples.unless_stopped] == ["impacts"]
     assert begin.fit is begin.first

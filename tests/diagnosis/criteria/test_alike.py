@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.equivalence import LIKE, equivalents, louder, rivals
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.equivalence import equivalents, louder, rivals
 from imubench.diagnosis.criteria.score_test import score
 from imubench.diagnosis.criteria.signatures import MARK, joint_information, signature
 from imubench.diagnosis.experiments.design import separation
@@ -79,7 +80,7 @@ def test_the_expected_loss_is_that_of_a_refit(tmp_path):
     rival = next(r for r in rivals(fit, h, sure=False) if (r.effect, r.at) == ("accel_scale", "imu2"))
     begun = extended(fit, (Hypothesis(EFFECTS["accel_scale"], "imu2"),))
     lost = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=6).cost - fit.cost
-    assert rival.loss > 10 * LIKE
+    assert rival.loss > 10 * EVIDENCE.needed_nat
     assert rival.loss == pytest.approx(lost, abs=3 * np.sqrt(2 * lost))  # the noise's own part of a loss
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.delays import SHORT, beside, straight_on
+from imubench.diagnosis.config.criteria import DELAY
+from imubench.diagnosis.criteria.delays import beyond_delay, extrapolated
 from imubench.effects import EFFECTS
 
 RATE = 40.0
@@ -23,11 +24,11 @@ def exact(time, hz, delay):
 
 
 @pytest.mark.parametrize("hz", [0.5, 3.0, 5.0])
-@pytest.mark.parametrize("share", [0.0013, 0.5 * SHORT, 0.99 * SHORT, 1.5 * SHORT, 1.0])
+@pytest.mark.parametrize("share", [0.0013, 0.5 * DELAY.short, 0.99 * DELAY.short, 1.5 * DELAY.short, 1.0])
 def test_it_is_what_the_transfer_function_says(hz, share):
     delay = share / RATE
-    time, x = straight_on(TIME, swinging(hz), delay)
-    c = beside(EFFECTS["low_pass"], time, x, delay)["accel"]
+    time, x = extrapolated(TIME, swinging(hz), delay)
+    c = beyond_delay(EFFECTS["low_pass"], time, x, delay)["accel"]
     inside = (time > 2) & (time < TIME[-1] - 2)
     want = exact(time, hz, delay)[inside]
     # a cubic spline's second derivative at 8 samples a period is 5 % off, a grid of 0.3 delays 4 %
@@ -35,7 +36,7 @@ def test_it_is_what_the_transfer_function_says(hz, share):
 
 
 def test_a_short_delay_takes_no_finer_grid():
-    time, _ = straight_on(TIME, swinging(1.0), 33e-6)
+    time, _ = extrapolated(TIME, swinging(1.0), 33e-6)
     assert len(time) == len(TIME)
-    fine, _ = straight_on(TIME, swinging(1.0), SHORT / RATE)
+    fine, _ = extrapolated(TIME, swinging(1.0), DELAY.short / RATE)
     assert len(fine) < 130 * len(TIME)  # steps of 0.3 delays

@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.delays import late, met
+from imubench.diagnosis.criteria.delays import clear_readings, late_imu
 from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
 from imubench.diagnosis.criteria.equivalence import equivalents
-from imubench.diagnosis.criteria.trial import NEEDED, UNEXPLAINED, Kept, misfit
+from imubench.diagnosis.criteria.trial import Kept, misfit
 from imubench.diagnosis.noise.coherence import clear_of_noise
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
@@ -71,7 +73,7 @@ def test_a_filter_takes_the_place_of_a_delay_that_leaves_much_if_it_leaves_littl
     make_case(tmp_path / "case", "free", effects=asked, seed=5, seconds=15.0)
     fit = nominal_fit(read(tmp_path / "case")[0])
     (clock,) = fit.model.hypotheses
-    assert misfit(fit) > UNEXPLAINED
+    assert misfit(fit) > ADMISSION.unexplained_misfit
     kept = [Kept.unjudged(clock)]
     after, (k,) = filtered(fit, kept)
     assert (k.hypothesis.effect.name, k.hypothesis.at) == ("low_pass", "imu1")
@@ -107,7 +109,7 @@ def test_a_filter_above_a_slow_motion_is_not_worse_than_its_delay(tmp_path, gaps
 @pytest.mark.slow
 def test_a_filter_far_above_the_motion_is_equal_to_a_delay_at_the_imu_that_is_late(tmp_path):
     fit = with_an_offset(tmp_path, [("low_pass", "imu1", {"cutoff": 400.0, "channels": BOTH})], 62)
-    imu, delay = late(fit, OFFSET)
+    imu, delay = late_imu(fit, OFFSET)
     assert imu.name == "imu1"
     assert delay == pytest.approx(1 / (2 * np.pi * 400.0), rel=0.1)
     assert ("low_pass", "imu1") in {(r.effect, r.at) for r in equivalents(fit, OFFSET)}
@@ -160,7 +162,7 @@ def test_an_imu_that_stands_still_can_be_asked_for_its_delay(tmp_path):
     """On a base that is fixed a reading is one row for all times, and must be there at each of them."""
     make_case(tmp_path / "r", "hinge", [], seed=17, seconds=6.0, base="fixed")
     fit = nominal_fit(read(tmp_path / "r")[0])
-    time, x = met(fit.model, fit.state, fit.model.recording.imus[0], fit.noise)
+    time, x = clear_readings(fit.model, fit.state, fit.model.recording.imus[0], fit.noise)
     assert x["gyro"].shape == x["accel"].shape == (len(time), 3)
     assert np.abs(x["gyro"]).max() < 1e-9
     assert np.linalg.norm(x["accel"], axis=1) == pytest.approx(np.full(len(time), 9.81), abs=0.01)
@@ -175,6 +177,6 @@ def test_a_delay_of_one_triple_is_a_filter_however_quick(tmp_path):
     fit = nominal_fit(read(tmp_path / "r")[0])
     (h,) = [h for h in candidates(fit.model) if h.name == "low_pass[accel]@imu2"]
     trial = refit_from_screening(fit, screen(fit, [h]))
-    assert trial.evidence > NEEDED
+    assert trial.evidence > EVIDENCE.needed_nat
     assert holds_its_law(trial)
     assert np.exp(trial.fit.state.values[h.key("cutoff")]) == pytest.approx([700.0], rel=0.2)

@@ -3,8 +3,8 @@
 import pytest
 
 from imubench.diagnosis.candidates.begin import begin
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.followed_sensor import at_levels, nearer_to_declared, uncertain_levels
-from imubench.diagnosis.criteria.trial import NEEDED
 from imubench.diagnosis.search.rounds import try_round
 from imubench.diagnosis.search.selection import candidates
 from imubench.format1 import read
@@ -34,7 +34,7 @@ def test_what_few_readings_hold_is_an_effect_where_it_brings_their_level_down(pu
     """It is 4.6 times the declared one: beside such noise the effect was worth nothing."""
     assert list(uncertain_levels(pulled)) == ["imu1.gyro"]
     first, *_ = try_round(pulled, candidates(pulled.model), lambda _: None).tried
-    assert (first.hypothesis.name, first.evidence > NEEDED) == ("g_sensitivity@imu1", True)
+    assert (first.hypothesis.name, first.evidence > EVIDENCE.needed_nat) == ("g_sensitivity@imu1", True)
     assert nearer_to_declared(pulled, first, uncertain_levels(pulled))
 
 

@@ -62,9 +62,9 @@ def test_one_linear_step_predicts_as_fitting_each_half_does(tmp_path):
 )
 def test_what_acts_in_one_block_foretells_and_what_harms_the_others_does_not(blocks, surely):
     won = gain(np.array(blocks), np.zeros(len(blocks)), np.random.default_rng(1))
-    assert won.foretells() == surely
+    assert won.is_sure() == surely
 
 
 def test_a_gain_that_is_asked_for_is_asked_of_its_lower_end():
     won = Gain(100.0, 40.0, 160.0, np.zeros(8))
-    assert won.foretells(30.0) and not won.foretells(50.0)
+    assert won.is_sure(30.0) and not won.is_sure(50.0)

@@ -5,20 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.criteria.dynamic_aic import judged, tightened
 from imubench.diagnosis.criteria.dynamic_score import screen
 from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import LAW_FLOOR, with_noise
+from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.dynamic_candidates import stateful
 from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
 from imubench.diagnosis.search.selection import candidates
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import extended
-from imubench.diagnosis.verdict.findings import like
+from imubench.diagnosis.verdict.findings import laws_as_good
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -55,8 +56,8 @@ def test_a_stiff_mount_pays_for_no_freedom_that_its_law_does_not_need(tmp_path):
     (found,) = screen(fit, [h])
     trial = refit_from_screening(fit, [found])
     law = h.key("balance")
-    assert trial.fit.noise[law] < LAW_FLOOR / 2
-    loose = with_noise(replace(trial.fit, noise=trial.fit.noise | {law: LAW_FLOOR}), 1)
+    assert trial.fit.noise[law] < REML.law_floor / 2
+    loose = with_noise(replace(trial.fit, noise=trial.fit.noise | {law: REML.law_floor}), 1)
     was, freedoms = judged(fit, [h], loose)
     _, fewer = judged(fit, [h], trial.fit)
     assert fewer < freedoms / 2
@@ -68,7 +69,7 @@ def test_a_stiff_mount_pays_for_no_freedom_that_its_law_does_not_need(tmp_path):
 def test_a_law_above_its_floor_is_left_as_it_is(clean):
     h = Hypothesis(EFFECTS["rocking_mount"], "imu2")
     begun = extended(clean, (h,))
-    assert min(v for n, v in begun.noise.items() if n.startswith(f"{h.name}.")) > 2 * LAW_FLOOR
+    assert min(v for n, v in begun.noise.items() if n.startswith(f"{h.name}.")) > 2 * REML.law_floor
     assert tightened(begun, [h]) is None
 
 
@@ -91,4 +92,4 @@ def test_springs_are_asked_beside_a_rival_without_states_and_filters_are_not(cle
 def test_springs_of_another_kind_that_were_worth_as_much_are_their_like(clean, evidence, at, rival):
     h, other = Hypothesis(EFFECTS["rocking_mount"], "imu2"), Hypothesis(EFFECTS["soft_mount"], at)
     kept = Kept(h, 58.0, Gain(100.0, 50.0, 150.0, np.full(8, 12.0)), (Passed(other, evidence),))
-    assert [t.hypothesis.name for t in like(kept)] == (["soft_mount@imu2"] if rival else [])
+    assert [t.hypothesis.name for t in laws_as_good(kept)] == (["soft_mount@imu2"] if rival else [])

@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.score_at_size import weighed
-from imubench.diagnosis.discrepancy.fitted_terms import fitted_term, once
+from imubench.diagnosis.criteria.score_at_size import gain_of_weights
+from imubench.diagnosis.discrepancy.fitted_terms import fitted_term, refit_once
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
@@ -28,7 +28,7 @@ def test_what_weights_win_is_the_ratio_of_marginal_densities(louder):
     expected = multivariate_normal.logpdf(y, cov=without + std**2 * signals @ signals.T)
     expected -= multivariate_normal.logpdf(y, cov=without)
     values, vectors = np.linalg.eigh(signals.T @ signals)
-    won, price = weighed(values, (vectors.T @ signals.T @ y) ** 2, std, louder)
+    won, price = gain_of_weights(values, (vectors.T @ signals.T @ y) ** 2, std, louder)
     assert won - price == pytest.approx(expected, rel=1e-9)
 
 
@@ -85,7 +85,7 @@ def test_the_signals_of_what_bent_the_motion_are_taken_again(tmp_path):
     fit = nominal_fit(read(tmp_path / "case")[0])
     guesses, tried = promising(fit)
     guess = next(g for g in guesses if (g.term.at, g.term.goes_with) == ("imu2", "its own reading"))
-    first, last = once(fit, guess, np.log(tried)), fitted_term(fit, guess, np.log(tried))
+    first, last = refit_once(fit, guess, np.log(tried)), fitted_term(fit, guess, np.log(tried))
     assert aic_gain(first.fit, last.fit) > 30
     assert all(last.fit.noise[f"{imu}.gyro"] < first.fit.noise[f"{imu}.gyro"] for imu in ("imu1", "imu2"))
 

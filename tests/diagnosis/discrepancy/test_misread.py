@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from imubench.diagnosis.config.solve import MOTION_PRIOR
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
@@ -36,7 +37,7 @@ def test_what_is_read_is_the_angle_beside_its_error_and_both_derivatives_are_exa
     q, error = rng.normal(size=(5, 1)), 0.1 * rng.normal(size=encoder_calibration.spread().size)
     jet = encoder_calibration.read(variable(("q", 0), q), variable(("e", -1), error))
     by_hand = q[:, 0] + error[0]
-    for k in range(1, encoder_calibration.WAVES + 1):
+    for k in range(1, MOTION_PRIOR.encoder_waves + 1):
         by_hand += error[2 * k - 1] * np.sin(k * q[:, 0]) + error[2 * k] * np.cos(k * q[:, 0])
     assert_allclose(jet.value[:, 0], by_hand, rtol=1e-12)
     step = 1e-6  # central differences of smooth functions: 1e-10 off

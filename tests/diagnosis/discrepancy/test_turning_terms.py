@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.discrepancy.candidate_terms import TURN, sensor_terms
+from imubench.diagnosis.config.discrepancy import BASIS
+from imubench.diagnosis.discrepancy.candidate_terms import sensor_terms
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.format1 import read
 from imubench.jets import skew
@@ -30,6 +31,6 @@ def test_a_sensor_that_creeps_reads_how_fast_it_turns_as_well(tmp_path):
     matrix, difference = np.concatenate(columns), np.concatenate(added)
     weights = np.linalg.lstsq(matrix, difference, rcond=None)[0]
     assert np.sum(np.square(difference - matrix @ weights)) < 1e-3 * np.sum(np.square(difference))
-    told = TURN * weights[: term.count].reshape(3, -1)
+    told = BASIS.turn_rad * weights[: term.count].reshape(3, -1)
     assert told[:, 1] == pytest.approx(ROTATION, rel=0.02)
     assert told[:, [0, 2]] == pytest.approx(0.0, abs=2e-5)

@@ -5,16 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.noise import REML
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.discrepancy.basis_functions import curve, drifts, kinked, play
-from imubench.diagnosis.discrepancy.best_term import best_term, chased
+from imubench.diagnosis.discrepancy.best_term import best_term, follows_lone_accelerometer
 from imubench.diagnosis.discrepancy.candidate_terms import jumps, terms
-from imubench.diagnosis.discrepancy.fitted_terms import NEEDED
 from imubench.diagnosis.discrepancy.fitted_terms import fitted_term as in_the_fit
 from imubench.diagnosis.discrepancy.term_scores import colour, promising
 from imubench.diagnosis.discrepancy.terms import LATE, Term, Unknown, UnknownTorque
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import LAW_FLOOR, fit_with_noise, with_noise
-from imubench.diagnosis.problem.dynamics_factors import GROUP
+from imubench.diagnosis.noise.reml import fit_with_noise, with_noise
+from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN
 from imubench.diagnosis.search.moves.swap_for_term import swapped_for_terms
@@ -173,8 +174,8 @@ def test_a_motion_that_a_term_makes_smoother_is_no_mismatch(tmp_path):
     fit = fitted(tmp_path, [], 20261121 + 116, "pendulum", 15.0, **options)
     fit = tightened(fit, 64)
     (guess, *_), tried = promising(fit)
-    assert guess.term.goes_with.startswith("how the sensor turns") and guess.white > 3 * NEEDED
-    assert in_the_fit(fit, guess, float(np.log(tried))).evidence < 0.5 * NEEDED
+    assert guess.term.goes_with.startswith("how the sensor turns") and guess.white > 3 * EVIDENCE.clear_nat
+    assert in_the_fit(fit, guess, float(np.log(tried))).evidence < 0.5 * EVIDENCE.clear_nat
     assert unknowns(fit).findings == ()
 
 
@@ -185,7 +186,7 @@ def test_a_motion_held_too_smooth_is_no_mismatch(tmp_path):
     options |= {"gyro_noise": 0.00362, "accel_noise": 0.01674, "position_std": 0.00233, "rotation_std": 0.03205}
     fit = tightened(fitted(tmp_path, [], 321279244, "pendulum", 15.0, **options), 256)
     (guess, *_), _ = promising(fit)
-    assert guess.term.part == "gyro" and guess.white > 10 * NEEDED
+    assert guess.term.part == "gyro" and guess.white > 10 * EVIDENCE.clear_nat
     assert unknowns(fit).findings == ()
 
 
@@ -197,7 +198,7 @@ def test_a_swing_s_equation_that_holds_ever_closer_is_no_term(tmp_path):
     scale = ("gyro_scale", "imu1", {"scale": [0.0096, 0.0106, 0.005]})
     fit = select(fitted(tmp_path, [scale], 447586266, "pendulum", 15.0, swing=True, **options)).fit
     assert [h.name for h in fit.model.hypotheses] == ["gyro_scale@imu1"]
-    assert fit.noise[GROUP] >= LAW_FLOOR
+    assert fit.noise[SWING_EQUATION] >= REML.law_floor
     assert unknowns(fit).findings == ()
 
 
@@ -232,8 +233,8 @@ def _with(fit, name, at):
 def test_a_spline_follows_all_that_a_lone_accelerometer_reads(tmp_path, rig, joint, taken):
     make_case(tmp_path / "r", rig, [], 3, seconds=4.0)
     fit = nominal_fit(read(tmp_path / "r")[0])
-    assert not chased(fit)
-    assert chased(extended(fit, (Hypothesis(EFFECTS[joint], "joint"),))) == taken
+    assert not follows_lone_accelerometer(fit)
+    assert follows_lone_accelerometer(extended(fit, (Hypothesis(EFFECTS[joint], "joint"),))) == taken
 
 
 @pytest.mark.slow
@@ -243,7 +244,9 @@ def test_a_walk_beside_a_bias_is_told_by_its_shape(tmp_path):
     fit = with_noise(refit(fit, (*fit.model.hypotheses, Hypothesis(EFFECTS["accel_bias"], "imu1"))), 2)
     best = best_term(fit)
     assert (best.term.at, best.term.part, best.term.goes_with) == ("imu1", "accel", "time")
-    assert best.evidence == best.shape > 2 * NEEDED  # beside noise as coloured as it may be everywhere, 6 nat
+    assert (
+        best.evidence == best.shape > 2 * EVIDENCE.clear_nat
+    )  # beside noise as coloured as it may be everywhere, 6 nat
 
 
 def test_what_a_gyroscope_reads_late_is_no_misalignment_of_another():

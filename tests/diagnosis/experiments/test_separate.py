@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.experiments.design import CLEAR, at_size, expected, separate, separation
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.experiments.design import at_size, expected, separate, separation
 from imubench.diagnosis.experiments.motion_menu import MENU, Swing, swung
 from imubench.diagnosis.experiments.symmetries import same_readings
 from imubench.diagnosis.noise.nominal import nominal_fit
@@ -133,7 +134,7 @@ def test_no_motion_is_recommended_for_a_relabelling_of_time(late):
     taps = MOTIONS["taps"]
     promised = expected(fit, [(h, Hypothesis(h.effect, "imu1"))], taps)[0]
     assert promised > 1000  # nat: the linear prediction promises what the splines cannot follow
-    assert at_size(fit, h, Hypothesis(h.effect, "imu1"), taps) < CLEAR  # and simulating it shows nothing
+    assert at_size(fit, h, Hypothesis(h.effect, "imu1"), taps) < EVIDENCE.clear_nat  # and simulating it shows nothing
 
 
 def test_symmetries_are_those_that_hold_for_the_recording():

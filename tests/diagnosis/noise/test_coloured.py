@@ -11,7 +11,7 @@ from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.gauss_newton import factored
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.marginals import Spread
+from imubench.diagnosis.solve.marginals import Marginals
 from imubench.diagnosis.solve.refit import information, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -53,7 +53,7 @@ def test_the_influence_is_what_a_changed_sample_does_to_the_parameters(white):
     fit, _ = white
     rows = fit.rows
     _, solution, parts = factored(fit.model, rows)
-    spread = Spread.of(solution, fit.model.tracks.width)
+    spread = Marginals.of(solution, fit.model.tracks.width)
     at = next(i for i, r in enumerate(rows) if r.name == "imu2.accel")
     wave = 0.02 * np.sin(2 * np.pi * 0.3 * rows[at].time)  # m/s^2
     recording = fit.model.recording

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
-from imubench.diagnosis.samples.rest_noise import LEAST, least_noise
+from imubench.diagnosis.samples.rest_noise import LEAST_REST_STD, least_noise
 from imubench.diagnosis.sensor_errors.own_errors import own_errors
 from imubench.diagnosis.solve.gauss_newton import all_rows, factored
 from imubench.diagnosis.solve.refit import covariance_of
@@ -25,7 +25,9 @@ def plain(tmp_path_factory):
 
 def test_the_model_knows_what_an_imu_has_at_least(plain):
     assert plain.model.least == least_noise(plain.model.recording)
-    assert set(plain.model.least.values()) == set(LEAST.values())  # a hand moves it: its quietest moments are louder
+    assert set(plain.model.least.values()) == set(
+        LEAST_REST_STD.values()
+    )  # a hand moves it: its quietest moments are louder
 
 
 def test_a_simulated_sensor_may_have_less(plain):

@@ -7,22 +7,13 @@ import pytest
 from scipy.interpolate import make_lsq_spline
 
 from imubench.diagnosis.candidates.begin import begin
+from imubench.diagnosis.config.noise import KNOT_SELECTION
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.coherence import clear_at
 from imubench.diagnosis.noise.coloured import parameter_std
-from imubench.diagnosis.noise.debias import lawful
+from imubench.diagnosis.noise.debias import law_parameters
 from imubench.diagnosis.noise.debiased_fit import debiased, settled
-from imubench.diagnosis.noise.knot_selection import (
-    FLAT,
-    PERIOD,
-    coarser,
-    coarsest,
-    enough,
-    finer,
-    matrix,
-    peaks,
-    ringing,
-)
+from imubench.diagnosis.noise.knot_selection import coarser, coarsest, finer, knots_suffice, matrix, peaks, ringing
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import declared, with_noise
 from imubench.diagnosis.problem.bspline import Knots
@@ -87,7 +78,7 @@ def test_so_few_samples_that_they_have_no_spectrum_keep_the_knots(hardly_countin
 def test_a_recording_without_an_imu_keeps_its_knots(tmp_path):
     make_case(tmp_path / "r", "free", [], 5, seconds=3.0, pose=True, band=1.0)
     fit = nominal_fit(replace(read(tmp_path / "r")[0], imus=()))
-    assert not enough(fit)
+    assert not knots_suffice(fit)
     assert coarsest(fit) is fit
 
 
@@ -101,7 +92,7 @@ def test_slow_noise_needs_no_knots_and_quick_noise_does(tmp_path):
     for frequency, needed in ((1.0, False), (0.9 / (2 * few.model.tracks.knots.step), True)):
         hum = np.sin(2 * np.pi * frequency * time)[:, None]
         rows = [replace(r, residual=r.residual + hum * r.std) if r is last else r for r in few.rows]
-        assert (max(peaks(replace(few, rows=rows))) > FLAT) == needed
+        assert (max(peaks(replace(few, rows=rows))) > KNOT_SELECTION.flat_power) == needed
 
 
 def test_a_hinge_on_a_wall_has_one_spline_and_keeps_it(tmp_path):
@@ -118,7 +109,7 @@ def test_a_quick_motion_has_as_many_knots_as_it_needs(tmp_path):
     fit = nominal_fit(read(tmp_path / "r")[0])
     assert coarsest(fit) is fit
     lost = coarser(fit, 4)  # 6 Hz at most
-    assert not enough(lost)
+    assert not knots_suffice(lost)
     assert max(peaks(lost)) > 3
 
 
@@ -157,10 +148,10 @@ def test_springs_on_fewer_knots_have_the_noise_that_was_put_in_and_their_numbers
 def test_numbers_of_a_law_stay_while_its_motion_goes_to_fewer_knots(tmp_path):
     fit, true = sprung(tmp_path, "soft_mount", 912, seconds=6.0)
     few = coarser(fit, 2)
-    for _, name, _ in lawful(fit):
+    for _, name, _ in law_parameters(fit):
         assert few.state.values[name] == pytest.approx(fit.state.values[name], abs=1e-4)
     assert not few.model.fixed  # and are free again
-    assert true.keys() == {name for _, name, _ in lawful(few)}
+    assert true.keys() == {name for _, name, _ in law_parameters(few)}
 
 
 @pytest.mark.slow
@@ -209,7 +200,7 @@ def left_of_the_law(per: float) -> float:
 
 def test_a_spline_with_three_knots_a_period_is_no_solution_of_a_ringing_springs_law():
     assert left_of_the_law(3.0) > 0.15
-    assert left_of_the_law(PERIOD) < 0.01
+    assert left_of_the_law(KNOT_SELECTION.knots_per_period) < 0.01
 
 
 @pytest.mark.slow
@@ -218,7 +209,7 @@ def test_springs_that_ring_have_knots_enough_and_their_numbers(tmp_path):
     fit, true = sprung(tmp_path, "rocking_mount", 1, seconds=10.0, **options)
     many = finer(fit)
     assert 1 / (ringing(fit) * fit.model.tracks.knots.step) < 3.5
-    assert 1 / (ringing(fit) * many.model.tracks.knots.step) == pytest.approx(PERIOD, rel=0.02)
+    assert 1 / (ringing(fit) * many.model.tracks.knots.step) == pytest.approx(KNOT_SELECTION.knots_per_period, rel=0.02)
     before, after = (np.sqrt(np.mean(off(settled(f), true) ** 2)) for f in (fit, many))
     assert after < 1.2 < 3 < before  # 0.6 and 3.7: 12 and 6 of 12 within 1.96
     assert finer(many) is many

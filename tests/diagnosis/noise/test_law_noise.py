@@ -7,7 +7,7 @@ import pytest
 
 from imubench.diagnosis.criteria.dynamic_aic import laws
 from imubench.diagnosis.noise.coloured import parameter_std
-from imubench.diagnosis.noise.debias import Driven
+from imubench.diagnosis.noise.debias import NoiseOnLaws
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -24,9 +24,9 @@ SEED = 910  # soft springs at imu2, damping 0.045
 
 def test_information_that_is_noise_makes_steps_longer():
     whole, noise = np.diag([4.0, 9.0]), np.diag([2.0, 0.0])
-    grown = Driven(np.zeros(2), noise, whole).grown()
+    grown = NoiseOnLaws(np.zeros(2), noise, whole).grown()
     assert np.allclose(grown, np.diag([2.0, 1.0]))  # I (I - N)^-1
-    all_noise = Driven(np.zeros(1), np.eye(1), np.eye(1)).grown(most=0.9)
+    all_noise = NoiseOnLaws(np.zeros(1), np.eye(1), np.eye(1)).grown(most=0.9)
     assert np.allclose(all_noise, 10.0)  # and no longer than that
 
 

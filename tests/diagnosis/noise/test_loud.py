@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.pooled import with_pooled_noise
-from imubench.diagnosis.noise.reml import ALLOWED, declared, levels, with_settled_noise
+from imubench.diagnosis.noise.reml import declared, levels, with_settled_noise
 from imubench.diagnosis.residual_checks.excess_noise import excess_noise, left_over, off_its_equation, refuted
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.solve.levenberg_marquardt import solve
@@ -54,8 +55,10 @@ def test_what_is_left_over_is_what_costs_more_than_noise_may(clean):
     fit = noisier(clean, lambda i: 0.02 * np.sin(2 * np.pi * 31.0 * i.time)[:, None] * np.ones(3))
     told = declared(fit.model)["imu2.gyro"]
     power = (fit.noise["imu2.gyro"] / told) ** 2
-    assert power > 2 * ALLOWED
-    assert left_over(fit) == pytest.approx(0.5 * clean.imus[1].gyro.size * (power / ALLOWED - 1), rel=0.1)
+    assert power > 2 * DECLARED_NOISE.most_power
+    assert left_over(fit) == pytest.approx(
+        0.5 * clean.imus[1].gyro.size * (power / DECLARED_NOISE.most_power - 1), rel=0.1
+    )
 
 
 @pytest.mark.long
@@ -140,7 +143,7 @@ def test_a_level_of_which_the_fit_leaves_next_to_nothing_is_not_told(tmp_path):
     options |= {"gyro_noise": 0.0034, "accel_noise": 0.0104, "colour": 0.18, "seconds": 15.0}
     make_case(tmp_path / "r", "free", [], 20261121 + 149, **options)
     fit = nominal_fit(read(tmp_path / "r")[0])
-    assert (fit.noise["imu1.accel"] / declared(fit.model)["imu1.accel"]) ** 2 > ALLOWED
+    assert (fit.noise["imu1.accel"] / declared(fit.model)["imu1.accel"]) ** 2 > DECLARED_NOISE.most_power
     assert float(np.mean(1 - levels(fit)[1]["imu1.accel"])) < 0.05
     assert excess_noise(fit, [replace(WHERE, at="imu1")], set()) == []
 

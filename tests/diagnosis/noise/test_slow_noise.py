@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from imubench.diagnosis.noise.colour_bound import CORNERS, louder_where, powers, shares
-from imubench.diagnosis.noise.coloured import DRAWS, spectra
+from imubench.diagnosis.config.noise import COLOUR
+from imubench.diagnosis.noise.colour_bound import CORNERS_HZ, louder_where, powers, shares
+from imubench.diagnosis.noise.coloured import spectra
 
 RATE, SAMPLES = 100.0, 1500
 
@@ -20,14 +21,14 @@ def noise(rng, share=0.0, corner=0.5):
 def shown(rng, share=0.0, corner=0.5):
     """What a fit shows that leaves all noise, its level fitted."""
     left = noise(rng, share, corner)
-    return spectra(left / left.std(), rng.standard_normal((SAMPLES, 3, DRAWS)))
+    return spectra(left / left.std(), rng.standard_normal((SAMPLES, 3, COLOUR.draws)))
 
 
 def test_the_power_of_first_order_noise_is_that_of_its_samples():
     rng = np.random.default_rng(1)
     f = np.fft.rfftfreq(SAMPLES, 1 / RATE)
     power = np.mean([np.abs(np.fft.rfft(noise(rng, 0.2, 1.0), axis=0)) ** 2 / SAMPLES for _ in range(30)], axis=(0, 2))
-    want = 1 + 0.2 * powers(f, 1 / RATE)[np.argmin(np.abs(CORNERS - 1.0))]
+    want = 1 + 0.2 * powers(f, 1 / RATE)[np.argmin(np.abs(CORNERS_HZ - 1.0))]
     some = [slice(2, 8), slice(8, 20), slice(20, 60), slice(60, 200)]
     np.testing.assert_allclose([power[s].mean() for s in some], [want[s].mean() for s in some], rtol=0.08)
 
@@ -35,7 +36,7 @@ def test_the_power_of_first_order_noise_is_that_of_its_samples():
 @pytest.mark.parametrize("corner", [0.5, 1.0, 2.0])
 def test_coloured_noise_is_allowed_its_share(corner):
     rng = np.random.default_rng(2)
-    at = int(np.argmin(np.abs(CORNERS - corner)))
+    at = int(np.argmin(np.abs(CORNERS_HZ - corner)))
     allowed = np.array([shares(shown(rng, 0.15, corner), SAMPLES, 1 / RATE)[at] for _ in range(40)])
     assert np.mean(allowed > 0.12) > 0.95  # of a level that the coloured noise raised by 7 %
     assert np.all(allowed <= 0.2)

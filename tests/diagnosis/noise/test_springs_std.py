@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import imubench.diagnosis.noise.intervals as module
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.noise.debiased_fit import debiased
-from imubench.diagnosis.noise.intervals import WITHIN, with_spring_intervals
+from imubench.diagnosis.noise.intervals import with_spring_intervals
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -52,8 +53,8 @@ def test_where_larger_dampings_are_less_known_it_reaches_as_far_as_they_scatter(
     """s(z) = 0.01 + 0.4 z: z' - z = 1.96 s(z') at z' = (z + 0.0196) / (1 - 0.784)."""
     z = np.array([0.02, 0.04, 0.08])
     before, after = told(monkeypatch, z, lambda x: 0.01 + 0.4 * x)
-    end = (z + 0.01 * WITHIN) / (1 - 0.4 * WITHIN)
-    np.testing.assert_allclose(after, (end - z) / WITHIN, rtol=1e-6)  # straight in between
+    end = (z + 0.01 * STATISTICS.interval_sigmas) / (1 - 0.4 * STATISTICS.interval_sigmas)
+    np.testing.assert_allclose(after, (end - z) / STATISTICS.interval_sigmas, rtol=1e-6)  # straight in between
     assert (after > 1.5 * before).all()
 
 

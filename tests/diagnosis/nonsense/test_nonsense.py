@@ -9,15 +9,15 @@ from imubench.convert import CONVERTERS
 from imubench.diagnosis import on_disk
 from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.nonsense import nonsense
-from imubench.diagnosis.nonsense.few import few
-from imubench.diagnosis.nonsense.handedness import AXES, handedness
+from imubench.diagnosis.nonsense.different_motions import different_motions
+from imubench.diagnosis.nonsense.handedness import SIGNED_PERMUTATIONS, handedness
 from imubench.diagnosis.nonsense.mirrored import faults, mirrored
 from imubench.diagnosis.nonsense.permuted import permuted
 from imubench.diagnosis.nonsense.shared_motion import held_out, shared, squares
 from imubench.diagnosis.nonsense.stretch import averaged, cut, grid, gridded
 from imubench.diagnosis.nonsense.stuck import stuck
 from imubench.diagnosis.nonsense.swapped import reading, swapped
-from imubench.diagnosis.nonsense.together import not_together
+from imubench.diagnosis.nonsense.too_few_samples import too_few_samples
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.report.headline import headline
 from imubench.diagnosis.result import Finding, Interval, Parameter
@@ -136,10 +136,10 @@ def test_real_recordings_make_sense(recordings):
 
 
 def test_there_are_48_ways_and_the_first_changes_nothing():
-    assert len(AXES) == 48
-    assert np.array_equal(AXES[0], I)
-    assert len({tuple(m.ravel()) for m in AXES}) == 48
-    assert sum(np.linalg.det(m) > 0 for m in AXES) == 24
+    assert len(SIGNED_PERMUTATIONS) == 48
+    assert np.array_equal(SIGNED_PERMUTATIONS[0], I)
+    assert len({tuple(m.ravel()) for m in SIGNED_PERMUTATIONS}) == 48
+    assert sum(np.linalg.det(m) > 0 for m in SIGNED_PERMUTATIONS) == 24
 
 
 @pytest.mark.parametrize("way", range(0, 48, 5))
@@ -147,7 +147,7 @@ def test_the_way_that_a_gyroscope_is_turned_is_the_one_found(made, way):
     """The gyroscope reads the transpose of what the accelerometer's axes would have it read."""
     imu = made("pendulum", 1).imus[0]
     samples = gridded(imu, grid([imu.time]))
-    found = handedness(replace(samples, gyro=samples.gyro @ AXES[way]))
+    found = handedness(replace(samples, gyro=samples.gyro @ SIGNED_PERMUTATIONS[way]))
     assert found.best == way
     assert found.wrong == (way != 0)
 
@@ -157,7 +157,7 @@ def test_every_fault_belongs_to_the_way_that_it_makes():
     rng = np.random.default_rng(0)
     w, f = rng.standard_normal((2, 3))
     for fault in faults():
-        ways = [m for m in AXES if fault.fits(m)]
+        ways = [m for m in SIGNED_PERMUTATIONS if fault.fits(m)]
         assert len(ways) == 1, fault.what
         w_r, f_r, slope = fault.gyro @ w, fault.accel @ f, fault.accel @ -np.cross(w, f)
         # rounding
@@ -226,14 +226,16 @@ def test_a_sensor_at_rest_is_not_called_mirrored(made):
 @pytest.mark.parametrize("seeds", [(1, 2), (2, 4), (5, 6), (7, 8)])
 def test_two_unrelated_imus_do_not_move_together(made, seeds):
     pair = of_two(*(made("hinge", seed) for seed in seeds))
-    assert said(not_together(pair)) == ["the two IMUs do not move together"]
+    assert said(different_motions(pair)) == ["the two IMUs do not move together"]
 
 
 def test_a_pose_or_an_encoder_of_another_recording_does_not_go_with_the_imus(made):
     one, other = made("free", 1), made("free", 2)
-    assert said(not_together(replace(one, poses=other.poses))) == ["imu1 and the measured pose do not move together"]
+    assert said(different_motions(replace(one, poses=other.poses))) == [
+        "imu1 and the measured pose do not move together"
+    ]
     one, other = made("encoder", 1), made("encoder", 2)
-    found = said(not_together(replace(one, encoders=other.encoders)))
+    found = said(different_motions(replace(one, encoders=other.encoders)))
     assert found == ["the IMUs and the encoder do not move together"]
 
 
@@ -241,7 +243,7 @@ def test_clocks_apart_by_less_than_a_diagnosis_looks_for_are_no_nonsense(made):
     recording = made("hinge", 1)
     one, two = recording.imus
     for late, expected in ((0.2, []), (3.0, ["the two IMUs do not move together"])):
-        assert said(not_together(replace(recording, imus=(one, replace(two, time=two.time + late))))) == expected
+        assert said(different_motions(replace(recording, imus=(one, replace(two, time=two.time + late))))) == expected
 
 
 def test_what_imus_share_does_not_depend_on_their_mounts_scales_and_biases(made):
@@ -276,7 +278,7 @@ def test_a_rig_that_hardly_turns_across_its_hinge_is_not_judged(made):
         rate[:, 1] = np.convolve(rng.standard_normal(1000), np.ones(20) / 4, "same")
         force = np.tile([0.0, 0.0, 9.81], (1000, 1)) + 0.02 * rng.standard_normal((1000, 3))
         imus.append(Imu(name, time, rate + 0.002 * rng.standard_normal((1000, 3)), force, 50.0))
-    assert list(not_together(Recording("planar", "hinge", tuple(imus)))) == []
+    assert list(different_motions(Recording("planar", "hinge", tuple(imus)))) == []
 
 
 # Swapped files
@@ -391,13 +393,13 @@ def test_too_few_samples_are_said_with_their_number(made):
         some = replace(one, time=one.time[keep], gyro=one.gyro[keep], accel=one.accel[keep])
         return replace(recording, imus=(some, two))
 
-    assert said(few(only([0, -1]))) == ["imu1 has too few samples: 2, where 32 are needed"]
-    assert said(few(only(slice(None, None, 16)))) == [
+    assert said(too_few_samples(only([0, -1]))) == ["imu1 has too few samples: 2, where 32 are needed"]
+    assert said(too_few_samples(only(slice(None, None, 16)))) == [
         "imu1 has too few samples: 50 in 15.7 s, where 50 Hz are declared"
     ]
-    assert said(few(only(slice(0, 40)))) == ["imu1 has samples of 0.8 s only, in a recording of 16.0 s"]
-    assert said(few(recording)) == []
-    assert said(few(only(slice(0, None, 4)))) == []  # 12 Hz where 50 are declared are samples still
+    assert said(too_few_samples(only(slice(0, 40)))) == ["imu1 has samples of 0.8 s only, in a recording of 16.0 s"]
+    assert said(too_few_samples(recording)) == []
+    assert said(too_few_samples(only(slice(0, None, 4)))) == []  # 12 Hz where 50 are declared are samples still
 
 
 # What comes out

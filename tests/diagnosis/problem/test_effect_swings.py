@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from imubench import rotations
 from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.bspline import Moment
-from imubench.diagnosis.problem.dynamics_factors import GROUP, inertia_about_joint, resting, turning
+from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, inertia_about_joint, resting, turning
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.process_factors import equation_rows
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE
@@ -64,7 +64,7 @@ def needed_torque(model, state, time):
 
 
 def swing_residual(model, state):
-    (rows,) = [r for r in equation_rows(model, state) if r.name == GROUP]
+    (rows,) = [r for r in equation_rows(model, state) if r.name == SWING_EQUATION]
     assert rows.time.min() >= 0.2 and rows.time.max() <= 0.8 and len(rows.time) > 10
     return rows
 
@@ -167,7 +167,7 @@ def test_an_encoder_alone_on_a_fixed_base_gives_the_friction():
     recording = recording_of("hinge", imus=(), poses=(), encoders=(encoder,), base="fixed", free_swings=((0.0, 8.0),))
     model = model_of(recording)
     model, state, anchor = blind_start(model)
-    levels = {"encoder.angle": noise, "smooth.hinge": 1e3, GROUP: 1.0}
+    levels = {"encoder.angle": noise, "smooth.hinge": 1e3, SWING_EQUATION: 1.0}
     nominal = fit_with_noise(model, state, levels, anchor)
     begun = extended(nominal, (Hypothesis(EFFECTS["viscous_friction"], "joint"),))
     fit = fit_with_noise(begun.model, begun.state, begun.noise, anchor)
@@ -175,7 +175,7 @@ def test_an_encoder_alone_on_a_fixed_base_gives_the_friction():
     std = information(fit)[1]["viscous_friction@joint.c"][0]
     assert abs(found - c) < 3 * std
     assert std < 0.01 * c
-    assert fit.noise[GROUP] < 0.1 * nominal.noise[GROUP]
+    assert fit.noise[SWING_EQUATION] < 0.1 * nominal.noise[SWING_EQUATION]
 
 
 def test_a_joint_at_rest_is_not_asked():

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from imubench.commands.work.diagnose import print_diagnosis
+from imubench.diagnosis.config.report import CHART
 from imubench.diagnosis.evidence import Comparison, Estimated
 from imubench.diagnosis.report import Paths, page
-from imubench.diagnosis.report.chart import WIDTH, Line, Panel, panel, path, thinned, ticks
+from imubench.diagnosis.report.chart import Line, Panel, panel, path, thinned, ticks
 from imubench.diagnosis.report.compared import figures, loudest, slow
 from imubench.diagnosis.report.headline import explained_percent, headline, usual_noise
-from imubench.diagnosis.report.misfit_map import LEVELS, misfit_map, of_traces, over_time
+from imubench.diagnosis.report.misfit_map import misfit_map, of_traces, over_time
 from imubench.diagnosis.report.numbers import NOT_SHOWN, brief, rows, size
 from imubench.diagnosis.report.shares import explained_share, with_shares
 from imubench.diagnosis.result import (
@@ -244,14 +245,16 @@ def test_figures_count_seconds_from_the_start():
 @pytest.mark.parametrize("n", [50, 3000, 200_000])
 def test_a_thinned_curve_keeps_every_extreme(n):
     rng = np.random.default_rng(n)
-    x, y = np.linspace(0, WIDTH, n), rng.normal(size=n)
+    x, y = np.linspace(0, CHART.width, n), rng.normal(size=n)
     a, b = thinned(x, y)
-    assert len(a) <= max(n, 0) and len(a) <= 2 * WIDTH + 2
+    assert len(a) <= max(n, 0) and len(a) <= 2 * CHART.width + 2
     assert (b.min(), b.max()) == (y.min(), y.max())
     assert np.all(np.diff(a) >= 0)
-    if n > 2 * WIDTH:
-        columns = np.clip(x.astype(int), 0, WIDTH - 1)
-        worst = [np.ptp(y[columns == c]) - np.ptp(b[np.clip(a.astype(int), 0, WIDTH - 1) == c]) for c in (0, 500, 999)]
+    if n > 2 * CHART.width:
+        columns = np.clip(x.astype(int), 0, CHART.width - 1)
+        worst = [
+            np.ptp(y[columns == c]) - np.ptp(b[np.clip(a.astype(int), 0, CHART.width - 1) == c]) for c in (0, 500, 999)
+        ]
         np.testing.assert_array_equal(worst, 0.0)
 
 
@@ -291,10 +294,10 @@ def test_the_map_is_dark_where_residuals_are_large_and_frames_it():
     series = of_traces(shown.traces)
     _, levels = over_time(series, [s.before for s in series], shown.span)
     row = [f"{s.at}.{s.channel}" for s in series].index("imu2.acc_x")
-    loud = np.flatnonzero(levels[row] > LEVELS[1])
+    loud = np.flatnonzero(levels[row] > CHART.levels[1])
     times = shown.span[0] + (loud + 0.5) * (shown.span[1] - shown.span[0]) / levels.shape[1]
     assert loud.size and times.min() > 12 and times.max() < 19.3  # the mount rings from 12.4 to 18.9 s
-    assert np.all(levels[: row - 3] < LEVELS[0] * 1.3)  # the first sensor is at its noise
+    assert np.all(levels[: row - 3] < CHART.levels[0] * 1.3)  # the first sensor is at its noise
     drawn = misfit_map(shown, (WHERE,))
     assert drawn.count("class='frame'") == 2  # a window and a band
     assert drawn.count("<svg") == 4

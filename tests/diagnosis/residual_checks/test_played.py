@@ -1,4 +1,4 @@
-"""The motion that a fit tells: what it says of a pivot that moves, against the accelerations that made the recording."""
+"""The motion that a fit tells: what it says of a pivot that moves, beside the acceleration that the pivot has."""
 
 from dataclasses import replace
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.samples.notch import BANDS, sidebands, steady, turns_with_hum, with_steady_hum, without_hum
+from imubench.diagnosis.config.samples import NOTCH
+from imubench.diagnosis.samples.notch import sidebands, steady, turns_with_hum, with_steady_hum, without_hum
 from imubench.recording import Imu
 
 RATE, SECONDS, HUM = 250.0, 20.0, 45.0
@@ -89,4 +90,4 @@ def test_sidebands_reach_further_the_louder_a_hum_is():
         reaches.append(sidebands([imu.accel - steady(still.time, imu.accel - still.accel, HUM)], RATE, HUM))
     assert reaches == sorted(reaches)
     assert reaches[0] == 0.0
-    assert reaches[-1] >= BANDS[2]
+    assert reaches[-1] >= NOTCH.reach_hz[2]

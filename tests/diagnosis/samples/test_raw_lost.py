@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.samples.checks import check
-from imubench.diagnosis.samples.sample_faults import short_of
+from imubench.diagnosis.samples.sample_faults import missing_in_a_row
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -25,6 +25,6 @@ def test_runs_that_single_losses_make_count():
     lost = rng.random(1500) < 0.3
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
     runs = (edges[1::2] - edges[::2]).astype(float)
-    assert short_of(runs, int(np.sum(~lost))).sum() == lost.sum()
-    assert short_of(np.append(runs, 30.0), int(np.sum(~lost))).sum() == lost.sum()
-    assert not short_of(np.array([20.0, 25.0]), 1500).size
+    assert missing_in_a_row(runs, int(np.sum(~lost))).sum() == lost.sum()
+    assert missing_in_a_row(np.append(runs, 30.0), int(np.sum(~lost))).sum() == lost.sum()
+    assert not missing_in_a_row(np.array([20.0, 25.0]), 1500).size

@@ -7,7 +7,7 @@ from imubench.diagnosis.evidence import Level
 from imubench.diagnosis.residual_checks.fit_summary import noise_of
 from imubench.diagnosis.result import Finding, Interval
 from imubench.diagnosis.samples.quiet_moments import quiet_level
-from imubench.diagnosis.samples.rest_noise import MOST, quiet_noise, rest_noise
+from imubench.diagnosis.samples.rest_noise import MOST_REST_STD, quiet_noise, rest_noise
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.verdict.posterior import verdict_of
 from imubench.format1 import read
@@ -67,8 +67,8 @@ def test_readings_that_stand_still_have_the_noise_of_their_rounding():
 @pytest.mark.parametrize("part", ["gyro", "accel"])
 def test_a_quiet_moment_that_is_none_counts_as_no_more_than_an_imu_has(part):
     loud = still(times=100.0)
-    assert quiet_level(TIME, getattr(loud, part)) > 2 * MOST[part]
-    assert quiet_noise(loud, part) == MOST[part]
+    assert quiet_level(TIME, getattr(loud, part)) > 2 * MOST_REST_STD[part]
+    assert quiet_noise(loud, part) == MOST_REST_STD[part]
     assert quiet_noise(still(), part) == quiet_level(TIME, getattr(still(), part))
     swung = 2.0 * np.round(20 * np.sin(np.outer(TIME, [5.0, 6.0, 7.0])))
     rounded = quiet_noise(Imu("imu1", TIME, swung, swung, RATE), part)

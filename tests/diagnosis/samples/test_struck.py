@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.verdict import KNOCK
 from imubench.diagnosis.criteria.impact_test import elsewhere
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -14,7 +15,7 @@ from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.search.confidence import DOUBTFUL
 from imubench.diagnosis.solve.refit import extended
 from imubench.diagnosis.verdict import impacts
-from imubench.diagnosis.verdict.impacts import FEWEST, TOGETHER, struck_again
+from imubench.diagnosis.verdict.impacts import unseen_knocks
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -35,7 +36,7 @@ def quick_limb(folder, effects, seed=1198967575):
 def test_knocks_that_the_raw_samples_doubt_are_found_beside_the_fit(tmp_path):
     fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.3})])
     assert not samples.findings
-    (found,) = struck_again(fit, samples.struck, ())
+    (found,) = unseen_knocks(fit, samples.struck, ())
     assert (found.effect, found.at) == ("impacts", "imu1")
     times = found.parameters["times"].value
     assert len(times) >= 2
@@ -45,7 +46,7 @@ def test_knocks_that_the_raw_samples_doubt_are_found_beside_the_fit(tmp_path):
 @pytest.mark.parametrize("seed", [1198967575, 3, 4, 5])
 def test_a_quick_hand_s_own_peaks_are_none(tmp_path, seed):
     fit, samples = quick_limb(tmp_path, [], seed)
-    assert struck_again(fit, samples.struck, ()) == ()
+    assert unseen_knocks(fit, samples.struck, ()) == ()
 
 
 def test_a_stop_knocks_as_well(tmp_path):
@@ -53,16 +54,16 @@ def test_a_stop_knocks_as_well(tmp_path):
         effect, at = "end_stop", "joint"
 
     fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.3})])
-    assert struck_again(fit, samples.struck, (Stop(),)) == ()
+    assert unseen_knocks(fit, samples.struck, (Stop(),)) == ()
 
 
 def test_the_peak_of_a_slip_is_the_slip_s(tmp_path):
     """It begins before the slip is dated, and a peak of its own there would be a knock."""
     fit, samples = quick_limb(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.3})])
-    (before,) = struck_again(fit, samples.struck, ())
+    (before,) = unseen_knocks(fit, samples.struck, ())
     first, *others = before.parameters["times"].value
     slip = Hypothesis(EFFECTS["mount_shift"].starting(time=first + 0.1 - fit.model.start), "imu1")
-    (after,) = struck_again(extended(fit, (*fit.model.hypotheses, slip)), samples.struck, ())
+    (after,) = unseen_knocks(extended(fit, (*fit.model.hypotheses, slip)), samples.struck, ())
     assert list(after.parameters["times"].value) == others
 
 
@@ -81,28 +82,28 @@ def calm(folder, effects, rig="hinge", seed=77, **options):
 def test_several_knocks_too_faint_for_the_raw_samples_are_found_together(tmp_path):
     fit, samples = calm(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.2})])
     assert not [f for f in samples.findings if f.effect == "impacts"]
-    (found,) = struck_again(fit, samples.struck, ())
+    (found,) = unseen_knocks(fit, samples.struck, ())
     assert (found.effect, found.at) == ("impacts", "imu1")
     times = found.parameters["times"].value
     assert len(times) >= 3
     assert all(np.min(np.abs(np.array(TIMES) - t)) < 0.06 for t in times)
-    (doubted,) = struck_again(fit, samples.struck, (), {"imu1"})
+    (doubted,) = unseen_knocks(fit, samples.struck, (), {"imu1"})
     assert doubted.confidence <= DOUBTFUL < found.confidence  # springs that foretold nothing may ring so
     lost = Finding("dropouts", "imu1", 0.99, {}, Interval(0.0, (0.0, 0.0)))
-    assert struck_again(fit, samples.struck, (lost,)) == ()
+    assert unseen_knocks(fit, samples.struck, (lost,)) == ()
 
 
 @pytest.mark.long
 def test_a_calm_hand_has_no_faint_knocks(tmp_path):
     fit, samples = calm(tmp_path, [])
-    assert struck_again(fit, samples.struck, ()) == ()
+    assert unseen_knocks(fit, samples.struck, ()) == ()
 
 
 @pytest.mark.long
 def test_knocks_that_a_free_motion_follows_are_rougher_than_it_is_elsewhere(tmp_path):
     fit, samples = calm(tmp_path, [("impacts", "imu1", {"times": TIMES, "peak": 0.2})], "free", rate=200.0)
     assert not [f for f in samples.findings if f.effect == "impacts"]
-    (found,) = struck_again(fit, samples.struck, ())
+    (found,) = unseen_knocks(fit, samples.struck, ())
     times = found.parameters["times"].value
     assert len(times) >= 3
     assert all(np.min(np.abs(np.array(TIMES) - t)) < 0.06 for t in times)
@@ -116,7 +117,7 @@ def test_the_quickest_strokes_of_a_free_body_are_no_knocks(tmp_path, monkeypatch
     third = len(power) // 3
     quickest = imu.time[64:-64][np.argmax(power[: 3 * third].reshape(3, third), axis=1) + third * np.arange(3)]
     monkeypatch.setattr(impacts, "faint_knocks", lambda *_: tuple((t - 0.02, t + 0.05) for t in quickest))
-    assert struck_again(fit, samples.struck, ()) == ()
+    assert unseen_knocks(fit, samples.struck, ()) == ()
 
 
 @pytest.mark.parametrize(("count", "found"), [(1, 0), (4, 4)])
@@ -132,8 +133,8 @@ def test_one_faint_peak_may_be_anything(count, found):
 
 def test_peaks_near_one_another_are_one_and_single_samples_none():
     time = np.arange(0, 4, 0.01)
-    assert joined(time[[50, 51, 52, 58, 59, 200]], TOGETHER, FEWEST) == ((0.5, pytest.approx(0.59)),)
-    assert joined(time[:0], TOGETHER, FEWEST) == ()
+    assert joined(time[[50, 51, 52, 58, 59, 200]], KNOCK.one_s, KNOCK.samples) == ((0.5, pytest.approx(0.59)),)
+    assert joined(time[:0], KNOCK.one_s, KNOCK.samples) == ()
 
 
 def test_other_stretches_keep_away_from_peaks_and_from_one_another():

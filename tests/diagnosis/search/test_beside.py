@@ -8,7 +8,13 @@ from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Whe
 from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.search.confidence import DOUBTFUL, STRANGE
 from imubench.diagnosis.search.rounding import beside_rounding
-from imubench.diagnosis.verdict.posterior import beside, beside_hum, surest_first, verdict_of, with_samples
+from imubench.diagnosis.verdict.posterior import (
+    doubted_beside_hum,
+    doubted_beside_unknown,
+    ranked_by_confidence,
+    verdict_of,
+    with_samples,
+)
 from imubench.effects import EFFECTS
 from imubench.recording import Imu, Recording
 
@@ -28,7 +34,7 @@ def said(effect, at, gain, confidence=0.98, where=None):
     ],
 )
 def test_a_name_is_doubted_beside_much_without_one(at, gain, sure):
-    (f,) = beside((said("accel_drift", "imu1", 1000.0),), (said(UNKNOWN, at, gain),))
+    (f,) = doubted_beside_unknown((said("accel_drift", "imu1", 1000.0),), (said(UNKNOWN, at, gain),))
     assert f.confidence == sure
 
 
@@ -36,26 +42,28 @@ def test_a_name_is_doubted_beside_much_without_one(at, gain, sure):
     ("effect", "sure"), [("mount_pose", DOUBTFUL), ("rocking_mount", DOUBTFUL), ("gyro_bias", 0.98)]
 )
 def test_a_mount_is_doubted_beside_a_spline_of_the_joint_that_is_worth_more(effect, sure):
-    _, f = beside((said("moving_pivot", "joint", 31000.0), said(effect, "imu1", 175.0)), ())
+    _, f = doubted_beside_unknown((said("moving_pivot", "joint", 31000.0), said(effect, "imu1", 175.0)), ())
     assert f.confidence == sure
 
 
 @pytest.mark.parametrize(("at", "sure"), [("imu1", DOUBTFUL), ("imu2", 0.95)])
 def test_a_name_is_doubted_beside_one_without_that_only_spares_the_motion(at, sure):
     """Of a gyroscope's walk on a free body: a drift of 643 nat, and what gained -166 on held-out data."""
-    (f,) = beside((said("gyro_drift", "imu1", 643.0, 0.95),), (said(UNKNOWN, at, -166.0),))
+    (f,) = doubted_beside_unknown((said("gyro_drift", "imu1", 643.0, 0.95),), (said(UNKNOWN, at, -166.0),))
     assert f.confidence == sure
 
 
 @pytest.mark.parametrize(("at", "sure"), [("imu1", DOUBTFUL), ("imu2", 0.9)])
 def test_a_louder_accelerometer_is_doubted_where_it_hums(at, sure):
     """A hum that wanders leaves what a steady line does not take."""
-    (f,) = beside_hum((said("accel_noise", "imu1", 0.0, 0.9),), (said("vibration", at, 7e5),))
+    (f,) = doubted_beside_hum((said("accel_noise", "imu1", 0.0, 0.9),), (said("vibration", at, 7e5),))
     assert f.confidence == sure
 
 
 def test_a_doubt_makes_nothing_surer():
-    (f,) = beside((said("accel_bias", "imu1", 10.0, 0.51),), (), [Hypothesis(EFFECTS["accel_bias"], "imu1")])
+    (f,) = doubted_beside_unknown(
+        (said("accel_bias", "imu1", 10.0, 0.51),), (), [Hypothesis(EFFECTS["accel_bias"], "imu1")]
+    )
     assert f.confidence == 0.51
 
 
@@ -67,12 +75,14 @@ def test_names_that_are_all_but_refuted_explain_nothing():
 
 @pytest.mark.parametrize(("gain", "doubted"), [(500.0, True), (50.0, False)])
 def test_a_state_without_a_law_is_doubted_wherever_something_without_a_name_is(gain, doubted):
-    (f,) = beside((said("moving_pivot", "joint", 1000.0),), (said(UNKNOWN, "imu1", gain),))
+    (f,) = doubted_beside_unknown((said("moving_pivot", "joint", 1000.0),), (said(UNKNOWN, "imu1", gain),))
     assert f.confidence == (STRANGE if doubted else 0.98)
 
 
 def test_a_name_that_a_term_equals_is_doubted():
-    (f,) = beside((said("accel_bias", "imu1", 1000.0),), (), [Hypothesis(EFFECTS["accel_bias"], "imu1")])
+    (f,) = doubted_beside_unknown(
+        (said("accel_bias", "imu1", 1000.0),), (), [Hypothesis(EFFECTS["accel_bias"], "imu1")]
+    )
     assert f.confidence == DOUBTFUL
 
 
@@ -85,9 +95,9 @@ def test_a_hum_is_doubted_beside_something_without_a_name(at, sure):
 
 def test_what_is_there_whatever_else_is_is_not_doubted():
     bias = said("gyro_bias", "imu1", 10.0)
-    (f,) = beside((bias,), (said(UNKNOWN, "imu1", 1000.0),), certain=("gyro_bias",))
+    (f,) = doubted_beside_unknown((bias,), (said(UNKNOWN, "imu1", 1000.0),), certain=("gyro_bias",))
     assert f.confidence == bias.confidence
-    (f,) = beside((bias,), (said(UNKNOWN, "imu1", 1000.0),))
+    (f,) = doubted_beside_unknown((bias,), (said(UNKNOWN, "imu1", 1000.0),))
     assert f.confidence < bias.confidence
 
 
@@ -150,13 +160,15 @@ def rounded_recording(rig, names, std):
 )
 def test_a_misalignment_beside_what_its_axes_read_a_little_later_is_doubted(words, channel, sure):
     late = said(UNKNOWN, "imu1", 50.0, where=Where("imu1", {channel: 1.0}, (), (), words, 1.0))
-    (f,) = beside((said("gyro_misalignment", "imu1", 4000.0),), (late,))
+    (f,) = doubted_beside_unknown((said("gyro_misalignment", "imu1", 4000.0),), (late,))
     assert f.confidence == sure
 
 
 @pytest.mark.parametrize(("gain", "sure"), [(3000.0, DOUBTFUL), (20000.0, 0.98)])
 def test_springs_beside_a_joint_s_spline_that_is_worth_more_are_doubted(gain, sure):
-    play, springs = beside((said("joint_play", "joint", 10000.0), said("rocking_mount", "imu2", gain)), ())
+    play, springs = doubted_beside_unknown(
+        (said("joint_play", "joint", 10000.0), said("rocking_mount", "imu2", gain)), ()
+    )
     assert (play.confidence, springs.confidence) == (0.98, sure)
 
 
@@ -167,4 +179,4 @@ def test_what_is_doubted_stands_behind_what_is_sure_and_else_the_stronger_before
         said("low_pass", "imu1", 100.0, 0.2),
         said("end_stop", "joint", 50.0, 0.96),
     )
-    assert [f.effect for f in surest_first(found)] == ["gyro_bias", "end_stop", "moving_pivot", "low_pass"]
+    assert [f.effect for f in ranked_by_confidence(found)] == ["gyro_bias", "end_stop", "moving_pivot", "low_pass"]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.score_at_size import SIZES, scores_at_size
+from imubench.diagnosis.criteria.score_at_size import SIZES_OF_PRIOR, scores_at_size
 from imubench.diagnosis.criteria.score_test import score
 from imubench.diagnosis.discrepancy.fitted_terms import fitted_term
 from imubench.diagnosis.discrepancy.term_scores import promising
@@ -35,10 +35,10 @@ def test_what_effects_promise_is_what_the_search_says_of_priors_of_every_size(fi
     """The search solves for the step and takes determinants; here eigenvalues are weighed."""
     found = scores_at_size(Base.of(fit), ASKED)
     for h in ASKED:
-        small = [replace(h, effect=h.effect.as_large(float(size))) for size in SIZES]
+        small = [replace(h, effect=h.effect.as_large(float(size))) for size in SIZES_OF_PRIOR]
         told = [score(fit, [s])[0].evidence for s in small]
         best = int(np.argmax(told))
-        assert found[h] == pytest.approx((told[best], SIZES[best]), rel=1e-6)
+        assert found[h] == pytest.approx((told[best], SIZES_OF_PRIOR[best]), rel=1e-6)
         assert found[h][0] >= score(fit, [h])[0].evidence
 
 

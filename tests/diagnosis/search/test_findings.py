@@ -12,7 +12,7 @@ from imubench.diagnosis.noise.reml import declared
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.selection import Selection
 from imubench.diagnosis.solve.refit import refit
-from imubench.diagnosis.verdict.findings import carried, findings, overshadowed
+from imubench.diagnosis.verdict.findings import findings, overshadowed, propagated_std
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -64,7 +64,7 @@ def test_a_hum_s_amplitude_has_the_error_of_its_cosine_and_sine():
     values = {"frequency": np.array([17.3]), "cosine": amplitude * np.sin(phase), "sine": amplitude * np.cos(phase)}
     std = {h.key("frequency"): np.array([0.01])}
     std |= {h.key(name): np.array([0.004, 0.006, 0.003]) for name in ("cosine", "sine")}
-    found = carried(h, values, std, 0.01)["amplitude"]
+    found = propagated_std(h, values, std, 0.01)["amplitude"]
     drawn = []
     for _ in range(4000):
         moved = {name: x + std[h.key(name)] * rng.standard_normal(x.size) for name, x in values.items()}

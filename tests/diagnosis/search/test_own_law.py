@@ -3,7 +3,8 @@
 import pytest
 
 import imubench.diagnosis.search.rounds as rounds
-from imubench.diagnosis.criteria.trial import UNEXPLAINED, Trial, misfit
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.criteria.trial import Trial, misfit
 from imubench.diagnosis.discrepancy.input_nonlinearity import reads_by_own_law
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
@@ -45,7 +46,7 @@ def test_a_dead_zone_is_a_law_of_the_reading_and_nothing_that_moves_is(tmp_path,
 @pytest.mark.slow
 def test_no_spring_is_sought_beside_a_dead_zone(tmp_path, monkeypatch):
     fit = fit_of(tmp_path, "hinge", [DEAD_ZONE], 63, seconds=8.0, band=2.0)
-    assert misfit(fit) > UNEXPLAINED
+    assert misfit(fit) > ADMISSION.unexplained_misfit
     asked = []
     monkeypatch.setattr(rounds, "state_trials", lambda fit, alive, *rest: asked.append(alive) or [])
     tried = try_round(fit, candidates(fit.model), lambda _: None)

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from imubench.diagnosis.config.simulation import ROLL_OUT
 from imubench.diagnosis.evidence import Swing
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.simulation import rollout
@@ -106,7 +107,7 @@ def test_a_long_swing_is_the_same_in_one_piece_and_in_many(monkeypatch):
     swing = Swing(0.0, 5.0, Start(angle=9.0, angle_rate=4.0))  # whole turns are counted
     rig = hinge_like(dry_friction=0.02)
     whole = rolled_out(rig, swing, 200.0).hinge_angle
-    monkeypatch.setattr(rollout, "CHUNK_S", 0.7)
+    monkeypatch.setattr(rollout, "ROLL_OUT", replace(ROLL_OUT, chunk_s=0.7))
     assert whole[0] == pytest.approx(9.0, abs=1e-9)
     np.testing.assert_allclose(rolled_out(rig, swing, 200.0).hinge_angle, whole, atol=1e-9)  # rounding, in swings
 
@@ -142,7 +143,8 @@ def test_the_start_of_a_swing_is_found_from_its_first_second(family):
     turned = Rotation.from_rotvec([0.7, 0.4, 0.2]).as_quat()[[3, 0, 1, 2]]
     true = Swing(0.0, 5.0, Start(angle=1.2, angle_rate=0.4, quaternion=turned, rate=np.array([0.3, -1.0, 1.5])))
     near = replace(
-        true, state=rollout.beside(rig, true.state, 0.02 * np.array([1, -1, 1, 1, -1, 1])[: rollout.freedoms(rig)])
+        true,
+        state=rollout.state_beside(rig, true.state, 0.02 * np.array([1, -1, 1, 1, -1, 1])[: rollout.freedoms(rig)]),
     )
     found = refined(rig, near, misfit_of(rig, true, 1e-3)).state
     off = [found.angle - 1.2, found.angle_rate - 0.4] if family == "hinge" else found.rate - true.state.rate

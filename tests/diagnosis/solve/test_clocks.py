@@ -2,9 +2,10 @@
 
 import pytest
 
+from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.problem.bspline import SUPPORT
 from imubench.diagnosis.solve.clock_offsets import late
-from imubench.diagnosis.solve.initialize import EDGE, model_of
+from imubench.diagnosis.solve.initialize import model_of
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -35,7 +36,10 @@ def test_knots_reach_as_far_as_the_clocks_lead_and_hardly_further(tmp_path, offs
     model, stamps = model_of(recording), recording.imus[1].time
     knots = model.tracks.knots
     first, last = (float(t) - model.start for t in (min(0.0, -offset) + stamps[0], max(0.0, -offset) + stamps[-1]))
-    least, most = EDGE - 0.01, EDGE + 3 * knots.step  # the offset is known to 2.5 ms, stamps are 10 ms apart
+    least, most = (
+        START.edge_s - 0.01,
+        START.edge_s + 3 * knots.step,
+    )  # the offset is known to 2.5 ms, stamps are 10 ms apart
     assert least < first - knots.start < most
     assert least < knots.start + knots.step * (knots.count - SUPPORT + 1) - last < most
 

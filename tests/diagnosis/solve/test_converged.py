@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.solve.levenberg_marquardt import FINE, converged, solve
+from imubench.diagnosis.solve.levenberg_marquardt import converged, solve
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -34,7 +35,7 @@ def test_it_ends_where_it_ends_from_elsewhere(sliding):
     std = parameter_std(sliding)
     ends = [converged(sliding), converged(off(sliding, std))]
     numbers = sum(r.residual.value.size for r in ends[0].measured)
-    assert ends[0].cost == pytest.approx(ends[1].cost, abs=10 * FINE * numbers)
+    assert ends[0].cost == pytest.approx(ends[1].cost, abs=10 * SOLVER.fine_gain * numbers)
     for name in (SLIDING.key("slide"), SLIDING.key("twist"), "imu1.rotation"):
         apart = np.abs(ends[0].state.values[name] - ends[1].state.values[name]) / std[name]
         assert apart.max() < 0.1, (name, apart)
@@ -56,4 +57,4 @@ def test_what_is_converged_stays(sliding):
     again = converged(end)
     numbers = sum(r.residual.value.size for r in end.measured)
     assert end.cost <= sliding.cost
-    assert again.cost == pytest.approx(end.cost, abs=10 * FINE * numbers)
+    assert again.cost == pytest.approx(end.cost, abs=10 * SOLVER.fine_gain * numbers)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.bspline import SUPPORT, Knots, Tracks
 from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.solve.block_tridiagonal import Banded, NotPositiveDefiniteError
@@ -11,7 +12,7 @@ from imubench.diagnosis.solve.bordered import solve_arrow
 from imubench.diagnosis.solve.linearize import Held, linearise
 from imubench.diagnosis.solve.marginals import inverse_windows
 from imubench.diagnosis.solve.narrow_band import solved
-from imubench.diagnosis.solve.normal_equations import KNOTS_PER_BLOCK, Normal
+from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.threads import side_by_side
 from imubench.jets import CONSTANT, Jet
 
@@ -118,7 +119,7 @@ def test_a_direction_that_nothing_holds_is_named():
 
 @pytest.mark.parametrize(("blocks", "width"), [(70, 3), (2, 2), (1, 1)])
 def test_the_windows_of_an_inverse_are_the_dense_one_s_blocks(blocks, width):
-    rng, b, c = np.random.default_rng(0), KNOTS_PER_BLOCK * width, (SUPPORT - 1) * width
+    rng, b, c = np.random.default_rng(0), ALGEBRA.knots_per_block * width, (SUPPORT - 1) * width
     diagonal, right = rng.normal(size=(blocks, b, b)), rng.normal(size=(blocks, c, c))
     diagonal = diagonal + np.swapaxes(diagonal, 1, 2) + 20 * b * np.eye(b)
     whole = np.zeros((blocks * b, blocks * b))
@@ -130,7 +131,7 @@ def test_the_windows_of_an_inverse_are_the_dense_one_s_blocks(blocks, width):
             whole[last, first], whole[first, last] = right[i], right[i].T
     inverse = np.linalg.inv(whole)
     found = np.concatenate(list(inverse_windows(Banded(diagonal, right).factor(), width))[::-1])
-    for k in range(blocks * KNOTS_PER_BLOCK - SUPPORT + 1):  # knots that a row can begin at
+    for k in range(blocks * ALGEBRA.knots_per_block - SUPPORT + 1):  # knots that a row can begin at
         span = slice(k * width, (k + SUPPORT) * width)
         assert_allclose(found[k], inverse[span, span], rtol=1e-9, atol=1e-15)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.candidates.grids import rested
+from imubench.diagnosis.candidates.grids import at_best_rest_angle
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.refit import evidence_over, refit
@@ -19,7 +19,7 @@ def test_a_spring_at_rest_elsewhere_is_worth_more_than_one_at_rest_at_none(rest,
     make_case(tmp_path / "r", "hinge", asked, 31, seconds=8.0, base="fixed", swing=True, encoder=True)
     fit = nominal_fit(read(tmp_path / "r")[0])
     plain = Hypothesis(EFFECTS["joint_spring"], "joint")
-    found = rested(Base.of(fit), plain)
+    found = at_best_rest_angle(Base.of(fit), plain)
     start = dict(zip(("k", "q0"), (p.start for p in found.hypothesis.effect.parameters), strict=True))
     assert abs(np.array(start["q0"]) - rest) < 0.13 + 0.1  # half the grid, and the gap that the linear score has
     assert start["k"] == 0.0  # no spring is the prior's middle

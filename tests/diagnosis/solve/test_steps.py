@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.onset_scan import After
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.solve.gauss_newton import Step, all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import ENOUGH, solve
-from imubench.diagnosis.solve.retract import moved, paced
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.retract import moved, with_centre_velocity
 from imubench.diagnosis.solve.schur import Base, promise
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -33,7 +34,7 @@ def disturbed(fit, size=0.02):
 
 @pytest.mark.long
 def test_a_pace_is_where_nothing_else_in_it_costs_less(fit):
-    state = paced(fit.model, disturbed(fit))
+    state = with_centre_velocity(fit.model, disturbed(fit))
     best, own = cost(fit, state), fit.model.tracks.columns("velocity")
     rng = np.random.default_rng(5)
     for _ in range(5):
@@ -43,17 +44,17 @@ def test_a_pace_is_where_nothing_else_in_it_costs_less(fit):
 
 
 def test_a_step_gains_what_it_promises_once_the_pace_has_followed(fit):
-    begun = paced(fit.model, disturbed(fit, 1e-3))
+    begun = with_centre_velocity(fit.model, disturbed(fit, 1e-3))
     step = Step.of(fit.model, all_rows(fit.model, begun, fit.noise, fit.anchor))
     whole = moved(fit.model, begun, step.splines, step.values)
-    gained = cost(fit, begun) - cost(fit, paced(fit.model, whole))
+    gained = cost(fit, begun) - cost(fit, with_centre_velocity(fit.model, whole))
     assert gained == pytest.approx(step.promised, rel=0.01)
 
 
 def test_a_fit_that_is_begun_elsewhere_comes_to_the_same_cost(fit):
     again = solve(fit.model, disturbed(fit, 0.005), fit.noise, fit.anchor)
     count = sum(r.residual.value.size for r in fit.measured)
-    assert again.cost == pytest.approx(fit.cost, abs=ENOUGH * count)  # 1 nat
+    assert again.cost == pytest.approx(fit.cost, abs=SOLVER.least_gain * count)  # 1 nat
 
 
 def test_columns_that_begin_at_a_moment_promise_what_those_cut_off_by_hand_do(fit):

@@ -14,8 +14,8 @@ from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import refit
-from imubench.diagnosis.verdict.estimate_shift import asked, moved, times, turned
-from imubench.diagnosis.verdict.without_finding import fit_without, moves_of, together
+from imubench.diagnosis.verdict.estimate_shift import estimates_of, moves_between, times, turned
+from imubench.diagnosis.verdict.without_finding import fit_without, moves_of, moves_of_all
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -82,7 +82,7 @@ def test_two_findings_together_move_what_either_does(tmp_path):
     axis = nominal.T @ [0.0, 1.0, 0.0]
     angle = np.degrees(np.arccos(axis @ rotations.to_matrix(rotations.exp(np.array([0.0, 0.0, 3 * DEG]))) @ axis))
     both = fitted(recording, ("mount_pose", "imu2"), ("gyro_bias", "imu2"))
-    known = together(both, recording, TOLERANCE)
+    known = moves_of_all(both, recording, TOLERANCE)
     assert known["joint_axis"].value == pytest.approx([0.0, angle], abs=0.3)  # twice as many numbers to take it up
     of_bias = moves(both, said("gyro_bias", "imu2"), recording)["orientation"].value
     assert known["orientation"].value == pytest.approx(of_bias, rel=0.3)  # mounts solved again take up a part
@@ -90,7 +90,7 @@ def test_two_findings_together_move_what_either_does(tmp_path):
 
 def test_nothing_found_moves_nothing(clean):
     recording, fit = clean
-    assert together(fit, recording, TOLERANCE) == {}
+    assert moves_of_all(fit, recording, TOLERANCE) == {}
 
 
 def test_a_gyroscopes_bias_moves_what_a_fit_from_scratch_without_it_says_otherwise(tmp_path):
@@ -103,7 +103,7 @@ def test_a_gyroscopes_bias_moves_what_a_fit_from_scratch_without_it_says_otherwi
     known = moves(fit, said("gyro_bias", "imu2"), recording)
     stamps = times(fit)
     naive = solve(naive.model, naive.state, {name: fit.noise[name] for name in naive.noise}, naive.anchor)
-    scratch = moved(asked(fit, stamps), asked(naive, stamps), recording)
+    scratch = moves_between(estimates_of(fit, stamps), estimates_of(naive, stamps), recording)
     for name in ("joint_axis", "hinge_angle", "orientation"):
         assert known[name].value == pytest.approx(scratch[name].value, rel=0.1, abs=0.02), name
     assert is_material(known, TOLERANCE)
@@ -128,7 +128,7 @@ def test_rounding_moves_as_much_as_the_same_recording_without_it_says(tmp_path):
     fine = solve(replace(coarse.model, recording=plain), coarse.state, coarse.noise, coarse.anchor)
     finding = said("quantisation", "imu2", step=Parameter(step, 1e-6, "rad/s"))
     known = moves(coarse, finding, rounded)
-    truth = moved(asked(coarse, times(coarse)), asked(fine, times(coarse)), rounded)
+    truth = moves_between(estimates_of(coarse, times(coarse)), estimates_of(fine, times(coarse)), rounded)
     for name in ("hinge_angle", "orientation"):
         ratio = float(np.max(known[name].value) / np.max(truth[name].value))
         assert 0.5 < ratio < 2.0, (name, ratio)
@@ -182,8 +182,8 @@ def test_what_can_be_asked_of_each_rig(tmp_path):
     for rig in ("hinge", "pendulum", "free"):
         recording = recorded(tmp_path / rig, rig=rig)
         fit = first_fit(model_of(recording), 2)  # what can be asked does not hang on how good it is
-        here = asked(fit, times(fit))
-        same = moved(here, here, recording)
+        here = estimates_of(fit, times(fit))
+        same = moves_between(here, here, recording)
         assert all(np.all(move.value < 1e-9) for move in same.values())
         names[rig] = set(same)
     assert names["hinge"] == {"joint_axis", "joint_centre", "hinge_angle", "hinge_angle_constant", "orientation"}
@@ -210,5 +210,5 @@ def test_a_place_along_the_hinge_s_axis_is_no_other_centre(shift, off, tmp_path)
         values[name] = values[name] + shift
     other = replace(fit, state=replace(fit.state, values=values))
     time = times(fit)
-    known = moved(asked(fit, time), asked(other, time), recording)
+    known = moves_between(estimates_of(fit, time), estimates_of(other, time), recording)
     assert known["joint_centre"].value == pytest.approx([off, off], abs=1e-9)  # rounding: the shift is exact

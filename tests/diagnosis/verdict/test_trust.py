@@ -18,7 +18,15 @@ from imubench.diagnosis.result import Diagnosis, Doubt
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.solve.refit import refit
-from imubench.diagnosis.verdict.trust import PREDICTION, Question, allowed, doubts, implausible, matters, of_two_minds
+from imubench.diagnosis.verdict.trust import (
+    PREDICTION,
+    Question,
+    allowed,
+    doubts,
+    halves_that_differ,
+    implausible,
+    matters,
+)
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.format1 import read
@@ -68,14 +76,14 @@ def spliced(tmp_path, first, second):
 
 
 def test_a_scale_that_is_another_in_either_half_is_doubted(tmp_path):
-    said = of_two_minds(spliced(tmp_path, [0.02] * 3, [0.05] * 3))
+    said = halves_that_differ(spliced(tmp_path, [0.02] * 3, [0.05] * 3))
     assert [doubt.of for doubt in said] == ["gyro_scale@imu2.scale"]
     assert "the halves of the recording differ by 0.03" in said[0].why
 
 
 def test_a_small_part_of_a_vector_that_is_another_in_either_half_is_not_doubted(tmp_path):
     """A tenth of the whole: what is taken out with it is right but for a hundredth of its power."""
-    assert of_two_minds(spliced(tmp_path, [0.1, 0.004, 0.1], [0.1, 0.018, 0.1])) == ()
+    assert halves_that_differ(spliced(tmp_path, [0.1, 0.004, 0.1], [0.1, 0.018, 0.1])) == ()
 
 
 @pytest.mark.long
@@ -100,7 +108,7 @@ def test_a_number_far_from_what_is_plausible_is_doubted_and_springs_without_damp
 def test_a_number_is_doubted_only_where_it_moves_what_a_user_asks_for(tmp_path):
     """A scale that is 0.03 off about the hinge's axis moves its angle by as much of itself: 1 deg of 30."""
     fit = spliced(tmp_path, [0.02] * 3, [0.05] * 3)
-    (question,) = of_two_minds(fit)
+    (question,) = halves_that_differ(fit)
     assert matters(fit, question, (0.1, 1.0))
     assert not matters(fit, question, (60.0, 1000.0))
     same = Question(question.of, "", fit.state.values[question.of])

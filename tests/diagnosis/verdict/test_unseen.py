@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from imubench.diagnosis.directions import HIDDEN, Directions, aligned, directions, in_words
+from imubench.diagnosis.config.criteria import OBSERVABILITY
+from imubench.diagnosis.directions import Directions, aligned, directions, in_words
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.refit import information, refit
@@ -39,11 +40,11 @@ def test_what_no_sample_moves_is_not_seen_and_what_they_fix_is():
 def test_the_line_is_half_the_prior_s_deviation():
     prior = np.array([2.0])
     for factor, seen in ((1.01, 1), (0.99, 0)):
-        std = HIDDEN * 2.0 * factor
+        std = OBSERVABILITY.hidden * 2.0 * factor
         assert directions(np.array([[std**2]]), prior).unseen.shape[1] == seen
     # as the data alone would say, a std of the prior's over sqrt(3)
     data = np.array([[3 / 2.0**2]])
-    assert known(data, prior)[0, 0] == pytest.approx((HIDDEN * 2.0) ** 2)
+    assert known(data, prior)[0, 0] == pytest.approx((OBSERVABILITY.hidden * 2.0) ** 2)
 
 
 @settings(max_examples=60, deadline=None)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.candidates.begin import begin
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
-from imubench.diagnosis.criteria.trial import NEEDED
 from imubench.diagnosis.search.moves.add_dynamic import state_trials
 from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
 from imubench.diagnosis.search.selection import candidates
@@ -37,7 +37,7 @@ def smoothing(tmp_path_factory):
 def test_a_filter_that_only_smooths_the_motion_is_none(smoothing):
     """It was called a filter of 42 Hz with a confidence of 0.97: with it the fit follows less of the noise."""
     fit, filters, trial = smoothing
-    assert trial.evidence < NEEDED
+    assert trial.evidence < EVIDENCE.needed_nat
     assert not state_trials(fit, filters, lambda _: None)
 
 
@@ -45,7 +45,7 @@ def test_a_filter_that_only_smooths_the_motion_is_none(smoothing):
 @pytest.mark.xfail(strict=True, reason="-174 nat, 5 needed: a rougher motion no longer has to refuse it")
 def test_a_filter_that_only_smooths_the_motion_is_worth_something_beside_one_as_smooth(smoothing):
     fit, _, trial = smoothing
-    assert aic_gain(fit, trial.fit) > NEEDED
+    assert aic_gain(fit, trial.fit) > EVIDENCE.needed_nat
 
 
 @pytest.mark.slow
@@ -80,4 +80,4 @@ def test_a_filter_whose_cutoff_is_not_known_is_none(unknown):
 @pytest.mark.slow
 @pytest.mark.xfail(strict=True, reason="4.2 nat, 5 needed: the cutoff alone no longer has to refuse it")
 def test_a_filter_whose_cutoff_is_not_known_has_evidence(unknown):
-    assert unknown[2].evidence > NEEDED
+    assert unknown[2].evidence > EVIDENCE.needed_nat

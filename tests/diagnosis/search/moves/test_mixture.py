@@ -63,7 +63,7 @@ def test_laws_have_what_all_of_them_gain(swung):
     assert first.heldout == second.heldout
     alone = fitted_with(swung({DRY: SIZES[DRY]}), (DRY,))
     assert together(*alone) == alone[1]
-    assert first.heldout.foretells(100.0)
+    assert first.heldout.is_sure(100.0)
 
 
 def test_without_friction_nothing_is_weighed(swung):

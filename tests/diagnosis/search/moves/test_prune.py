@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.trial import NEEDED, Kept
+from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -74,8 +75,8 @@ def test_a_drift_that_the_noise_s_colour_may_be_is_none(tmp_path, colour, stays)
     (h,) = fit.model.hypotheses
     white = about_zero(fit, [h], information(fit)[0])
     (k,) = in_colour(fit, [Kept(h, white, NOTHING, ())], *information(fit))
-    assert white > 2 * NEEDED
-    assert (k.evidence > NEEDED) is stays
+    assert white > 2 * EVIDENCE.needed_nat
+    assert (k.evidence > EVIDENCE.needed_nat) is stays
     assert firmly(fit, [Kept(h, white, NOTHING, ())]) == ([h] if k.evidence > CERTAIN else [])
     kept = moved(Drop(), fit, [Kept(h, white, NOTHING, ())], firm=(h,)).kept
     assert [k.hypothesis for k in kept] == [h]

@@ -2,15 +2,13 @@
 
 from collections.abc import Iterator
 
+from imubench.diagnosis.config.nonsense import STRETCH
+from imubench.diagnosis.config.samples import SCREENING
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Recording
 
-FEWEST = 32  # samples: fewer have no spectrum, and the raw checks say nothing of them either
-LEAST = 0.1  # of the declared rate, and of the recording's length, that samples must make up
-MOMENT = 5.0  # s: longer pieces of a longer recording can be diagnosed by themselves
 
-
-def few(recording: Recording) -> Iterator[Nonsense]:
+def too_few_samples(recording: Recording) -> Iterator[Nonsense]:
     """Yield every IMU whose samples are too few, too far apart, or of a moment only."""
     clocks = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     seconds = float(max(t[-1] for t in clocks) - min(t[0] for t in clocks))
@@ -19,15 +17,15 @@ def few(recording: Recording) -> Iterator[Nonsense]:
         promised = imu.rate * own
         evidence = {"samples": float(count), "seconds": own}
         advice = f"record {imu.name} at {imu.rate:g} Hz for as long as the rest, or leave it out"
-        if count < FEWEST:
-            what = f"{imu.name} has too few samples: {count}, where {FEWEST} are needed"
-        elif count < LEAST * promised:
+        if count < SCREENING.least_samples:
+            what = f"{imu.name} has too few samples: {count}, where {SCREENING.least_samples} are needed"
+        elif count < STRETCH.least_share * promised:
             what = f"{imu.name} has too few samples: {count} in {own:.1f} s, where {imu.rate:g} Hz are declared"
-        elif own < min(LEAST * seconds, MOMENT):
+        elif own < min(STRETCH.least_share * seconds, STRETCH.moment_s):
             what = f"{imu.name} has samples of {own:.1f} s only, in a recording of {seconds:.1f} s"
         else:
             continue
         yield Nonsense(imu.name, what, evidence, advice=advice, missing=True)
 
 
-__all__ = ["few"]
+__all__ = ["too_few_samples"]

@@ -6,9 +6,10 @@ from time import perf_counter
 
 import numpy as np
 
+from imubench.diagnosis.config.nonsense import STRETCH
+from imubench.diagnosis.config.samples import QUIET_MOMENTS, SCREENING
 from imubench.diagnosis.evidence import Evidence, Level, Played, Pose, Trace
-from imubench.diagnosis.nonsense.few import FEWEST
-from imubench.diagnosis.residual_checks.fit_summary import CHANNELS, noise_of
+from imubench.diagnosis.residual_checks.fit_summary import CHANNELS_WITH_UNIT, noise_of
 from imubench.diagnosis.result import (
     UNKNOWN,
     Diagnosis,
@@ -21,14 +22,11 @@ from imubench.diagnosis.result import (
     Where,
 )
 from imubench.diagnosis.samples.quiet_moments import quiet_level
+from imubench.diagnosis.search.confidence import MOST_SURE
 from imubench.recording import Recording
 
-SURE = 0.96  # as the surest of the other findings; no check was wrong on 596 simulated recordings and 260 real windows
-ROWS = 60  # of a motion that stands still
-FINEST = 1e-6  # of a unit: as `quiet_level`
 
-
-def dead_end(recording: Recording, wrong: Sequence[Nonsense], clock: float) -> tuple[Diagnosis, Evidence]:
+def diagnosed_without_fit(recording: Recording, wrong: Sequence[Nonsense], clock: float) -> tuple[Diagnosis, Evidence]:
     """Return the diagnosis of a recording that makes no sense, begun at `clock` (`perf_counter`), and its readings.
 
     `unobservable` where samples are missing, else `unexplained` with an unknown where something is wrong. Nothing moves
@@ -61,12 +59,12 @@ def _finding(n: Nonsense, recording: Recording) -> Finding:
         time = recording.imu(n.at).time
         share = dict.fromkeys(n.channels, 1 / len(n.channels))
         place = Where(n.at, share, (), ((float(time[0]), float(time[-1])),), "nothing clear", 1.0)
-    return Finding(UNKNOWN, n.at, SURE, {}, nothing, where=place)
+    return Finding(UNKNOWN, n.at, MOST_SURE, {}, nothing, where=place)
 
 
 def readings(recording: Recording, wrong: Sequence[Nonsense]) -> Evidence:
     """Return what every sensor reads about its mean, on a rig that stands still with its mounts as declared."""
-    enough = [i for i in recording.imus if i.time.size >= FEWEST] or list(recording.imus)
+    enough = [i for i in recording.imus if i.time.size >= SCREENING.least_samples] or list(recording.imus)
     groups = [
         (f"{imu.name}.{part}", imu.time, getattr(imu, part), getattr(imu, f"{part}_noise_std"))
         for imu in enough
@@ -76,8 +74,8 @@ def readings(recording: Recording, wrong: Sequence[Nonsense]) -> Evidence:
     traces, levels = [], []
     for name, time, values, told in groups:
         at, part = name.split(".")
-        channels, unit = CHANNELS[part]
-        noise = max(told or quiet_level(time, values), FINEST)
+        channels, unit = CHANNELS_WITH_UNIT[part]
+        noise = max(told or quiet_level(time, values), QUIET_MOMENTS.finest)
         about = values - values.mean(axis=0)
         traces.append(Trace(at, part, channels, unit, time, about, noise))
         levels.append(Level(name, unit, told, noise, float(np.sqrt(np.mean(about**2)))))
@@ -97,10 +95,10 @@ def _numbers(n: Nonsense) -> str:
 def still(recording: Recording) -> Played:
     """Return a motion in which nothing moves."""
     clocks = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
-    time = np.linspace(min(t[0] for t in clocks), max(t[-1] for t in clocks), ROWS)
+    time = np.linspace(min(t[0] for t in clocks), max(t[-1] for t in clocks), STRETCH.still_rows)
     turn = recording.base_quaternion if recording.clamped else [1.0, 0, 0, 0]
-    angle = np.zeros(ROWS) if recording.tree.hinge is not None else None
-    return Played(time, np.tile(turn, (ROWS, 1)), np.zeros((ROWS, 3)), angle)
+    angle = np.zeros(STRETCH.still_rows) if recording.tree.hinge is not None else None
+    return Played(time, np.tile(turn, (STRETCH.still_rows, 1)), np.zeros((STRETCH.still_rows, 3)), angle)
 
 
-__all__ = ["dead_end", "with_nonsense"]
+__all__ = ["diagnosed_without_fit", "with_nonsense"]

@@ -1,0 +1,160 @@
+"""Thresholds of where a fit begins with effects that are far from linear."""
+
+from dataclasses import dataclass
+
+from imubench.setting import setting
+
+
+@dataclass(frozen=True)
+class BothMountsConfig:
+    """Two IMUs that both move on springs."""
+
+    samples_per_period: float = setting(6.0, "samples", "of the band that is kept: motion is below it", "numerics")
+    begun_hz: float = setting(14.0, "Hz", "that springs are begun with, while the noise is loose", "judgement")
+    begun_damping: float = setting(0.2, "damping ratio", "that springs are begun with", "judgement")
+    explained: float = setting(
+        0.25,
+        "of the power that the rigid model left",
+        "at most: else it is not springs that the rest is made of",
+        "judgement",
+    )
+    steps: int = setting(6, "steps", "of the solver at first", "time")
+    rounds: int = setting(2, "rounds", "of the noise, mounts held", "time")
+
+    @property
+    def hopeless(self) -> float:
+        """Of that power after the first steps: to follow the noise down and to free the mounts takes less."""
+        return 2 * self.explained
+
+
+BOTH_MOUNTS = BothMountsConfig()
+
+
+@dataclass(frozen=True)
+class BeginningConfig:
+    """The first look at a recording."""
+
+    rough_steps: int = setting(2, "steps", "of a fit that only shows what a recording is", "time")
+
+
+BEGINNING = BeginningConfig()
+
+
+@dataclass(frozen=True)
+class EndStopConfig:
+    """A stop that a free swing knocks against."""
+
+    knocks: int = setting(2, "knocks", "that can agree", "statistics")
+    knocks_about: int = setting(4, "knocks", "that can agree about an axis that is sought for them", "statistics")
+    same_rad: float = setting(0.02, "rad", "how closely knocks agree, as a median: stops 0.003", "trials")
+    same_share: float = setting(0.01, "of the swing", "the same, of how far the joint swings", "trials")
+    beyond_rad: float = setting(0.15, "rad", "that a smeared contact may seem to go beyond the stop", "numerics")
+    beyond_share: float = setting(0.2, "of the swing", "the same, of how far the joint swings", "numerics")
+    soon_rad: float = setting(
+        0.3, "rad", "the same right after a knock: the spline turns round later than the segment", "numerics"
+    )
+    soon_s: float = setting(0.1, "s", "after a knock that was heard, for which that holds", "numerics")
+    near_rad: float = setting(0.02, "rad", "before the stop that is left out with it", "numerics")
+    pad_s: float = setting(0.02, "s", "around it that are left out with it", "numerics")
+    grid_s: float = setting(0.005, "s", "between the times that are looked at", "numerics")
+    unsettled_rad: float = setting(
+        0.1, "rad", "an angle so little known without the knocks was chosen to suit them, and is none", "judgement"
+    )
+    least_std_rad: float = setting(0.002, "rad", "of the angle", "trials")
+    least_std_about_rad: float = setting(
+        0.03, "rad", "about an axis that is sought: four were off by 0.007 to 0.041", "trials"
+    )
+
+
+END_STOP = EndStopConfig()
+
+
+@dataclass(frozen=True)
+class ContactConfig:
+    """Contacts that nobody heard, where the equation of a swing fails."""
+
+    fails: float = setting(
+        20.0, "of the median", "by which the equation fails where a limb is pushed back", "judgement"
+    )
+    half_s: float = setting(
+        0.06, "s", "on either side of where it fails most, which its equation is not asked about", "physics"
+    )
+    rounds: int = setting(5, "rounds", "in which contacts are looked for", "time")
+    smeared_s: float = setting(
+        0.5,
+        "s",
+        "on either side of which the spline makes up for what it cannot follow: the next round tells",
+        "numerics",
+    )
+    apart_s: float = setting(0.2, "s", "failures nearer than this are one contact", "physics")
+    along: float = setting(0.2, "of a push", "along the limb or upright: a stop's has none of one of them", "physics")
+    astray_rad: float = setting(0.35, "rad", "by which the axis that a push tells of may be off", "judgement")
+    one_angle_rad: float = setting(0.05, "rad", "within which contacts begin at one angle, the farthest", "judgement")
+    least_std_rad: float = setting(
+        0.015, "rad", "of a pendulum's stop: 16 were off by 0.009 in RMS, 0.020 at most", "trials"
+    )
+    even_rad: float = setting(
+        0.005, "rad", "of axes that agree so nearly the nearest to the pushes counts", "judgement"
+    )
+
+
+CONTACT = ContactConfig()
+
+
+@dataclass(frozen=True)
+class MountStartConfig:
+    """A mount that is turned or moved by far, and lines of a spectrum."""
+
+    stencil_samples: int = setting(
+        4, "samples", "that the difference quotient of an angular acceleration takes", "numerics"
+    )
+    reach_m: float = setting(3.0, "m", "what seems farther away has not been seen", "physics")
+    agree: float = setting(
+        0.25,
+        "of a gyroscope's reading",
+        "where the two agree so well across the axis no mount is turned far",
+        "judgement",
+    )
+    faint: float = setting(
+        0.03,
+        "of the strongest",
+        "a turn that is seen less is noise, as all are but one on a base that stands still",
+        "judgement",
+    )
+    far_rad: float = setting(0.35, "rad", "what is turned by less is found from where it is declared", "numerics")
+    better: float = setting(0.5, "of the cost of the start as declared", "that one begun anew must have", "judgement")
+
+
+MOUNT_START = MountStartConfig()
+
+
+@dataclass(frozen=True)
+class HumStartConfig:
+    """Where a hum begins."""
+
+    line_bins: int = setting(41, "bins", "of a spectrum that a line must stand out of", "numerics")
+    other_line_hz: float = setting(1.0, "Hz", "off: another line than that of the raw samples", "numerics")
+    least_hum_hz: float = setting(1.0, "Hz", "under which a hum is part of the motion", "physics")
+
+
+HUM_START = HumStartConfig()
+
+
+@dataclass(frozen=True)
+class SlipScanConfig:
+    """When a mount slips."""
+
+    apart_s: tuple[float, ...] = setting(
+        (2.0, 0.3, 0.1, 0.05), "s", "between the moments of a slip that are compared, closer and closer", "numerics"
+    )
+    around: int = setting(
+        2, "moments", "to either side are looked at anew: a peak is as narrow as a slip is short", "numerics"
+    )
+    coarse_moments: int = setting(60, "moments", "of a long recording, first", "time")
+    peak_s: float = setting(0.05, "s", "between moments about the loudest", "numerics")
+    peak_moments: int = setting(3, "moments", "to either side of the loudest", "numerics")
+    parts: int = setting(4, "parts", "of a slip, at which the loudest stretch may begin", "numerics")
+    clear: float = setting(1.25, "of a slip's length", "from one to the next", "judgement")
+
+
+SLIP_SCAN = SlipScanConfig()

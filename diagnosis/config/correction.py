@@ -1,0 +1,52 @@
+"""Thresholds of what is done with a diagnosis."""
+
+from dataclasses import dataclass
+
+from imubench.setting import setting
+
+
+@dataclass(frozen=True)
+class ReadModelConfig:
+    """What a model that is read may hold."""
+
+    most_samples: int = setting(
+        2_000_000, "samples", "of a sensor: what fits into a gigabyte while MuJoCo plays it", "time"
+    )
+    least_rate_hz: float = setting(0.1, "Hz", "of inertial sensors and encoders", "judgement")
+    most_rate_hz: float = setting(10_000.0, "Hz", "of inertial sensors and encoders", "judgement")
+    most_s: float = setting(
+        5_000.0, "s", "of a recording: 2 million states at 400 Hz, the least that is played", "time"
+    )
+    edge_s: float = setting(0.5, "s", "by which samples may go on beyond the motion's first and last row", "judgement")
+    rounding_s: float = setting(1e-6, "s", "by which rounding may move an end", "numerics")
+
+
+READ_MODEL = ReadModelConfig()
+
+
+@dataclass(frozen=True)
+class ReplayConfig:
+    """A found model that is played again."""
+
+    least_rate_hz: float = setting(
+        400.0, "Hz", "what is read between samples of the simulation is interpolated by cubics", "numerics"
+    )
+    end_rows: int = setting(4, "rows", "of a truth behind the last sample, for what is interpolated there", "numerics")
+    steps_per_knot: int = setting(4, "steps", "on which the force at the joint becomes a movement", "numerics")
+    sensor_mass: float = setting(
+        1e-4, "of the declared body", "which is with its sensor: as much does the model's sensor add to it", "numerics"
+    )
+
+
+REPLAY = ReplayConfig()
+
+
+@dataclass(frozen=True)
+class ExplainedFitConfig:
+    """The fit from the diagnosed numbers."""
+
+    steps: int = setting(6, "steps", "of the fit from the diagnosed numbers", "time")
+    rounds: int = setting(5, "rounds", "of its noise levels after that", "time")
+
+
+EXPLAINED_FIT = ExplainedFitConfig()

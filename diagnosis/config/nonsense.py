@@ -1,0 +1,144 @@
+"""Thresholds of recordings that no simulation of their rig can be compared with."""
+
+from dataclasses import dataclass
+
+from imubench.setting import setting
+
+
+@dataclass(frozen=True)
+class StretchConfig:
+    """Which part of a recording is looked at."""
+
+    grid_hz: float = setting(50.0, "Hz", "a hand moves below 10 Hz, and the checks filter lower than that", "physics")
+    least_rate_hz: float = setting(
+        10.0, "Hz", "the mean interval of a slower sensor is longer than what the checks compare", "physics"
+    )
+    most_s: float = setting(120.0, "s", "of a recording that are looked at", "time")
+    least_share: float = setting(0.1, "of rate and length", "that samples must make up", "judgement")
+    moment_s: float = setting(
+        5.0, "s", "longer pieces of a longer recording can be diagnosed by themselves", "judgement"
+    )
+    still_rows: int = setting(60, "rows", "of a motion that stands still", "numerics")
+    rough_s: float = setting(10.0, "s", "of a recording that a rough fit takes", "time")
+    rough_steps: int = setting(
+        12,
+        "steps",
+        "of the solver: a right reading takes two to eight, and one that is not there yet is wrong",
+        "trials",
+    )
+    known_mount_rad: float = setting(
+        0.3, "rad", "a mount that is declared no better tells no order of axes", "judgement"
+    )
+
+
+STRETCH = StretchConfig()
+
+
+@dataclass(frozen=True)
+class AxisOrderConfig:
+    """Axes in another order or of another sign, and IMUs in each other's place."""
+
+    window_s: float = setting(
+        8.0,
+        "s",
+        "over which the velocity is compared: long beside a stroke, short beside what a bias of 0.05 rad/s turns",
+        "physics",
+    )
+    least_s: float = setting(5.0, "s", "under which nothing is said", "judgement")
+    lever_m: float = setting(0.3, "m", "the size of a lever arm, as a prior", "physics")
+    bias_rad_s: float = setting(0.03, "rad/s", "the size of a bias, as a prior", "judgement")
+    velocity_ratio: float = setting(
+        2.0, "of the velocity of the best other axes", "1.54 at most of 625 IMUs whose axes were right", "trials"
+    )
+    least_m_s: float = setting(
+        0.1, "m/s", "what a degree of tilt makes in a second; below, a resting sensor's drift decides", "physics"
+    )
+    clearly: float = setting(0.7, "of the next best reading's misfit", "RMS: half its power", "judgement")
+    turned_rad: float = setting(
+        0.8, "rad", "less is a mount that sits askew, not one axis in another's place (1.57)", "physics"
+    )
+    near_rad: float = setting(
+        0.05,
+        "rad",
+        "and three standard deviations: 2 % of directions are as near to one of the 23 others by chance",
+        "statistics",
+    )
+    swapped_factor: float = setting(
+        2.0,
+        "of the misfit of the other order",
+        "1.0 at most of 300 hinges with a strong effect or none, 1.3 on real ones. A likelihood ratio would "
+        "be sure of less, but what an effect leaves is not noise",
+        "trials",
+    )
+    odd_misfit: float = setting(
+        0.2,
+        "misfit",
+        "from which on the other order is tried; a recording with nothing wrong has 0.09 to 0.26",
+        "trials",
+    )
+
+
+AXIS_ORDER = AxisOrderConfig()
+
+
+@dataclass(frozen=True)
+class SharedMotionConfig:
+    """Whether two sensors saw one motion."""
+
+    folds: int = setting(4, "parts", "each of which is foretold from the others", "statistics")
+    blocks: int = setting(2, "blocks", "of each part: one early and one late in the recording", "statistics")
+    ridge: float = setting(
+        1e-3, "of the signals' mean power", "directions that hardly vary are not divided by", "numerics"
+    )
+    lag_step_s: float = setting(
+        0.04, "s", "between the lags that are tried: signals below 2 Hz change little in that", "physics"
+    )
+    surrogates: int = setting(39, "surrogates", "of which mean and spread are taken", "time")
+    surrogate_s: float = setting(
+        2.0, "s", "at least that a surrogate is turned: a stroke of the hand is over", "physics"
+    )
+    alike: float = setting(
+        0.7,
+        "1",
+        "correlation under which sensors are told apart: of 295 pairs on one hinge the least had 0.76, in 10 "
+        "s of a loose one; of 343 pairs from different recordings of 20 s one had more",
+        "trials",
+    )
+    most_correlation: float = setting(0.999, "1", "beyond, Fisher's z grows without end", "numerics")
+    below_hz: float = setting(
+        2.0, "Hz", "slower than soft mounts ring, quick enough for some strokes in every block", "physics"
+    )
+    grid_hz: float = setting(25.0, "Hz", "enough for what is below 2 Hz", "numerics")
+    turning_rad_s: float = setting(0.3, "rad/s RMS", "that a sensor must turn for what it shares to show", "physics")
+
+
+SHARED_MOTION = SharedMotionConfig()
+
+
+@dataclass(frozen=True)
+class StuckConfig:
+    """A channel that reads one number."""
+
+    long_s: float = setting(1.0, "s", "of one reading, longer than samples are held by chance", "judgement")
+    most: float = setting(
+        0.5, "of the samples", "from there a channel is stuck, and below it has stretches that are", "convention"
+    )
+    busy: float = setting(
+        0.5,
+        "of the samples of another axis",
+        "that differ from the one before: its steps are fine beside its motion",
+        "judgement",
+    )
+    turned_rad: float = setting(
+        0.1,
+        "rad",
+        "between directions of the specific force: more than a still sensor's noise or a bench that shakes",
+        "physics",
+    )
+    turning_rad_s: float = setting(
+        0.1, "rad/s RMS", "beside which gravity turns too far for an accelerometer to read one number", "physics"
+    )
+    same_limit: float = setting(1e-6, "relative", "readings at one limit", "numerics")
+
+
+STUCK = StuckConfig()

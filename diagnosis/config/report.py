@@ -1,0 +1,74 @@
+"""Thresholds and sizes of the report."""
+
+from dataclasses import dataclass
+
+from imubench.setting import setting
+
+
+@dataclass(frozen=True)
+class ChartConfig:
+    """Sizes of the figures."""
+
+    width: int = setting(1000, "units of a viewBox", "about the pixels of a page", "convention")
+    height: int = setting(200, "units of a viewBox", "of one channel", "convention")
+    dots: int = setting(
+        350,
+        "samples",
+        "up to which each is drawn as a dot: one in three pixels; more are a broad pale line",
+        "convention",
+    )
+    gap: float = setting(5.0, "usual steps", "no line is drawn across more lost samples than that", "convention")
+    ticks: int = setting(5, "numbers", "along an axis", "convention")
+    columns: int = setting(120, "columns", "over time: a phone has about 300 pixels for them", "convention")
+    bins: int = setting(60, "rows", "over frequency", "convention")
+    least_column_s: float = setting(0.5, "s", "of a column: a few samples of the slowest sensor", "judgement")
+    levels: tuple[float, ...] = setting(
+        (1.5, 3.0, 6.0, 15.0, 50.0),
+        "of the noise",
+        "from which each darker step begins: 1.5 is beyond what noise does by chance in half a second, and "
+        "six steps are as many as can be told apart",
+        "statistics",
+    )
+    dots_per_inch: int = setting(130, "1/inch", "of the picture", "convention")
+
+
+CHART = ChartConfig()
+
+
+@dataclass(frozen=True)
+class PageConfig:
+    """What the page says."""
+
+    excerpt_s: float = setting(
+        3.0, "s", "some thirty cycles of the mounts' usual 10 Hz, each 30 pixels wide", "convention"
+    )
+    slow_share: float = setting(
+        0.5, "of the difference's power", "at less than a cycle an excerpt: then the whole is shown", "convention"
+    )
+    channels: int = setting(2, "channels", "of a finding", "convention")
+    seen: float = setting(
+        1.1, "of the error with a finding", "less is lost in how well the noise is known, 15 %", "judgement"
+    )
+    places: int = setting(2, "sentences", "of where they differ; the others stand at the map", "convention")
+    at_noise: float = setting(
+        1.2,
+        "of the noise",
+        "over all channels: a declared std is right within 15 %, and coloured noise adds up to 10 % to it",
+        "judgement",
+    )
+    ideal_noise: float = setting(
+        1e-4,
+        "rad/s and m/s^2",
+        "per sample, below which a profile's noise is that of no IMU on sale: the quietest MEMS gyroscope of "
+        "the list has 1.7e-3 rad/s",
+        "data sheet",
+    )
+    mostly_prior: float = setting(
+        0.5,
+        "of a number's own direction",
+        "from half on, what is plausible says more of it than the recording",
+        "convention",
+    )
+
+
+PAGE = PageConfig()

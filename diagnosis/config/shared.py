@@ -1,0 +1,137 @@
+"""Chances, sigmas, evidence and confidences that several rooms decide by."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imubench.setting import setting
+
+
+@dataclass(frozen=True)
+class StatisticsConfig:
+    """How rare a coincidence must be before it counts."""
+
+    false_alarms_per_recording: float = setting(
+        1e-3, "1", "false alarms of one check on a recording of noise alone: one in a thousand recordings", "judgement"
+    )
+    false_alarm_of_one: float = setting(
+        1e-6, "1", "false alarm of one channel or one peak: of a thousand in a recording 0.1 % in all", "statistics"
+    )
+    clear_sigmas: float = setting(
+        3.0, "std", "what stands out by so much is no chance: 0.3 % of normal deviates, two-sided", "statistics"
+    )
+    rare_sigmas: float = setting(
+        4.0,
+        "std",
+        "the same where some fifty numbers are looked at: one recording in 300 has one so far off by chance",
+        "statistics",
+    )
+    band_sigmas: float = setting(
+        2.5, "std", "scatter of a band's power that white noise is allowed: 1.2 % of bands, two-sided", "statistics"
+    )
+    prior_sigmas: float = setting(
+        4.0,
+        "std of a prior",
+        "a prior holds what is plausible; beyond so much of it a number is none of nature's",
+        "judgement",
+    )
+    interval_sigmas: float = setting(1.96, "std", "half width of the 95 % interval of a normal deviate", "statistics")
+
+
+STATISTICS = StatisticsConfig()
+
+
+@dataclass(frozen=True)
+class EvidenceConfig:
+    """What an explanation must gain in log likelihood."""
+
+    needed_nat: float = setting(
+        5.0,
+        "nat",
+        "odds of 150: of some 60 candidates the best by chance stays below, and a rival within it is as good",
+        "statistics",
+    )
+    clear_nat: float = setting(10.0, "nat", "odds of 22,000: a gain so large needs no further proof", "statistics")
+
+
+EVIDENCE = EvidenceConfig()
+
+
+@dataclass(frozen=True)
+class ConfidenceConfig:
+    """What a confidence means, and its caps."""
+
+    counts: float = setting(0.5, "1", "more likely than not: from here a finding counts in the verdict", "convention")
+    sure: float = setting(
+        0.9, "1", "of noise power beyond the declared, and from where a finding stands before doubted ones", "judgement"
+    )
+    as_good: float = setting(0.6, "1", "at most, of a law beside which another was worth as much", "trials")
+    free_splines: float = setting(
+        0.65,
+        "1",
+        "at most, of splines without a law, which follow anything: 14 of 25 in 600 blind trials were true; "
+        "and of a law beside which the fit leaves too much",
+        "trials",
+    )
+    overshadowed: float = setting(
+        0.6,
+        "1",
+        "at most, beside a stronger name that is worth far more: 2 of 7 in 515 blind trials were true",
+        "trials",
+    )
+    implausible_place: float = setting(
+        0.2,
+        "1",
+        "of a name at a sensor with numbers that no sensor has: each of seven in 900 blind trials was false",
+        "trials",
+    )
+    end_stop: float = setting(0.95, "1", "of a stop at whose angle all knocks begin", "judgement")
+    knock_or_knocks: tuple[float, float] = setting(
+        (0.6, 0.95), "1", "of one knock, which may be something else that happens once, and of several", "judgement"
+    )
+
+
+CONFIDENCE = ConfidenceConfig()
+
+
+@dataclass(frozen=True)
+class DeclaredNoiseConfig:
+    """How far a declared noise may be from the true one."""
+
+    std_error: float = setting(
+        0.15, "of the std", "a noise std read off a data sheet or a short rest is right within so much", "judgement"
+    )
+    colour: float = setting(
+        0.2, "of the white power", "coloured noise, or rounding, up to this is noise and no mismatch", "judgement"
+    )
+    rough_motion: float = setting(
+        1.3, "of the power", "a motion held too smooth for a rough stroke leaves so much", "judgement"
+    )
+
+    @property
+    def least_std(self) -> float:
+        """Of the declared std: no estimate goes below."""
+        return 1 - self.std_error
+
+    @property
+    def most_std(self) -> float:
+        """Times the declared std, coloured noise on top of an error of the std."""
+        return (1 + self.std_error) * float(np.sqrt(1 + self.colour))
+
+    @property
+    def most_power(self) -> float:
+        """Times the declared power, beyond which a sensor is louder than declared."""
+        return (1 + self.std_error) ** 2 * (1 + self.colour) * self.rough_motion
+
+    @property
+    def misdeclared_power(self) -> float:
+        """Times the declared power, where the std was declared too small by its error."""
+        return 1 / (1 - self.std_error) ** 2
+
+    @property
+    def held_out_misfit(self) -> float:
+        """Misfit of samples each predicted from all others; white noise has 1."""
+        return 1 + self.colour
+
+
+DECLARED_NOISE = DeclaredNoiseConfig()
