@@ -61,7 +61,10 @@ def test_what_was_certain_before_the_knots_became_finer_stays(fit, finer, monkey
         asked.append(list(state.firm))
         yield Proposal("nothing", replace(state, weighed=state.fit))
 
-    monkeypatch.setattr(Add, "propose", lambda _, state: iter_of(state))
+    def nothing_more(_, state):
+        yield Proposal("a round", replace(state, rounds=replace(state.rounds, again=False)))
+
+    monkeypatch.setattr(Add, "propose", nothing_more)
     monkeypatch.setattr(module, "suspicious", lambda now: False)
     monkeypatch.setattr(module, "finer", lambda now: replace(now) if finer else now)
     monkeypatch.setattr(module, "firmly", lambda *_: [BIAS])
