@@ -18,6 +18,7 @@ from imubench.errors import InputError, unknown
 from imubench.inputs.json import parse_json
 from imubench.inputs.parquet import opened_parquet
 from imubench.models.tree import rig_tree
+from imubench.recording import RIGS
 
 CARD = "card.html"
 NAMES = ("family", "motion", "split", "imu1_profile")
@@ -126,6 +127,8 @@ def census(tables: Iterable[Path | IO[bytes]]) -> Census:
 
 
 def _count(found: Census, row: Mapping[str, Any]) -> None:
+    if row["family"] not in RIGS:
+        raise LookupError(row["family"])
     for key in NAMES:
         found.names[key][row[key]] += 1
     found.splits[row["split"]][row["family"]] += 1
