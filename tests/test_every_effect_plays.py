@@ -159,7 +159,7 @@ def test_a_limb_of_which_two_numbers_are_told_falls_between_the_same_stops(tmp_p
     told = concealed(tmp_path, "hinge", [effect], variant="wobbly")
     model = read_model(told.folder)
     assert model.rig.loose is not None and model.rig.loose.range == pytest.approx(0.03, rel=1e-4)
-    motion = replace(model.motion, fitted=())
+    motion = replace(model.motion, fitted=(), play=None)
     truth = truth_of_motion(model.rig, motion, model.start, 8.0, 100.0)
     half = truth.joint_angle / 2
     about_y = np.stack([np.cos(half), 0 * half, np.sin(half), 0 * half], axis=1)
