@@ -88,6 +88,7 @@ OWN = {
     "imubench.terminal:_failed": "opens the null device",
     "imubench.main:_open_streams": "opens the null device",
     "imubench.diagnosis.problem.bspline:_weigh": "stamps in memory, as the key of a cache",
+    "imubench.diagnosis.problem.rig_kinematics:_turning": "numbers in memory, as the key of a cache",
 }
 """Functions that read nothing that somebody hands over, each with the reason."""
 

@@ -37,12 +37,13 @@ MINE = """
 
 
 @pytest.fixture(autouse=True)
-def imports_as_before():
+def imports_as_before(tmp_path_factory):
+    """Forget the modules that tests wrote; the others stay: two copies of one package do not know each other."""
     path, modules = list(sys.path), set(sys.modules)
     yield
     sys.path[:] = path
     for name in set(sys.modules) - modules:
-        if not name.startswith("imubench."):
+        if str(getattr(sys.modules[name], "__file__", "")).startswith(str(tmp_path_factory.getbasetemp())):
             del sys.modules[name]
 
 
