@@ -25,13 +25,12 @@ from imubench.progress import tell
 
 
 class Add:
-    """One round: what explains most comes in, where data that it has not seen bear it out.
+    """One round: what explains most comes in if it predicts samples that it was not fitted to.
 
-    Where what is akin to the best predicts and the best only seems to, something of their kind is there, and the best
-    is its name: nine numbers of a g-sensitivity were lost in blocks of 2 s (30 nat, -18 to 68), three of a bias not.
-    What shows in a moment is in one block, and no other tells of it: there it must be what its law says
-    (`shows_in_its_moments`). A slip that predicts nothing is not asked for again: a loud moment of anything promises
-    one, and hides the rest.
+    If something akin to the best predicts them and the best only seems to, an effect of that kind is there, and the
+    best is its name: an effect of many numbers is hard to show on short blocks, one of few is not. An effect of a
+    single moment shows in one block only, so it is judged by its law instead (`shows_in_its_moments`). A slip that
+    predicts nothing is not asked for again: any loud moment promises a slip, and that hides the other effects.
     """
 
     def propose(self, state: SearchState) -> Proposals:
@@ -121,11 +120,11 @@ def one_more(state: SearchState, trial: Trial) -> Proposal:
 def all_together(
     state: SearchState, now: Round, refused: Refused
 ) -> Generator[Proposal, Answer, tuple[SearchState, Refused]]:
-    """Yield effects that were found one after the other, each alone refused: they may predict together.
+    """Yield effects that were found one after the other and each refused alone: they may predict together.
 
-    A slip that is not known spoils what a scale foretells of other seconds, and the other way round. So does a clock's
-    skew: a misalignment of 1,145 nat, the best beside it, gained 819 on held-out data and might as well have lost.
-    Return the state with them, and what is refused then.
+    A slip that is not in the fit spoils what a scale predicts elsewhere, and the scale what the slip predicts. A
+    clock's skew does the same to every other effect. Return the state with them, and the effects that are still
+    refused.
     """
     rule, together = "add-together", now.together if state.use.on("add-together") else []
     if not together and state.use.on("clock-beside-best"):

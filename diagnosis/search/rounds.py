@@ -97,8 +97,7 @@ def dynamic_trials(
 ) -> list[Trial]:
     """Return the refits with states; where springs alone were asked and explain much, beside what has no law.
 
-    A pivot that shakes left a lone IMU no more than 1.4 times its noise power, and 477 nat for a soft mount: itself it
-    is worth 1,326.
+    A pivot that shakes may leave a lone IMU little more than its noise, and springs then stand in for it.
     """
     tried = state_trials(fit, alive, say, least, vain)
     use = use or RuleUse()

@@ -81,8 +81,8 @@ def candidates(model: Model) -> list[Hypothesis]:
 def laws_of_filters(fit: Fit) -> list[str]:
     """Return the noise levels of filters' laws, which have settled once the filter is in.
 
-    A sensor's slow noise behind its filter looks like noise of the law. Round by round more of it went there (0.13 to
-    0.33 times the law's standard deviation, and no end), until a motion a little later explained what was left.
+    A sensor's slow noise behind its filter looks like noise of the law: in every further round more of it would go
+    there, without end.
     """
     return law_levels(fit, [h for h in fit.model.hypotheses if h.effect.filters])
 
@@ -96,8 +96,7 @@ def on_finer_knots(state: SearchState) -> SearchState:
 def searched_anew(state: SearchState) -> SearchState:
     """Return the state from which the search goes on without the states that were dropped, where much is left.
 
-    An effect with states that is dropped in the end hid what it stood for: a filter of both triples took what a soft
-    mount did (1,591 nat for 1,257), and was none once a scale and a drift were in.
+    An effect with states that is dropped at the end has hidden what it stood for.
     """
     hollow = {kind(h) for h, _ in state.dropped if h.effect.states}
     if not (hollow and suspicious(state.fit)):

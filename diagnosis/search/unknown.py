@@ -109,9 +109,8 @@ def unknowns(
 def superseded(before: Fit, new: FittedTerm, terms: Sequence[Term], say: Callable[[str], None] = lambda _: None) -> Fit:
     """Return the fit with a new term and without the effects that only stood in for terms which it has now.
 
-    `before` is the fit without that term. A curve holds a misalignment too: what explained more than ten times as much
-    before the term came did not stand in for it (a hinge turns a gyroscope about one axis, and beside a term of 140 nat
-    nothing was left of a misalignment of 12,700).
+    `before` is the fit without that term. A curve holds a misalignment too, so that it leaves little for it: an effect
+    that explains more than ten times as much as the term before the term comes in is not a stand-in for it.
     """
     fit = new.fit
     named = [h for h in fit.model.judged if not isinstance(h.effect, Unknown)]
@@ -127,8 +126,7 @@ def superseded(before: Fit, new: FittedTerm, terms: Sequence[Term], say: Callabl
 def negligible_names(fit: Fit, say: Callable[[str], None] = lambda _: None) -> list[Hypothesis]:
     """Return the names of a fit that are worth less than what it leaves: beside that they explain next to nothing.
 
-    A bias of 34 nat and a drift of 12 at the other IMU gained 1,174 on held-out data of an accelerometer that rectifies
-    its shaking, of which 16,600 were left.
+    Where much is left, almost any name gains on held-out data.
     """
     most, out = left_over(fit), []
     for h in [h for h in fit.model.judged if not isinstance(h.effect, Unknown)]:

@@ -1,9 +1,9 @@
 """A series without a name, held against the laws whose series it may be: the filters and springs of its IMU.
 
 To second order in its time a filter or a spring adds the slope and the bend of what goes in. A weak one leaves so
-little that the search does not ask for it, or predicts too little, and the series is found instead. What is left out is
-followed by the motion, and a law leaves the motion less freedom to follow noise there: it is asked for what it gains on
-left-out data and those freedoms (a mount of 12 Hz that was worth 404 nat, a series 96, lost 49 and spared 644).
+little that the search does not ask for it, or predicts too little, and the series is found instead. The motion follows
+what is left out; with a law it has less freedom to follow noise there. So a law is judged by what it gains on left-out
+data plus the freedoms that it spares.
 """
 
 from contextlib import suppress
@@ -39,9 +39,9 @@ from imubench.progress import tell
 class LawForSeries:
     """The filter or the spring that is worth more than a series without a name at its IMU.
 
-    Beside a pose whose errors wander a series is theirs, and so would be a law's (a filter of 825 nat, and no offset).
-    What the series took the place of is not in the way, and comes back to be weighed beside the law: of a gyroscope's
-    filter of 0.34 ms half was a clock's offset.
+    Beside a pose whose errors wander a series belongs to the pose, and so would a law. Effects whose place the series
+    took are left out at first, and come back to be weighed beside the law: part of a filter's delay may be a clock's
+    offset.
     """
 
     term: Hypothesis  # the series
@@ -93,7 +93,7 @@ def laws_for_series(chosen: Selection, strange: Unknowns) -> list[Rule]:
 def as_good(best: Trial, won: Gain, fit: Fit, series: Fit) -> bool:
     """Return whether a law is worth more than a series, or nearly as much and gains more on left-out data.
 
-    Its states follow some noise, and pay for it: a filter was worth 185 nat for 212, and gained 235 for 215.
+    The states of a law follow some noise, and pay for it.
     """
     other = aic_gain(fit, series)
     if best.evidence >= other:
@@ -119,7 +119,7 @@ def by_law(fit: Fit, at: str) -> Trial | None:
 def rings(trial: Trial) -> bool:
     """Return whether samples show springs swing, on an axis at least: what gives way without is the series itself.
 
-    A real IMU, screwed on, had springs of 24, 46 and 92 Hz at 40 samples a second.
+    Springs swing too fast to be seen above half the sampling rate.
     """
     h, fit = trial.hypothesis, trial.fit
     swing = [np.exp(fit.state.values[h.key(p.name)]).min() for p in h.effect.parameters if p.unit == "Hz"]

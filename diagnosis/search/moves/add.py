@@ -35,10 +35,9 @@ def plain_scores(fit: Fit, left: list[Hypothesis]) -> tuple[list[Hypothesis], li
 def plain_trials(
     fit: Fit, scores: list[Score], say: Callable[[str], None], most: int = ADMISSION.refits
 ) -> list[Trial]:
-    """Return exact refits of the best scores, at `most` so many, best evidence first; and of clocks half as good.
+    """Return exact refits of the best scores, at most `most` of them, best evidence first; and of clocks half as good.
 
-    A score takes the readings for straight over a clock's error: a skew that comes to 18 ms promised 256 nat and was
-    worth 612, beside a moving centre of 460.
+    A score is linear in a clock's error, and so promises too little of a large one.
     """
     best = max((s.evidence for s in scores), default=0.0)
     likely = [s for s in scores if s.evidence > max(EVIDENCE.needed_nat, NEAR * best)]
@@ -59,7 +58,7 @@ def plain_trials(
 def heard_first(trials: list[Trial], humming: Collection[str]) -> list[Trial]:
     """Return trials, a hum at an IMU whose raw samples hum before one elsewhere that is worth as much.
 
-    A motion that is free carries a hum from one IMU to the other: 154 nat where it was heard, 155 where it was not.
+    A free motion carries a hum from one IMU to the other, so the likelihood alone cannot tell them apart.
     """
     if not trials or not trials[0].hypothesis.effect.tone or trials[0].hypothesis.at in humming:
         return trials

@@ -42,13 +42,13 @@ def state_trials(
     least: float = EVIDENCE.needed_nat,
     vain: Promises | None = None,
 ) -> list[Trial]:
-    """Return refits with effects that have a life of their own, best evidence first; none where none is needed.
+    """Return refits with effects that have states, best evidence first; none where none is needed.
 
-    They are screened and, where that promises more than `least` nat (of a motion that follows the law, not one that
-    goes against it, as in a free body with nothing wrong), tried on the seconds that leave most unexplained;
-    only the best is fitted to all, first in the list. What the others gained is scaled to the length of the whole.
-    `vain` has what each promised when it was refitted for nothing, in this round or before: `TWICE` is enough (beside a
-    dead band rocking mounts took 50 to 60 s of every round, three times for nothing), unless it promises more then.
+    They are screened. Those that promise more than `least` nat of a motion that follows their law (not of one that goes
+    against it, as in a free body with nothing wrong) are tried on the seconds with the largest residuals. Only the best
+    is fitted to the whole recording, and comes first. The gains of the others are scaled to the length of the whole.
+    `vain` has what each promised when a refit was worth nothing, in this round or before. After `TWICE` such refits an
+    effect is not asked again, unless it promises more than it did then.
     """
     vain = {} if vain is None else vain
     if not stateful:
@@ -92,10 +92,10 @@ def worth_asking(one: Screened, vain: Promises) -> bool:
 
 
 def explained(trial: Trial) -> float:
-    """Return what a trial is worth beside others, in nat: a state without a law does what a spring does, and more.
+    """Return what a trial is worth beside others, in nat.
 
-    So does a filter that breaks its law, with what its readings owe to another (of a rocking mount, a bias and a
-    g-sensitivity 4,417 nat, its law broken by 3.5 times its std, for the mount's 2,726).
+    Less for states without a law, which do what a spring does and more; less also for a filter that breaks its law,
+    because its readings have taken in what belongs to another effect.
     """
     h = trial.hypothesis
     broken = h.effect.filters and breaks_its_law(trial.fit, h)
@@ -108,7 +108,7 @@ def _one_by_one(
     """Return the screenings that were refitted last, and all refits.
 
     The next are tried where none was any good, where the best has no law (it explains what any other would), and where
-    it leaves much: a rocking mount of 1,221 nat stood for a soft one of 4,100 else.
+    the best leaves much: it may stand for a better one.
     """
 
     def refitted(one: Screened) -> tuple[Trial, list[Screened]] | None:
@@ -149,10 +149,10 @@ def _paired(
 ) -> list[tuple[Trial, list[Screened]]]:
     """Return the best refit with two, begun where one of them alone had come to, or as both were screened.
 
-    One way is enough where something else alone explains more than that, and none is needed where the better one of
-    them leaves nothing that the other would explain. Two that share what was left are worth several times one of them
-    (4,200 nat and 1,300 on foam); one beside another that is worth little can be found in a later round, on its own,
-    and what it takes of a law that does not quite hold (41 of 1,590 nat) does not pass there.
+    One way is enough where something else alone explains more than that. None is needed where the better one leaves
+    nothing that the other would explain. Two that share what was left are worth several times one of them. One that is
+    worth little beside another can be found in a later round, alone; what it takes from a law that holds only
+    approximately is not accepted there.
     """
     out: list[tuple[Trial, list[Screened]]] = []
     for some in both:
@@ -174,7 +174,7 @@ def _paired(
 
 
 def _left_for_two(single: list[tuple[Trial, list[Screened]]], some: list[Screened]) -> bool:
-    """Return whether a screening beside the better one of two promises enough of the other (foam: 990 nat of 1,270)."""
+    """Return whether a screening beside the better one of two promises enough of the other."""
     names = [s.hypothesis for s in some]
     best = max((t for t, _ in single if t.hypothesis in names), key=lambda t: t.evidence)
     least = max(EVIDENCE.needed_nat, MORE_OF_TWO * best.evidence)

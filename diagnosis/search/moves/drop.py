@@ -97,9 +97,9 @@ def weakest(fit: Fit, kept: Sequence[Kept], covariance: Array) -> tuple[list[Kep
 def firmly(fit: Fit, kept: Sequence[Kept]) -> list[Hypothesis]:
     """Return the effects that are next to linear and certain in noise as coloured as the residuals show.
 
-    Asked of a fit before its knots become finer for what rings on its motion: between the samples of a sensor a motion
-    on such knots is free, and aliased it is anything slow. An accelerometer's bias of 73 bounds, on a free body at 50
-    Hz, was known within 0.9 mm/s^2 on 50 knots a second, and within 27 on the 105 that its mount of 15 Hz asks for.
+    Asked of a fit before its knots become finer for springs that ring. With more knots than samples the motion is free
+    between the samples of a sensor, and what is aliased there looks slow: the intervals of slow errors, such as a bias,
+    widen.
     """
     linear = [k for k in kept if linear_in(k.hypothesis)]
     if not linear:
@@ -112,11 +112,10 @@ def in_colour(
 ) -> list[Kept]:
     """Return the effects with the evidence that they have where the noise is as coloured as the residuals show.
 
-    Not of those that are `firm`. covariance (p, p) and std are what `information` says of the fit. A clock's offset has
-    the evidence of a rougher motion, if that is less: one held too smooth is late where it turns (-0.6 ms, 9 standard
-    deviations, on a clean free body; -0.05, 1.4, beside the rougher). So has the pose of a second IMU, and of its cost
-    alone: a smooth motion has more room about a short lever, and 64 nat were of that, where a displaced IMU had the
-    other one displaced too.
+    Effects in `firm` keep their evidence. `covariance` (p, p) and `std` are those of `information`. A clock's offset
+    has the evidence of a rougher motion if that is less, because a motion held too smooth is late where it turns. So
+    has the pose of a second IMU, of the cost alone: a smooth motion has more room about a short lever, and a displaced
+    IMU would make the other one seem displaced too.
     """
     linear = [k for k in kept if linear_in(k.hypothesis) and k.hypothesis not in firm]
     if not linear:
@@ -140,10 +139,9 @@ def costs_more(without: Fit, fit: Fit) -> float:
 
 
 def natural(fit: Fit, h: Hypothesis) -> bool:
-    """Return whether an effect's numbers are such as nature knows: no friction that drives, no filter without a delay.
+    """Return whether an effect's numbers are physically possible: no friction that drives, no filter without a delay.
 
-    A filter of 24 Hz, its cutoff known within 17 %, on a clean pendulum was one of 36 Hz within 44 % once its law's
-    noise had settled: its states had taken in noise, and its delay was none.
+    The states of a filter that is not there take in noise: its cutoff then does not differ from one without a delay.
     """
     if h.effect.filters and off_none(fit, h.key("cutoff")) < DELAYS:
         return False
@@ -177,8 +175,8 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
 def price_of_dropping(fit: Fit, h: Hypothesis) -> tuple[float, Fit]:
     """Return the nat that it costs to do without an effect, and the fit without it.
 
-    A state's with its law as tight as it bears, where that decides: for its freedoms alone a mount at its law's floor
-    was worth -98 nat on the knots that its 31 Hz ask for, and 76 on fewer.
+    An effect with states is judged with its law as tight as it bears, where that decides: with a looser law its
+    freedoms alone may cost more than it gains.
     """
     without = _without(fit, h)
     if not h.effect.states:

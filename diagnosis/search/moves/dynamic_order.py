@@ -16,10 +16,10 @@ RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a r
 def promising(screened: list[Screened], least: float, lone: bool, puzzling: bool = False) -> list[list[Screened]]:
     """Return the screenings worth a refit: those that promise most, then, should none of them be any good, the next.
 
-    Of `ANYWAY` the first, whatever they promise. So a filter on a `lone` IMU: the motion is known from what came out of
-    it, and what would have come in is not seen in a screening (of 2.3 Hz on a pendulum: 7 nat promised, 650 found). A
-    promise is one linear step: of a soft mount that was worth 2,460 nat it was 140, beside a rocking one's 960. Where
-    much is left (`puzzling`) the next are also those whose law the motion goes against.
+    With `least` of `ANYWAY` the first, whatever they promise. So also a filter on a `lone` IMU: the motion is known
+    only from what came out of the filter, and a screening does not see what would have gone in. A promise is one linear
+    step, and so may be far too small. Where much is left (`puzzling`) the next include those whose law the motion goes
+    against.
     """
     if least == ANYWAY:
         return [first(screened)]
@@ -41,8 +41,7 @@ def first(screened: list[Screened]) -> list[Screened]:
 def against_law(screened: list[Screened], least: float, tried: list[Screened]) -> list[Screened]:
     """Return more screenings worth a refit, though the motion goes against their laws; begun where they promise most.
 
-    A fit that resounds with springs has their motion in the body's: rocking ones at 10 to 14 Hz on a pendulum moved at
-    up to 10 Hz promised 1,362 nat with a sixth of their motion backwards, and were worth 6,900.
+    Where springs resonate, a fit without them has their motion in the body's, partly with the wrong sign.
     """
     best = max((s.evidence for s in screened), default=0.0)
     back = [s for s in screened if s.hypothesis.effect.lawful and s.amount <= 0 and s not in tried]
@@ -53,8 +52,8 @@ def against_law(screened: list[Screened], least: float, tried: list[Screened]) -
 def softer(one: Screened) -> Screened | None:
     """Return a screening of springs with springs half as quick to begin with; None of what has none.
 
-    A screening holds the motion, which has followed the springs already: of rocking ones at 9 to 12 Hz it promised 167
-    nat at 20 Hz, from where the refit went to 40 Hz and was worth nothing. From 10 Hz it is 311, and a soft mount 208.
+    A screening holds the motion, which has already followed the springs. It promises most at too high a frequency, from
+    where a refit moves on to stiff springs that are worth nothing.
     """
     quick = {name: value - np.log(2.0) for name, value in one.values.items() if name.endswith(".frequency")}
     return replace(one, values=one.values | quick) if one.hypothesis.effect.lawful and quick else None

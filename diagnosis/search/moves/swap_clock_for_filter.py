@@ -1,12 +1,12 @@
 """A late clock that is a filter: to first order both delay what a sensor reads, and a filter also flattens it.
 
-The delay has no state and is found first; what it leaves may be too little for effects with states to be tried.
-So every clock's offset is held against filters at the sensor that is late, begun at the cutoff 1 / (2 pi delay): one
-far quicker than the motion as soon as the offset is known, any other once all effects are.
+The delay has no state and is found first; what it leaves may be too little for effects with states to be tried. So
+every clock's offset is held against filters at the sensor that is late, begun at the cutoff 1 / (2 pi delay): one far
+quicker than the motion as soon as the offset is known, any other once all effects are.
 
-What a quick one does beside delaying is held, and taken from the motion of a fit that knew a delay alone: it is taken
-again from the motion that the filter leaves. Of 9.4 Hz and 2,470 bounds a filter left 415 nat else, and came out as one
-of 9.07 beside a clock 0.58 ms late.
+What a quick one does beside delaying is held, and computed from the motion of a fit that knew a delay alone. It is
+computed again from the motion that the filter leaves; else part of a slow filter stays in the motion, and comes out as
+a clock beside a filter that is too slow.
 """
 
 from collections.abc import Sequence

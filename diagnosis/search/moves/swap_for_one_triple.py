@@ -1,9 +1,8 @@
 """A filter of both triples whose law holds for one of them alone: of the other it was something else.
 
-A filter's readings are states, which take in whatever else is wrong with a triple as far as its law lets them. Of a
-gyroscope's filter of 14 Hz beside an accelerometer's scale the best was one of both, which broke its law by 2.5 times
-its standard deviation at the accelerometer and held it at the gyroscope. The gyroscope's alone was worth 2,154 nat
-less, and with the scale 111 more.
+A filter's readings are states, which take in whatever else is wrong with a triple as far as its law lets them. Where
+the law holds for one triple and is broken at the other, a filter of the first alone is worth less, but more together
+with the plain effect that the second one has.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
 """A rival that was as good when it was passed over may be the better one beside what came later.
 
-One of more numbers may also do what two of few do, before the second of these has come in: the nine of a g-sensitivity
-took the place of a gyroscope's bias, 45 bounds of whose drift were to come. So it is held against both.
+An effect of many numbers may also do what two of few do, before the second of these has come in: a g-sensitivity the
+work of a bias and its drift. So it is held against both.
 """
 
 from collections.abc import Callable, Sequence

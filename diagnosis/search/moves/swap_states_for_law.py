@@ -30,8 +30,8 @@ def states_to_law(
     """Return an effect with a law and those beside it, in their order, that are worth more than states without one.
 
     None where the first of `lively` has a law itself, or is worth no more than the plain effects that made `further` of
-    the fit; or nothing together is worth as much and leaves as little: a soft mount and three more were worth 3,333 nat
-    and left 11 times the noise's power, for 3,170 and 0.9 of a pivot's.
+    the fit. None either where nothing together is worth as much and leaves as little: effects that gain more and still
+    leave several times the noise are not what the states without a law have explained.
     """
     if not lively or lively[0].hypothesis.effect.lawful or lively[0].evidence <= evidence_over(fit, further):
         return None

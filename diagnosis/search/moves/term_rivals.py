@@ -57,9 +57,9 @@ def acts_on(h: Hypothesis) -> str:
 def margins(lost: float, slow: bool, free: bool, strained: bool, names: int = 1) -> tuple[float, float]:
     """Return the nat that a term must promise in the place of what names are worth, and by how many it may fall short.
 
-    Short once it is fitted: a curve of time in the place of what only wanders, names without a law, or that break it,
-    and several names of which one does more than one alone. A curve is fitted that promises less by twice as much: play
-    that a creeping mount was, worth 2,324 nat, of which a curve promised 1,782, was 98 % a curve of time.
+    It may fall short once it is fitted: a curve of time in the place of what only wanders, names without a law or that
+    break it, and several names of which one does more than one alone. A curve that promises less by twice as much is
+    fitted all the same, because a promise is one linear step.
     """
     if slow:
         return (1 - 2 * WANDERS) * lost, WANDERS * lost
