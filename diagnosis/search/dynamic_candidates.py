@@ -12,8 +12,8 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over
 
 HINTED = 30.0  # nat that a screening must promise where nothing else says that a sensor moves on its own
-SHARE = 0.08  # of what is left
-TWICE = 2.0  # times what effects without states explain: from there a spline without a law comes before them
+LEAST_SHARE_OF_MISFIT = 0.08  # of what is left
+FREE_FACTOR = 2.0  # times what effects without states explain: from there a spline without a law comes before them
 
 
 def stateful(
@@ -51,7 +51,7 @@ def promised_by_law(fit: Fit) -> float:
     """
     imus = {i.name for i in fit.model.recording.imus}
     left = sum(r.cost for r in fit.measured if r.name.split(".")[0] in imus)
-    return SHARE * left if fit.model.wander else 0.0
+    return LEAST_SHARE_OF_MISFIT * left if fit.model.wander else 0.0
 
 
 def suspicious(fit: Fit) -> bool:
@@ -71,7 +71,9 @@ def suspicious(fit: Fit) -> bool:
 def before_plain(lively: Trial, fit: Fit, further: Fit) -> bool:
     """Return whether an effect with states explains more than those without that made `further` of the fit."""
     plainly = evidence_over(fit, further)
-    return lively.evidence > max(EVIDENCE.needed_nat, plainly if lively.hypothesis.effect.lawful else TWICE * plainly)
+    return lively.evidence > max(
+        EVIDENCE.needed_nat, plainly if lively.hypothesis.effect.lawful else FREE_FACTOR * plainly
+    )
 
 
 __all__ = ["HINTED", "before_plain", "promised_by_law", "stateful", "suspicious"]

@@ -52,7 +52,7 @@ LIKELY = 7.5  # nat that a bend of a soft mount promises, from which on it is sa
 NEEDED = 20.0  # nat, before springs are believed to bend; what they gain on held-out data only has to be a gain
 LIKELY_SURE = 0.6  # confidence
 CLEAR = 25.0  # nat by which b is not 0: so much needs no left-out data
-ROUNDS = 4  # of the noise's estimation, the law's own with it
+BEND_NOISE_ROUNDS = 4  # of the noise's estimation, the law's own with it
 
 
 @dataclass(frozen=True)
@@ -124,8 +124,8 @@ def bending(fit: Fit, h: Hypothesis, springs: Effect) -> NonlinearSprings:
     """Return a fit with springs that bend, and what it is worth over the one with straight ones."""
     curved, everything = in_place(fit, h, springs)
     tried = refit(fit, everything)
-    better = with_noise(tried, ROUNDS)
-    before = with_noise(fit, ROUNDS)
+    better = with_noise(tried, BEND_NOISE_ROUNDS)
+    before = with_noise(fit, BEND_NOISE_ROUNDS)
     heldout = predicted(at_noise_of(before, better), better, np.random.default_rng(HELD_OUT.bootstrap_seed))
     bend = curved.key("bend")
     covariance, std = information(better)

@@ -32,7 +32,7 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit, converged
 from imubench.effects import possible
 from imubench.progress import tell
 
-SETTLED = 8  # rounds at most, of a law that the fit ends with
+MOST_LAW_ROUNDS = 8  # rounds at most, of a law that the fit ends with
 FURTHER = "further effects"
 WITHOUT = "whether each finding is needed"
 OTHERWISE = "other readings of the findings: one effect for two, a filter for a delay"
@@ -111,7 +111,7 @@ def settled_laws(state: SearchState) -> SearchState:
     if not state.fit.model.tilts:
         return state
     tell("settling springs and dampers")
-    return replace(state, fit=with_tight_laws(with_noise(state.fit, SETTLED, laws_of_filters(state.fit))))
+    return replace(state, fit=with_tight_laws(with_noise(state.fit, MOST_LAW_ROUNDS, laws_of_filters(state.fit))))
 
 
 def weighed_moments(state: SearchState) -> SearchState:

@@ -22,9 +22,9 @@ from imubench.diagnosis.discrepancy.terms import SERIES, Unknown
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.loop import Rule
-from imubench.diagnosis.search.moves.add_dynamic import MORE
+from imubench.diagnosis.search.moves.add_dynamic import MORE_ROUNDS
 from imubench.diagnosis.search.moves.drop import SPLINES
-from imubench.diagnosis.search.moves.dynamic_refits import ROUNDS, refit_from_screening
+from imubench.diagnosis.search.moves.dynamic_refits import STATE_NOISE_ROUNDS, refit_from_screening
 from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.search.moves.term_rivals import NEARLY
 from imubench.diagnosis.search.selection import DROP_NEEDLESS, Selection, candidates
@@ -112,7 +112,7 @@ def by_law(fit: Fit, at: str) -> Trial | None:
     trials = []
     for some in screen(fit, [h for h in asked if h.effect.variant != "isotropic"])[: ADMISSION.refits]:
         with suppress(NotPositiveDefiniteError):
-            trials.append(refit_from_screening(fit, [some], rounds=ROUNDS + MORE))
+            trials.append(refit_from_screening(fit, [some], rounds=STATE_NOISE_ROUNDS + MORE_ROUNDS))
     return max((t for t in trials if holds_its_law(t) and rings(t)), key=lambda t: t.evidence, default=None)
 
 

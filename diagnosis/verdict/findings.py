@@ -17,7 +17,7 @@ from imubench.diagnosis.residual_checks.excess_noise import left_over
 from imubench.diagnosis.residual_checks.implausible import implausible_places
 from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
 from imubench.diagnosis.search.confidence import MOST_SURE, confidence
-from imubench.diagnosis.search.moves.swap_for_rival import SHARE, TIE
+from imubench.diagnosis.search.moves.swap_for_rival import TIE_NAT, TIE_SHARE
 from imubench.diagnosis.search.selection import Selection
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import information
@@ -80,7 +80,7 @@ def _rival(r: Rival, recording: Recording) -> Hypothesis:
 
 def laws_as_good(kept: Kept) -> list[Passed]:
     """Return the other laws of its IMU that were worth as much as the kept one: soft springs for rocking ones."""
-    h, least = kept.hypothesis, kept.evidence - max(TIE, SHARE * kept.evidence)
+    h, least = kept.hypothesis, kept.evidence - max(TIE_NAT, TIE_SHARE * kept.evidence)
     laws = [t for t in kept.rivals if t.hypothesis.effect.lawful and t.hypothesis.at == h.at and t.evidence > least]
     return [t for t in laws if h.effect.lawful and t.hypothesis.effect.name != h.effect.name]
 

@@ -21,7 +21,7 @@ from imubench.diagnosis.solve.threads import side_by_side
 from imubench.effects.effect import Effect
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
-BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
+MARGIN_S = 0.5  # s of recording on either side of a moment; without them it was so all along
 HALF = 0.5  # of the best's evidence, from which a clock's error is refitted too
 
 
@@ -88,7 +88,7 @@ def dated(fit: Fit, h: Hypothesis) -> bool:
     """Return whether an effect's moment, where it has one, has recording before and after it."""
     start, end = fit.span
     moments = [fit.state.values[h.key(p.name)] for p in h.effect.parameters if p.name == "time"]
-    return all(bool(np.all((t > start + BESIDE) & (t < end - BESIDE))) for t in moments)
+    return all(bool(np.all((t > start + MARGIN_S) & (t < end - MARGIN_S))) for t in moments)
 
 
 __all__ = ["heard_first", "next_plain", "plain_scores", "plain_trials"]

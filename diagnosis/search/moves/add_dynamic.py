@@ -15,7 +15,7 @@ from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_order import pairs, promising, softer
 from imubench.diagnosis.search.moves.dynamic_refits import (
-    ROUNDS,
+    STATE_NOISE_ROUNDS,
     on_whole_recording,
     refit_beside,
     refit_from_screening,
@@ -26,13 +26,13 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.subset import excerpt, loudest
 from imubench.diagnosis.solve.threads import side_by_side
 
-MORE = 2  # rounds for the best of them on the whole recording
+MORE_ROUNDS = 2  # rounds for the best of them on the whole recording
 FREE = 0.75  # of what a state without a law explains, that one with a law must
-BROKEN = 0.5  # of what a filter explains that breaks its law
+BROKEN_LAW_SHARE = 0.5  # of what a filter explains that breaks its law
 TWO, MORE_OF_TWO = 30.0, 0.1  # nat, and of what the best alone is worth, that two must be worth more
 SHORT = 0.5  # of what a screening promised: springs that are worth less are begun anew
 HOPELESS = -150.0  # nat: from a refit worth less no softer start leads anywhere (of 14, one from -185 to -42)
-TWICE = 2  # refits that were worth nothing
+MOST_IN_VAIN = 2  # refits that were worth nothing
 
 
 def state_trials(
@@ -47,8 +47,8 @@ def state_trials(
     They are screened. Those that promise more than `least` nat of a motion that follows their law (not of one that goes
     against it, as in a free body with nothing wrong) are tried on the seconds with the largest residuals. Only the best
     is fitted to the whole recording, and comes first. The gains of the others are scaled to the length of the whole.
-    `vain` has what each promised when a refit was worth nothing, in this round or before. After `TWICE` such refits an
-    effect is not asked again, unless it promises more than it did then.
+    `vain` has what each promised when a refit was worth nothing, in this round or before. After `MOST_IN_VAIN` such
+    refits an effect is not asked again, unless it promises more than it did then.
     """
     vain = {} if vain is None else vain
     if not stateful:
@@ -88,7 +88,7 @@ def state_trials(
 def worth_asking(one: Screened, vain: Promises) -> bool:
     """Return whether a screened effect was not refitted for nothing often enough, or promises more than it did."""
     promised = vain.get(one.hypothesis.name, [])
-    return len(promised) < TWICE or one.evidence > max(promised)
+    return len(promised) < MOST_IN_VAIN or one.evidence > max(promised)
 
 
 def explained(trial: Trial) -> float:
@@ -99,7 +99,7 @@ def explained(trial: Trial) -> float:
     """
     h = trial.hypothesis
     broken = h.effect.filters and breaks_its_law(trial.fit, h)
-    return trial.evidence * (FREE if not h.effect.lawful else BROKEN if broken else 1.0)
+    return trial.evidence * (FREE if not h.effect.lawful else BROKEN_LAW_SHARE if broken else 1.0)
 
 
 def _one_by_one(
@@ -139,7 +139,7 @@ def _on_all(fit: Fit, best: Trial, some: list[Screened]) -> Trial | None:
         ways.append(on_whole_recording(fit, best))
     if not ways or ways[0].evidence < best.evidence:
         with suppress(NotPositiveDefiniteError):
-            ways.append(refit_from_screening(fit, some, rounds=ROUNDS + MORE))
+            ways.append(refit_from_screening(fit, some, rounds=STATE_NOISE_ROUNDS + MORE_ROUNDS))
     found = max(ways, key=lambda t: t.evidence, default=None)
     return found if found is not None and holds_its_law(found) else None
 
@@ -181,4 +181,4 @@ def _left_for_two(single: list[tuple[Trial, list[Screened]]], some: list[Screene
     return any(s.evidence > least for s in screen(best.fit, [h for h in names if h != best.hypothesis]))
 
 
-__all__ = ["MORE", "SHORT", "explained", "state_trials"]
+__all__ = ["MORE_ROUNDS", "SHORT", "explained", "state_trials"]

@@ -10,7 +10,7 @@ from imubench.diagnosis.criteria.trial import kind
 
 ANYWAY = -np.inf  # nat: no promise is asked for
 LONE = 2  # filters on a lone IMU that are tried whatever they promise
-RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
+RIVAL_SHARE = 0.3  # of the best one's promise: a state effect below is not worth a refit
 
 
 def promising(screened: list[Screened], least: float, lone: bool, puzzling: bool = False) -> list[list[Screened]]:
@@ -24,7 +24,7 @@ def promising(screened: list[Screened], least: float, lone: bool, puzzling: bool
     if least == ANYWAY:
         return [first(screened)]
     hopeful = [s for s in screened if s.evidence > least and s.amount > 0]
-    likely = first([s for s in hopeful if s.evidence > RIVALS * hopeful[0].evidence])
+    likely = first([s for s in hopeful if s.evidence > RIVAL_SHARE * hopeful[0].evidence])
     if lone:
         filters = [s for s in screened if s.hypothesis.effect.filters and s not in likely]
         likely += sorted(filters, key=lambda s: -len(s.hypothesis.effect.states))[:LONE]  # of both triples first
@@ -45,7 +45,7 @@ def against_law(screened: list[Screened], least: float, tried: list[Screened]) -
     """
     best = max((s.evidence for s in screened), default=0.0)
     back = [s for s in screened if s.hypothesis.effect.lawful and s.amount <= 0 and s not in tried]
-    likely = [s for s in back if s.evidence > max(least, RIVALS * best)][: ADMISSION.refits]
+    likely = [s for s in back if s.evidence > max(least, RIVAL_SHARE * best)][: ADMISSION.refits]
     return [replace(s, values=dict(s.best or s.values)) for s in likely]
 
 
@@ -69,4 +69,4 @@ def pairs(screened: list[Screened]) -> list[list[Screened]]:
     return [[of_sensors[0], same[0]]] if same else []
 
 
-__all__ = ["ANYWAY", "LONE", "RIVALS", "pairs", "promising", "softer"]
+__all__ = ["ANYWAY", "LONE", "RIVAL_SHARE", "pairs", "promising", "softer"]

@@ -24,7 +24,7 @@ from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit
 from imubench.progress import tell
 
-BROKEN = 1.0  # of a law's std, above which the law does not hold
+MOST_LAW_STD = 1.0  # of a law's std, above which the law does not hold
 
 
 class FilterOfOneTriple:
@@ -68,7 +68,7 @@ def both_instead(state: SearchState, old: Kept, new: Kept, alone: Fit, beside: T
 def of_one(fit: Fit, h: Hypothesis, everything: Sequence[Hypothesis]) -> Hypothesis | None:
     """Return the filter of the triple at which one of both keeps its law; None where it does at both or neither."""
     levels = {part: fit.noise.get(h.key(part)) for part in TRIPLES}
-    held = [part for part, level in levels.items() if level is not None and level <= BROKEN]
+    held = [part for part, level in levels.items() if level is not None and level <= MOST_LAW_STD]
     if len(held) != 1 or None in levels.values():
         return None
     return next(

@@ -27,7 +27,7 @@ from imubench.diagnosis.solve.refit import evidence_over, information, refit, re
 from imubench.effects import EFFECTS
 from imubench.progress import tell
 
-SETTLED = 2  # rounds of noise levels beside the smoother motion
+FRICTION_NOISE_ROUNDS = 2  # rounds of noise levels beside the smoother motion
 
 
 class FrictionMixture:
@@ -50,7 +50,7 @@ class FrictionMixture:
         others = (Hypothesis(e, "joint") for e in EFFECTS.values() if e.friction and e.name not in named)
         laws = [*now, *others]
         with suppress(NotPositiveDefiniteError):
-            whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), SETTLED)
+            whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), FRICTION_NOISE_ROUNDS)
             best = mixture(whole, laws)
             if not best or set(best) == set(now):
                 return

@@ -19,8 +19,8 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over
 
-RIVALS = 2  # effects with a law that are asked, those that leave least
-BESIDE = 3  # plain effects at most beside one
+MOST_RIVALS = 2  # effects with a law that are asked, those that leave least
+MOST_BESIDE = 3  # plain effects at most beside one
 AS_MUCH = 1.1  # times the misfit that is left beside states without a law, which follow all that one with a law does
 
 
@@ -38,7 +38,7 @@ def states_to_law(
     name = lively[0].hypothesis.effect.name  # itself on springs is no other effect: creep was a play on springs, surely
     other = [t for t in lively if t.hypothesis.effect.lawful and t.hypothesis.effect.name != name]
     rivals = sorted(other, key=lambda t: misfit(t.fit))
-    for t in rivals[:RIVALS]:
+    for t in rivals[:MOST_RIVALS]:
         whole = on_all(fit, t)
         way = beside(whole, plain, say) if whole is not None else []
         as_little = bool(way) and misfit(way[-1].fit) < AS_MUCH * misfit(lively[0].fit)
@@ -60,7 +60,7 @@ def beside(trial: Trial, plain: Sequence[Hypothesis], say: Callable[[str], None]
     """Return a trial and what evidence asks for beside it, of effects without states, one after the other."""
     say(f"looking for more beside {trial.hypothesis.name}")
     out = [replace(trial, fit=with_noise(trial.fit))]
-    for _ in range(BESIDE):
+    for _ in range(MOST_BESIDE):
         found = next_plain(out[-1].fit, plain, say)
         if found is None:
             break
