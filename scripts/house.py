@@ -62,10 +62,10 @@ LIMITS: Mapping[str, Limit] = {
     "numbers in the config": Limit(494, 150),
     "constants of one name with different values": Limit(0, 0),
     "effects named outside of effects/": Limit(0, 0),
-    "laws of effects used outside of effects/": Limit(1, 0),
+    "laws of effects used outside of effects/": Limit(0, 0),
     "docstrings with a past run's figure": Limit(0, 0),
     "branches on a rig's name": Limit(0, 0),
-    "segments and IMUs by their name": Limit(13, 0),
+    "segments and IMUs by their name": Limit(0, 0),
 }
 """Lower a limit in the change that lowers its measure. Where `now` is the aim, it is no longer a matter of time."""
 

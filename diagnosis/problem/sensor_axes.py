@@ -12,13 +12,16 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.effects import EFFECTS
 from imubench.jets import CONSTANT, Jet, Turn, rotation, skew, times, variable
 
-SENSOR = "imu1"
+
+def first_sensor(model: Model) -> str | None:
+    """Return the name of segment 1's IMU; None where it has none."""
+    return next((imu.name for imu in model.rig.tree.segments[0].imus if imu.name in model.mounts), None)
 
 
-def turning() -> tuple[str, ...]:
-    """Return the names of the numbers that turn it: its declared mount's error, and what effects have it turned by."""
-    placing = (Hypothesis(effect, SENSOR) for effect in EFFECTS.values() if effect.misplaces)
-    return (f"{SENSOR}.rotation", *(h.key("rotation") for h in placing))
+def turning(sensor: str) -> tuple[str, ...]:
+    """Return the names of the numbers that turn a sensor: its mount's error, and what effects have it turned by."""
+    placing = (Hypothesis(effect, sensor) for effect in EFFECTS.values() if effect.misplaces)
+    return (f"{sensor}.rotation", *(h.key("rotation") for h in placing))
 
 
 def sensor_turn(model: Model, state: State) -> Turn:
@@ -27,10 +30,11 @@ def sensor_turn(model: Model, state: State) -> Turn:
     For the priors: in the segment's own axes what they leave would turn with the mount, at no cost, and Gauss-Newton
     would take that for knowledge: 0.16 rad of a turn about the hinge, of which nothing but the mount's prior knows.
     """
-    if SENSOR not in model.mounts:
+    sensor = first_sensor(model)
+    if sensor is None:
         return Turn(np.eye(3)[None])
-    turn = Turn(model.mounts[SENSOR].turn[None])
-    for name in turning():
+    turn = Turn(model.mounts[sensor].turn[None])
+    for name in turning(sensor):
         if name in state.values:
             turn = turn @ rotation(variable((name, CONSTANT), state.values[name]))
     return turn
@@ -48,9 +52,11 @@ def turned(q: Jet, by: Turn) -> Jet:
 
 def turns_back(model: Model, old: dict[str, Array], new: dict[str, Array]) -> tuple[Array, Array]:
     """Return how segment 1 turns where its sensor stays: a matrix (3, 3), and to first order a vector (3,) rad."""
-    before = after = model.mounts[SENSOR].turn
-    slope = np.zeros(3)
-    for name in turning():
+    sensor, slope = first_sensor(model), np.zeros(3)
+    if sensor is None:
+        return np.eye(3), slope
+    before = after = model.mounts[sensor].turn
+    for name in turning(sensor):
         if name in new:
             slope -= before @ left_jacobian(old[name]) @ (new[name] - old[name])
             before, after = (m @ rotations.to_matrix(rotations.exp(v[name])) for m, v in ((before, old), (after, new)))

@@ -20,7 +20,7 @@ from scipy.interpolate import CubicSpline
 
 from imubench.arrays import Array
 from imubench.jets import Jet
-from imubench.recording import Imu, Pose, Recording
+from imubench.recording import OWN_IMUS, Imu, Pose, Recording
 from imubench.rotations import conjugate, exp, log, multiply
 
 POSE_ERRORS_LAST = 1.1  # times as large half a second apart as where they were taken to be independent: they are not
@@ -55,12 +55,13 @@ class GaussMarkov:
 
 def correlated_poses(recording: Recording) -> tuple[dict[str, NDArray[np.bool_]], dict[str, GaussMarkov]]:
     """Return which samples (n,) of every measured pose count whose errors last, and of those that wander how."""
-    imus = {f"segment{imu.name[-1]}": imu for imu in recording.imus}
+    imus = {recording.carrier(imu.name): imu for imu in recording.imus}
+    first = recording.carrier((recording.tree.imus or OWN_IMUS)[0])  # whose pose is what the splines describe
     masks: dict[str, NDArray[np.bool_]] = {}
     wander: dict[str, GaussMarkov] = {}
     for i, pose in enumerate(recording.poses):
         imu = imus.get(pose.segment)
-        every, how = apart(pose, imu) if imu is not None else (1, None)
+        every, how = apart(pose, imu, pose.segment == first) if imu is not None else (1, None)
         if every > 1:
             counts = np.arange(pose.time.size) % every == 0
             masks |= {f"pose{i + 1}.{part}": counts for part in ("position", "rotation")}
@@ -69,8 +70,8 @@ def correlated_poses(recording: Recording) -> tuple[dict[str, NDArray[np.bool_]]
     return masks, wander
 
 
-def apart(pose: Pose, imu: Imu) -> tuple[int, GaussMarkov | None]:
-    """Return how many samples apart the errors of a pose count, and how they wander."""
+def apart(pose: Pose, imu: Imu, may_wander: bool) -> tuple[int, GaussMarkov | None]:
+    """Return how many samples apart the errors of a pose count, and how they wander, where they may."""
     step = float(np.median(np.diff(pose.time)))
     spans, k = errors(pose, imu, POSE_LASTING_S), 1
     told = pose.rotation_noise_std
@@ -80,7 +81,7 @@ def apart(pose: Pose, imu: Imu) -> tuple[int, GaussMarkov | None]:
         if later <= POSE_ERRORS_GROW * now or 2 * k * step > POSE_SPACING_S:
             break
         k *= 2
-    return (k, None) if k == 1 or pose.segment != "segment1" else wandering(spans, step, k)
+    return (k, None) if k == 1 or not may_wander else wandering(spans, step, k)
 
 
 def wandering(spans: list[float], step: float, k: int) -> tuple[int, GaussMarkov | None]:

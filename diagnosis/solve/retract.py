@@ -14,7 +14,7 @@ from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.motion_prior import pace_rows
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, FORCE, VELOCITY
-from imubench.diagnosis.problem.sensor_axes import SENSOR, turns_back
+from imubench.diagnosis.problem.sensor_axes import first_sensor, turns_back
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import all_rows, assemble
 from imubench.diagnosis.solve.narrow_band import eased
@@ -32,7 +32,7 @@ def moved(model: Model, state: State, x: Array, values: Array) -> State:
     parameters, tracks = model.parameters, model.tracks
     new = {name: value + values[parameters.columns(name)] for name, value in state.values.items()}
     coefficients = state.coefficients + change
-    if SENSOR in model.mounts and ATTITUDE in tracks.widths:
+    if first_sensor(model) is not None and ATTITUDE in tracks.widths:
         back, slope = turns_back(model, state.values, new)
         own = tracks.columns(ATTITUDE)
         q = state.coefficients[:, own]

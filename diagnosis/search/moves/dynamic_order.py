@@ -61,7 +61,7 @@ def softer(one: Screened) -> Screened | None:
 
 def pairs(screened: list[Screened]) -> list[list[Screened]]:
     """Return the best two where they are of one kind at both sensors: one alone would have to stand for both."""
-    of_sensors = [s for s in screened if s.hypothesis.at in ("imu1", "imu2")]
+    of_sensors = [s for s in screened if s.hypothesis.effect.place == "imu"]
     if not of_sensors:
         return []
     best = of_sensors[0].hypothesis
