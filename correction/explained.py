@@ -14,12 +14,13 @@ from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.process_factors import state_rows
 from imubench.diagnosis.result import Finding
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.search.moves.dynamic_refits import calm_for_laws
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import extended, log_evidence
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.effects import VARIANTS

@@ -14,6 +14,7 @@ from imubench.diagnosis.config.shared import DECLARED_NOISE, EVIDENCE
 from imubench.diagnosis.criteria.score_test import score
 from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.reml import declared, levels, with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks.excess_noise import louder_noise
 from imubench.diagnosis.result import Diagnosis, Finding
@@ -21,7 +22,6 @@ from imubench.diagnosis.search.moves.add import plain_trials
 from imubench.diagnosis.search.moves.add_dynamic import state_trials
 from imubench.diagnosis.search.moves.dynamic_order import ANYWAY
 from imubench.diagnosis.search.selection import candidates
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.verdict.findings import parameters

@@ -14,10 +14,10 @@ from imubench.diagnosis.config.candidates import BEGINNING, END_STOP
 from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.noise.knot_selection import coarsest
 from imubench.diagnosis.noise.nominal import first_fit, nominal_fit
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.samples.screening import SampleChecks, check_samples
 from imubench.diagnosis.sensor_errors.baseline import Learned
 from imubench.diagnosis.solve.initialize import model_of
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.windows import Window
 from imubench.effects import EFFECTS
 from imubench.progress import Step, silent

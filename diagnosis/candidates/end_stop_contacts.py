@@ -21,9 +21,10 @@ from imubench.arrays import Array
 from imubench.diagnosis.candidates.end_stop import Stop, angle_at, in_world, left_out, limb_at, swing_of
 from imubench.diagnosis.config.candidates import CONTACT, END_STOP
 from imubench.diagnosis.config.solve import SWING
-from imubench.diagnosis.problem.dynamics_factors import equation_of, missing_torque
+from imubench.diagnosis.problem.dynamics_factors import missing_torque
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.residuals import equation_of
 from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.windows import Window, covered, cut_out
 from imubench.recording import Body
 

@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.config.shared import EVIDENCE
-from imubench.diagnosis.problem.dynamics_factors import is_data
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.residuals import is_data
 from imubench.diagnosis.solve.bordered import solve_arrow
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
+from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of
 from imubench.diagnosis.solve.linearize import Linear, linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.threads import one_thread

@@ -16,10 +16,10 @@ from imubench.diagnosis.noise.colour_bound import louder_where
 from imubench.diagnosis.noise.coloured import off_none
 from imubench.diagnosis.noise.nominal import rougher
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.process_factors import state_rows
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
 TRIPLES = ("gyro", "accel")  # variants of a filter that delay one against the other: nothing else does
 

@@ -24,15 +24,14 @@ from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, linear_tall
 from imubench.diagnosis.criteria.effect_dynamics import solved_by_law, with_clear_motion
 from imubench.diagnosis.criteria.trial import kind
 from imubench.diagnosis.noise.reml import declared
-from imubench.diagnosis.problem.batch_model import Model, started
+from imubench.diagnosis.problem.batch_model import Model, middles, started
 from imubench.diagnosis.problem.bspline import Tracks
 from imubench.diagnosis.problem.dynamics_factors import swing_rows
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.problem.motion_prior import middles
 from imubench.diagnosis.problem.residuals import Parameters
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.schur import Base, promise
 from imubench.diagnosis.solve.threads import one_thread, side_by_side

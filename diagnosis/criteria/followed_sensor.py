@@ -10,8 +10,9 @@ from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.reml import declared, levels, with_noise
-from imubench.diagnosis.problem.dynamics_factors import is_data
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.residuals import is_data
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 
 
 def uncertain_levels(fit: Fit) -> dict[str, float]:

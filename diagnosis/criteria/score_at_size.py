@@ -13,8 +13,8 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.criteria.score_test import each, prior_std
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, linear_in
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 

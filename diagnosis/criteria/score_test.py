@@ -15,10 +15,10 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.problem.batch_model import started
 from imubench.diagnosis.problem.bspline import Tracks
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import Parameters
 from imubench.diagnosis.solve.gauss_newton import all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.schur import Base, promise
 from imubench.diagnosis.solve.threads import one_thread

@@ -6,9 +6,9 @@ import numpy as np
 
 from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.noise.reml import declared
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.samples.rest_noise import quietest
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from imubench.diagnosis.discrepancy.drift_tests import SlowErrors
 from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm, fitted_term
 from imubench.diagnosis.discrepancy.term_scores import Guess, promising
 from imubench.diagnosis.discrepancy.terms import SERIES
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.residuals import CHANNELS
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.threads import one_thread
 
 

@@ -28,7 +28,7 @@ from imubench.diagnosis.discrepancy.candidate_terms import Maker
 from imubench.diagnosis.discrepancy.term_scores import hypothesis_of
 from imubench.diagnosis.discrepancy.terms import Term
 from imubench.diagnosis.noise.colour_bound import powers
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 

@@ -15,8 +15,9 @@ from imubench.diagnosis.discrepancy.term_scores import Guess, colour, hypothesis
 from imubench.diagnosis.discrepancy.terms import Term
 from imubench.diagnosis.noise.nominal import rougher
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
+from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of
 from imubench.diagnosis.solve.refit import evidence_over, information, refit
 
 

@@ -14,9 +14,9 @@ from imubench.diagnosis.discrepancy.candidate_terms import jumps, terms
 from imubench.diagnosis.discrepancy.terms import Term, Unknown, UnknownTorque, signals_of
 from imubench.diagnosis.noise.colour_bound import louder_where
 from imubench.diagnosis.noise.coloured import Spectra, noise_spectra
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import CHANNELS
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.recording import Imu

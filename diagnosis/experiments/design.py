@@ -23,11 +23,13 @@ from imubench.diagnosis.experiments.planned_recording import (
     unmeasured_recording,
 )
 from imubench.diagnosis.experiments.symmetries import same_readings
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, inertia_about_joint
+from imubench.diagnosis.problem.dynamics_factors import inertia_about_joint
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.residuals import SWING_EQUATION
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE_AXIS
 from imubench.diagnosis.solve.initialize import model_of
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import extended
 from imubench.effects.effect import Scene
 from imubench.jets import Jet

@@ -17,8 +17,8 @@ from scipy.stats import chi2
 from imubench.arrays import Array
 from imubench.diagnosis.config.noise import COHERENCE
 from imubench.diagnosis.config.shared import STATISTICS
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.samples.rest_noise import quiet_noise
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.recording import Imu
 
 SENSED = {"gyro": "rate", "accel": "force"}  # of a motion

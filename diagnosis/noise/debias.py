@@ -24,11 +24,11 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.noise import DEBIAS
 from imubench.diagnosis.config.solve import ALGEBRA
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, Prior, State
 from imubench.diagnosis.problem.process_factors import law_rows, scenes
 from imubench.diagnosis.solve.block_tridiagonal import Factor
 from imubench.diagnosis.solve.bordered import Solution
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import Linear, linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.effects.effect import Scene

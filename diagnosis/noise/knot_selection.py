@@ -24,10 +24,11 @@ from imubench.diagnosis.noise.coherence import clear_at, clear_in
 from imubench.diagnosis.noise.debias import law_parameters
 from imubench.diagnosis.noise.reml import levels
 from imubench.diagnosis.problem.bspline import DEGREE, SUPPORT, Knots, Tracks
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.solve.initialize import model_of
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 
 
 def coarsest(fit: Fit) -> Fit:

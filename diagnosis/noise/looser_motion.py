@@ -11,8 +11,9 @@ effect without a name would hide in the looser motion.
 from dataclasses import replace
 
 from imubench.diagnosis.config.noise import LOOSE_FIT
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, converged
+from imubench.diagnosis.solve.levenberg_marquardt import converged
 
 TURNING_ROUGHNESS = tuple(f"smooth.{name}" for name in (ATTITUDE, HINGE))
 

@@ -14,9 +14,10 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.noise import MASKING
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import CHANNELS
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of, solve
+from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of, solve
 from imubench.diagnosis.windows import covered
 
 Masks = dict[str, NDArray[np.bool_]]

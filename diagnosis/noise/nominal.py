@@ -12,12 +12,13 @@ from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.noise.coherence import follows_motion
 from imubench.diagnosis.noise.reml import declared, fit_with_noise, with_noise
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.motion_prior import START_SMOOTH, prior_rows
-from imubench.diagnosis.problem.process_factors import equation_rows
 from imubench.diagnosis.samples.pose_correlation import GaussMarkov
+from imubench.diagnosis.solve.gauss_newton import equation_rows
 from imubench.diagnosis.solve.initialize import blind_start, model_of
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.effects import EFFECTS
 from imubench.recording import Recording
 

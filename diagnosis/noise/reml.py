@@ -17,12 +17,13 @@ from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
 from imubench.diagnosis.noise.debias import law_parameters, noise_pull
 from imubench.diagnosis.problem.batch_model import Model
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, is_data
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Prior, State
+from imubench.diagnosis.problem.residuals import SWING_EQUATION, is_data
 from imubench.diagnosis.remembered import remembered
 from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import Step, factored
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, search
+from imubench.diagnosis.solve.levenberg_marquardt import search
 from imubench.diagnosis.solve.linearize import Linear
 from imubench.diagnosis.solve.marginals import Marginals
 from imubench.diagnosis.solve.threads import one_thread

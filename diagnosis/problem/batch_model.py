@@ -290,4 +290,22 @@ def started(model: Model, state: State) -> State:
     return State(np.concatenate([state.coefficients, extra], axis=1), values)
 
 
-__all__ = ["Model", "started"]
+def middles(model: Model) -> Array:
+    """Return the middles (n,) s of the intervals between knots."""
+    knots = model.tracks.knots
+    return np.asarray(knots.start + knots.step * (np.arange(knots.count - 5) + 0.5), dtype=float)
+
+
+def inside(model: Model) -> Array:
+    """Return the middles (n,) s of the intervals between the first and the last sample, as stamped.
+
+    Only there a law is asked: before the first sample a damped spring's state grows backwards, by e^5 in the 0.3 s that
+    the splines go on, and with a phase that every change of its frequency turns; steps were a thirtieth of what they
+    are without.
+    """
+    time, stamps = middles(model), model.stamps.values()
+    first, last = min(float(t[0]) for t in stamps) - model.start, max(float(t[-1]) for t in stamps) - model.start
+    return time[(time >= first) & (time <= last)]
+
+
+__all__ = ["Model", "inside", "middles", "started"]

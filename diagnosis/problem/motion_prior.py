@@ -6,7 +6,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.solve import MOTION_PRIOR
-from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.batch_model import Model, inside, middles
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.residuals import Rows
@@ -16,24 +16,6 @@ from imubench.jets import CONSTANT, Jet, cross, dot, variable
 
 TILT = "tilt."
 WHITE_DERIVATIVE = {FORCE: 2}  # order of the derivative that is taken for white:
-
-
-def middles(model: Model) -> Array:
-    """Return the middles (n,) s of the intervals between knots."""
-    knots = model.tracks.knots
-    return np.asarray(knots.start + knots.step * (np.arange(knots.count - 5) + 0.5), dtype=float)
-
-
-def inside(model: Model) -> Array:
-    """Return the middles (n,) s of the intervals between the first and the last sample, as stamped.
-
-    Only there a law is asked: before the first sample a damped spring's state grows backwards, by e^5 in the 0.3 s that
-    the splines go on, and with a phase that every change of its frequency turns; steps were a thirtieth of what they
-    are without.
-    """
-    time, stamps = middles(model), model.stamps.values()
-    first, last = min(float(t[0]) for t in stamps) - model.start, max(float(t[-1]) for t in stamps) - model.start
-    return time[(time >= first) & (time <= last)]
 
 
 def states_inside(model: Model, state: State, h: Hypothesis) -> dict[str, Array]:
@@ -81,7 +63,7 @@ def smooth_rows(model: Model, state: State, noise: dict[str, float], names: Iter
     """Yield the rows that hold some splines as smooth as `noise` says."""
     time, step = middles(model), model.tracks.knots.step
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
-    sensor = sensor_turn(model, state)
+    sensor = sensor_turn(model.rig, model.mounts, state.values)
     jumpy = {h.key(s.name) for h in model.hypotheses for s in h.effect.states if s.jumps}
     for name in names:
         density = np.full(model.tracks.widths[name], noise[f"smooth.{name}"] / np.sqrt(step))
@@ -122,7 +104,7 @@ def pace_rows(model: Model, state: State) -> Iterator[Rows]:
     if VELOCITY in model.tracks.widths:
         time = middles(model)
         moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
-        base, sensor = model.rig.first(moment, model.gravity(state)), sensor_turn(model, state)
+        base, sensor = model.rig.first(moment, model.gravity(state)), sensor_turn(model.rig, model.mounts, state.values)
         assert base.turn is not None
         velocity = moment.track(VELOCITY)
         gravity = base.turn.back(model.gravity(state))

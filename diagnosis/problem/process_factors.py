@@ -5,20 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.batch_model import Model, inside
 from imubench.diagnosis.problem.bspline import Moment
-from imubench.diagnosis.problem.dynamics_factors import swing_rows
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.problem.motion_prior import inside, middles
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.effects.effect import Scene
 from imubench.jets import Jet
-
-
-def equation_rows(model: Model, state: State) -> Iterator[Rows]:
-    """Yield the rows of every law; none is a measurement."""
-    yield from state_rows(model, state)
-    yield from swing_rows(model, state, middles(model))
 
 
 def state_rows(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[Rows]:

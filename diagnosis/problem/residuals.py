@@ -1,6 +1,6 @@
 """Measurements as rows of a least-squares problem."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,3 +52,16 @@ class Parameters:
     def columns(self, name: str) -> slice:
         """Return where a parameter lies in the vector."""
         return place_of(self.widths, name)
+
+
+SWING_EQUATION = "swing.torque"
+
+
+def is_data(rows: Rows) -> bool:
+    """Return whether rows are samples, or the equation of motion in free swings."""
+    return rows.counts or rows.name == SWING_EQUATION
+
+
+def equation_of(rows: Iterable[Rows]) -> Rows | None:
+    """Return the equation of motion among the rows of a fit; None where nothing swings freely."""
+    return next((r for r in rows if r.name == SWING_EQUATION), None)

@@ -3,19 +3,24 @@
 A mount is hardly held, its sensor's own attitude is: when a step turns the mount, the segment turns back.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.problem.batch_model import Model
-from imubench.diagnosis.problem.hypothesis import Hypothesis, State
+from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis
+from imubench.diagnosis.problem.rig_kinematics import Rig
 from imubench.effects import EFFECTS
 from imubench.jets import CONSTANT, Jet, Turn, rotation, skew, times, variable
 
+Mounts = Mapping[str, Geometry]
+"""The mounts that the fit starts from, by IMU."""
 
-def first_sensor(model: Model) -> str | None:
+
+def first_sensor(rig: Rig, mounts: Mounts) -> str | None:
     """Return the name of segment 1's IMU; None where it has none."""
-    return next((imu.name for imu in model.rig.tree.segments[0].imus if imu.name in model.mounts), None)
+    return next((imu.name for imu in rig.tree.segments[0].imus if imu.name in mounts), None)
 
 
 def turning(sensor: str) -> tuple[str, ...]:
@@ -24,19 +29,19 @@ def turning(sensor: str) -> tuple[str, ...]:
     return (f"{sensor}.rotation", *(h.key("rotation") for h in placing))
 
 
-def sensor_turn(model: Model, state: State) -> Turn:
+def sensor_turn(rig: Rig, mounts: Mounts, values: Mapping[str, Array]) -> Turn:
     """Return the sensor's axes in the segment's, without what moves them.
 
     For the priors: in the segment's own axes what they leave would turn with the mount, at no cost, and Gauss-Newton
     would take that for knowledge: 0.16 rad of a turn about the hinge, of which nothing but the mount's prior knows.
     """
-    sensor = first_sensor(model)
+    sensor = first_sensor(rig, mounts)
     if sensor is None:
         return Turn(np.eye(3)[None])
-    turn = Turn(model.mounts[sensor].turn[None])
+    turn = Turn(mounts[sensor].turn[None])
     for name in turning(sensor):
-        if name in state.values:
-            turn = turn @ rotation(variable((name, CONSTANT), state.values[name]))
+        if name in values:
+            turn = turn @ rotation(variable((name, CONSTANT), values[name]))
     return turn
 
 
@@ -50,12 +55,12 @@ def turned(q: Jet, by: Turn) -> Jet:
     return Jet(value, blocks | {key: times(half, d) for key, d in by.blocks.items()})
 
 
-def turns_back(model: Model, old: dict[str, Array], new: dict[str, Array]) -> tuple[Array, Array]:
+def turns_back(rig: Rig, mounts: Mounts, old: Mapping[str, Array], new: Mapping[str, Array]) -> tuple[Array, Array]:
     """Return how segment 1 turns where its sensor stays: a matrix (3, 3), and to first order a vector (3,) rad."""
-    sensor, slope = first_sensor(model), np.zeros(3)
+    sensor, slope = first_sensor(rig, mounts), np.zeros(3)
     if sensor is None:
         return np.eye(3), slope
-    before = after = model.mounts[sensor].turn
+    before = after = mounts[sensor].turn
     for name in turning(sensor):
         if name in new:
             slope -= before @ left_jacobian(old[name]) @ (new[name] - old[name])

@@ -10,12 +10,12 @@ from imubench.arrays import Array
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.evidence import Comparison, Level, Played, Pose, Trace
 from imubench.diagnosis.noise.reml import levels
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.problem.rig_kinematics import FORCE, HINGE
 from imubench.diagnosis.residual_checks.fitted_effects import fitted_effects
 from imubench.diagnosis.result import NOT_KNOWN, Noise
 from imubench.diagnosis.samples.rest_noise import quietest
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.format1.profile_noise import by_profile
 from imubench.recording import Recording
 

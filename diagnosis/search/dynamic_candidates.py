@@ -7,8 +7,8 @@ from imubench.diagnosis.config.noise import COHERENCE
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.trial import Trial, kind, misfit
 from imubench.diagnosis.noise.coherence import follows_motion
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over
 
 HINTED = 30.0  # nat that a screening must promise where nothing else says that a sensor moves on its own

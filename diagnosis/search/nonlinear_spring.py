@@ -32,6 +32,7 @@ from imubench.diagnosis.criteria.cross_validation import Gain, predicted
 from imubench.diagnosis.criteria.trial import misfit
 from imubench.diagnosis.noise.debiased_fit import debiased
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import states_inside
 from imubench.diagnosis.problem.residuals import CHANNELS
@@ -42,7 +43,7 @@ from imubench.diagnosis.search.confidence import confidence, nameless
 from imubench.diagnosis.search.moves.drop import at_centre
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import all_rows, factored
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
+from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of
 from imubench.diagnosis.solve.refit import extended, information, refit
 from imubench.effects.effect import Effect
 

@@ -9,6 +9,7 @@ from imubench.diagnosis.criteria.trial import Trial, misfit
 from imubench.diagnosis.discrepancy.input_nonlinearity import reads_by_own_law
 from imubench.diagnosis.noise.masking import mask_beside, shows_in_its_moments, with_mask
 from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.search.dynamic_candidates import HINTED, before_plain, promised_by_law, stateful, suspicious
@@ -16,7 +17,6 @@ from imubench.diagnosis.search.moves.add import next_plain, of_a_clock, plain_sc
 from imubench.diagnosis.search.moves.add_dynamic import explained, state_trials
 from imubench.diagnosis.search.moves.move import Promises
 from imubench.diagnosis.search.moves.swap_states_for_law import states_to_law
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
 CLEARLY = 100.0  # nat: of springs, from which on a spline without a law is tried too; of a name to ask with a clock's
 AHEAD = 3  # effects without states that are tried together before one with states is

@@ -14,6 +14,7 @@ from imubench.diagnosis.noise.looser_motion import with_looser_motion
 from imubench.diagnosis.noise.masking import weighed_beside
 from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.search.admission import Add
@@ -28,7 +29,7 @@ from imubench.diagnosis.search.moves.swap_for_one_triple import FilterOfOneTripl
 from imubench.diagnosis.search.moves.swap_for_rival import RivalForEffect
 from imubench.diagnosis.search.moves.swap_friction import FrictionMixture, together
 from imubench.diagnosis.search.rounding import RoundedStates
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, converged
+from imubench.diagnosis.solve.levenberg_marquardt import converged
 from imubench.effects import possible
 from imubench.progress import tell
 

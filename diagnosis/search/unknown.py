@@ -19,6 +19,7 @@ from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm
 from imubench.diagnosis.discrepancy.terms import Term, Unknown, channels_of, signals_of
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.noise.pooled import with_pooled_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks.excess_noise import excess_noise, left_over, off_its_equation
 from imubench.diagnosis.residual_checks.implausible import implausible_places, lawless
@@ -38,7 +39,6 @@ from imubench.diagnosis.search.nonlinear_spring import (
     unheld,
 )
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import information
 
 LATER_SURE = 0.6  # of what explains as much as a misalignment, a little later: 13 of 14 in 900 blind trials were none

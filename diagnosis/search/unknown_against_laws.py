@@ -20,6 +20,7 @@ from imubench.diagnosis.criteria.dynamic_score import screen
 from imubench.diagnosis.criteria.trial import Kept, Trial
 from imubench.diagnosis.discrepancy.terms import SERIES, Unknown
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.loop import Rule
 from imubench.diagnosis.search.moves.add_dynamic import MORE_ROUNDS
@@ -30,7 +31,6 @@ from imubench.diagnosis.search.moves.term_rivals import NEARLY
 from imubench.diagnosis.search.selection import DROP_NEEDLESS, Selection, candidates
 from imubench.diagnosis.search.unknown import Unknowns
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit, refit_without
 from imubench.progress import tell
 

@@ -14,11 +14,11 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.problem.batch_model import Model, started
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import TILT
 from imubench.diagnosis.result import Own, Parameter, SensorErrors
 from imubench.diagnosis.solve.gauss_newton import all_rows, factored
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import covariance_of
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.effects import possible

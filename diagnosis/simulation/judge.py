@@ -10,6 +10,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.budget import check
 from imubench.diagnosis.config.simulation import ROLL_OUT, SIMULATED_BESIDE
 from imubench.diagnosis.evidence import Comparison, Swing
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.result import SimulatedChannel
 from imubench.diagnosis.simulation.channels import Channel, channels, dense_rate, read_out, simulated
 from imubench.diagnosis.simulation.learned import Learned, Part, half_at
@@ -17,7 +18,6 @@ from imubench.diagnosis.simulation.rollout import Misfit, can_swing, horizon, re
 from imubench.diagnosis.simulation.sim_model import SimModel, sim_model, state_at
 from imubench.diagnosis.simulation.splice import rolled_truth
 from imubench.diagnosis.simulation.swing_windows import free
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.subset import cut
 from imubench.diagnosis.windows import Window, covered
 from imubench.recording import Recording

@@ -15,6 +15,7 @@ from imubench.correction.read_model import read_model
 from imubench.diagnosis.evidence import Swing
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import declared_by
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import UNKNOWN, Simulation
 from imubench.diagnosis.samples.screening import check_samples
@@ -23,7 +24,6 @@ from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Part
 from imubench.diagnosis.simulation.sim_model import SimModel, sim_model
 from imubench.diagnosis.simulation.splice import rolled_truth
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.errors import InputError
 from imubench.progress import Step, silent
 from imubench.recording import Recording, span_of

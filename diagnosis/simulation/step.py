@@ -8,12 +8,12 @@ import numpy as np
 from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Evidence
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.residual_checks.localize import locate
 from imubench.diagnosis.residual_checks.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Simulation, Where
 from imubench.diagnosis.simulation.beside import beside
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.errors import InputError
 
 UNPLAYED = "the simulation beside the recording"

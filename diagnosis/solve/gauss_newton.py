@@ -1,15 +1,16 @@
 """All rows of the motion fit, their normal equations, and the step that these ask for."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.batch_model import Model, middles
+from imubench.diagnosis.problem.dynamics_factors import swing_rows
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.motion_prior import prior_rows
-from imubench.diagnosis.problem.process_factors import equation_rows
+from imubench.diagnosis.problem.process_factors import state_rows
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.solve.bordered import Solution, solve_arrow
 from imubench.diagnosis.solve.linearize import Linear, linearise
@@ -63,3 +64,9 @@ class Step:
         x, values = solution.solve(-normal.gradient[:, :, None], -normal.corner_gradient[:, None])
         promised = -0.5 * float(np.vdot(normal.gradient, x) + normal.corner_gradient @ values[:, 0])
         return cls(x[:, :, 0], values[:, 0], promised, damping, solution, linear)
+
+
+def equation_rows(model: Model, state: State) -> Iterator[Rows]:
+    """Yield the rows of every law; none is a measurement."""
+    yield from state_rows(model, state)
+    yield from swing_rows(model, state, middles(model))

@@ -1,11 +1,10 @@
 """The motion fit: Levenberg-Marquardt on splines and parameters together, noise levels estimated on the way."""
 
-from dataclasses import dataclass, field
-
 from imubench.arrays import Array
 from imubench.diagnosis.budget import check
 from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.remembered import remembered
@@ -13,35 +12,6 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import Step, all_rows
 from imubench.diagnosis.solve.retract import followed, moved, settled, with_centre_velocity
 from imubench.diagnosis.solve.threads import one_thread
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """A model, its best state, and what the noise was taken to be; one is another's equal only if it is that."""
-
-    model: Model
-    state: State
-    noise: dict[str, float]  # std of each group of rows, in its unit
-    cost: float
-    steps: int
-    anchor: Array | None = None
-    loose: float = 1.0
-    rows: list[Rows] = field(default_factory=list, repr=False)
-
-    @property
-    def knots(self) -> int:
-        """How many knots the splines have."""
-        return self.model.tracks.knots.count
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last time of the measurements, in s on the splines."""
-        return min(float(r.time.min()) for r in self.measured), max(float(r.time.max()) for r in self.measured)
-
-    @property
-    def measured(self) -> list[Rows]:
-        """The rows of measurements."""
-        return [r for r in self.rows if r.counts]
 
 
 def at_noise_of(fit: Fit, other: Fit) -> Fit:
@@ -137,4 +107,4 @@ def _arrived(
     return state, rows, sum(r.cost for r in rows)
 
 
-__all__ = ["Fit", "at_noise_of", "converged", "search", "solve"]
+__all__ = ["at_noise_of", "converged", "search", "solve"]

@@ -10,13 +10,12 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.problem.batch_model import Model, started
 from imubench.diagnosis.problem.bspline import Tracks
-from imubench.diagnosis.problem.dynamics_factors import is_data
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.motion_prior import TILT
-from imubench.diagnosis.problem.process_factors import equation_rows
-from imubench.diagnosis.problem.residuals import Parameters, Rows
-from imubench.diagnosis.solve.gauss_newton import all_rows, factored
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.problem.residuals import Parameters, Rows, is_data
+from imubench.diagnosis.solve.gauss_newton import all_rows, equation_rows, factored
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.threads import one_thread

@@ -32,8 +32,8 @@ def moved(model: Model, state: State, x: Array, values: Array) -> State:
     parameters, tracks = model.parameters, model.tracks
     new = {name: value + values[parameters.columns(name)] for name, value in state.values.items()}
     coefficients = state.coefficients + change
-    if first_sensor(model) is not None and ATTITUDE in tracks.widths:
-        back, slope = turns_back(model, state.values, new)
+    if first_sensor(model.rig, model.mounts) is not None and ATTITUDE in tracks.widths:
+        back, slope = turns_back(model.rig, model.mounts, state.values, new)
         own = tracks.columns(ATTITUDE)
         q = state.coefficients[:, own]
         straight = coefficients[:, own] - rotations.multiply(q, np.concatenate([[0.0], slope / 2]))

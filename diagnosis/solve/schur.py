@@ -7,9 +7,9 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.solve import ALGEBRA
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import Step
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import Held, Linear
 from imubench.diagnosis.solve.threads import one_thread
 

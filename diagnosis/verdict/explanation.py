@@ -10,6 +10,7 @@ from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.noise.nominal import certain_effects
 from imubench.diagnosis.noise.reml import declared, declared_by
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.residual_checks.excess_noise import refuted
 from imubench.diagnosis.residual_checks.fit_summary import Weighed, traces, weighed
 from imubench.diagnosis.residual_checks.localize import locate
@@ -23,7 +24,6 @@ from imubench.diagnosis.search.unknown import Unknowns, unknowns
 from imubench.diagnosis.search.unknown_against_laws import laws_for_series
 from imubench.diagnosis.search.unknown_against_small import effects_for_terms, with_equals
 from imubench.diagnosis.sensor_errors.baseline import Learned
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.verdict.findings import findings, rejected
 from imubench.diagnosis.verdict.impacts import unseen_knocks
 from imubench.diagnosis.verdict.nameless_equivalents import with_equivalents, with_refused_equivalents

@@ -11,6 +11,7 @@ from imubench.diagnosis.criteria.trial import Kept, Passed, misfit
 from imubench.diagnosis.experiments.design import separation
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.noise.intervals import with_spring_intervals
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import states_inside
 from imubench.diagnosis.residual_checks.excess_noise import left_over
@@ -19,7 +20,6 @@ from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
 from imubench.diagnosis.search.confidence import MOST_SURE, confidence
 from imubench.diagnosis.search.moves.swap_for_rival import TIE_NAT, TIE_SHARE
 from imubench.diagnosis.search.selection import Selection
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.verdict.unobservable import seen_of, unseen_in_words, widened, with_directions
 from imubench.effects import EFFECTS

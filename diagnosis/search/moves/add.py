@@ -12,9 +12,9 @@ from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.score_test import Score, score
 from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.drop import natural
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import log_evidence, refit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import side_by_side

@@ -12,6 +12,7 @@ from imubench.diagnosis.criteria.dynamic_aic import holds_its_law, trial_beside
 from imubench.diagnosis.criteria.dynamic_score import Screened, screen
 from imubench.diagnosis.criteria.trial import Trial, breaks_its_law, misfit
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_order import pairs, promising, softer
 from imubench.diagnosis.search.moves.dynamic_refits import (
@@ -22,7 +23,6 @@ from imubench.diagnosis.search.moves.dynamic_refits import (
 )
 from imubench.diagnosis.search.moves.move import Promises
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.subset import excerpt, loudest
 from imubench.diagnosis.solve.threads import side_by_side
 

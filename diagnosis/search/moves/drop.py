@@ -15,9 +15,9 @@ from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.coloured import off_none, parameter_std
 from imubench.diagnosis.noise.nominal import rougher
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, linear_in
 from imubench.diagnosis.search.moves.move import Above, Proposal, Proposals, SearchState
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, information, refit_without
 from imubench.diagnosis.solve.subset import excerpt, loudest
 from imubench.progress import tell

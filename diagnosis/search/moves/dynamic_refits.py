@@ -10,9 +10,10 @@ from imubench.diagnosis.criteria.dynamic_score import Screened
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.reml import declared, fit_with_noise, with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.gauss_newton import all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import extended
 from imubench.diagnosis.solve.retract import settled
 

@@ -15,9 +15,9 @@ from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.masking import Masks
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.rules import RuleUse
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
 Refused = tuple[tuple[Hypothesis, float], ...]
 """Effects with the nat that they gained on left-out data, or what they were worth where that was enough."""

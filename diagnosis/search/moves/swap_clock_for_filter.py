@@ -24,10 +24,11 @@ from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.criteria.trial import Kept, Passed, Trial, misfit
 from imubench.diagnosis.noise.nominal import rougher
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import extended, refit
 from imubench.effects import VARIANTS, delay_law
 from imubench.effects.effect import Effect

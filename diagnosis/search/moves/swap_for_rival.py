@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add import plain_scores, plain_trials
 from imubench.diagnosis.search.moves.move import Above, Proposal, Proposals, SearchState
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import log_evidence, refit
 from imubench.progress import tell
 

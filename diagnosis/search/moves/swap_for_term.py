@@ -18,6 +18,7 @@ from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm, fitted_term
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.noise.nominal import certain_effects, rougher
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.term_rivals import (
     a_filter_is,
@@ -33,7 +34,6 @@ from imubench.diagnosis.search.moves.term_rivals import (
     wanders,
 )
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, refit_without
 
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like

@@ -18,11 +18,11 @@ from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.nominal import at_estimated_roughness
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.drop import about_zero, natural
 from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, information, refit, refit_without
 from imubench.effects import EFFECTS
 from imubench.progress import tell

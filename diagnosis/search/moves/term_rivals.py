@@ -10,9 +10,10 @@ from imubench.diagnosis.discrepancy.basis_functions import drifts
 from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm
 from imubench.diagnosis.discrepancy.term_scores import Guess
 from imubench.diagnosis.discrepancy.terms import LATE, SERIES, Term
+from imubench.diagnosis.problem.batch_model import inside
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.problem.motion_prior import inside, states_inside
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.problem.motion_prior import states_inside
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
 NEARLY = 0.25  # of what a filter is worth: a series worth no more than that more must gain more on left-out data

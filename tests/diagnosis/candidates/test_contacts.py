@@ -17,7 +17,7 @@ from imubench.diagnosis.candidates.end_stop_contacts import (
 )
 from imubench.diagnosis.config.candidates import CONTACT
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION
+from imubench.diagnosis.problem.residuals import SWING_EQUATION
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

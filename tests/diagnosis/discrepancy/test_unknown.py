@@ -15,8 +15,8 @@ from imubench.diagnosis.discrepancy.term_scores import colour, promising
 from imubench.diagnosis.discrepancy.terms import LATE, Term, Unknown, UnknownTorque
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise, with_noise
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.residuals import SWING_EQUATION
 from imubench.diagnosis.result import UNKNOWN
 from imubench.diagnosis.search.moves.swap_for_term import swapped_for_terms
 from imubench.diagnosis.search.moves.term_rivals import comes_late

@@ -45,7 +45,7 @@ def along_the_mount(fit, name, turn):
     values = np.zeros(sum(len(v) for v in state.values.values()))
     values[parameters.columns(name)] = turn
     small = 1e-6 * turn
-    _, slope = turns_back(model, state.values, state.values | {name: state.values[name] + small})
+    _, slope = turns_back(model.rig, model.mounts, state.values, state.values | {name: state.values[name] + small})
     slope = slope / 1e-6
     change = np.zeros_like(state.coefficients)
     q = state.coefficients[:, tracks.columns("attitude")]
