@@ -20,8 +20,9 @@ from imubench.diagnosis.problem.process_factors import state_rows
 from imubench.diagnosis.result import Finding
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.search.moves.dynamic_refits import calm_for_laws
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended, log_evidence
+from imubench.diagnosis.solve.refit import log_evidence
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.effects import VARIANTS
 from imubench.effects.effect import Effect

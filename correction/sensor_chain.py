@@ -25,6 +25,7 @@ from imubench.effects.effect import Effect, Reading
 from imubench.effects.traits import Fault
 from imubench.errors import InputError
 from imubench.jets import Jet
+from imubench.models.tree import rig_tree
 from imubench.sim.imu_sampling import interpolate
 from imubench.sim.swing import Torque
 from imubench.truth import Truth
@@ -194,6 +195,14 @@ def _sampled(
             values = {k: np.asarray(v) if k in several else np.ravel(v)[0] for k, v in link.values.items()}
             stamps, gyro, accel = law.corrupt(stamps, gyro, accel, values, rng or np.random.default_rng(0))
     return stamps, gyro, accel
+
+
+def plays(effect: str, rig: str) -> bool:
+    """Return whether the replay of a `model/` has an effect of the library in it, on a rig."""
+    known = EFFECTS.get(effect)
+    if known is None or not known.fits(rig_tree(rig)):
+        return False
+    return known.in_the_rig or at_encoder(effect) or chained(effect)
 
 
 __all__ = [

@@ -32,7 +32,8 @@ from imubench.diagnosis.result import (
 )
 from imubench.diagnosis.rules import Rules, RuleUse
 from imubench.diagnosis.search.rounding import sharp
-from imubench.diagnosis.search.selection import FURTHER, Selection, select
+from imubench.diagnosis.search.selected import Selection
+from imubench.diagnosis.search.selection import FURTHER, select
 from imubench.diagnosis.sensor_errors.baseline import Learned, check_same_sensors
 from imubench.diagnosis.sensor_errors.own_errors import own_errors
 from imubench.diagnosis.simulation.step import judged_by_simulation

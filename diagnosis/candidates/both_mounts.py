@@ -22,8 +22,8 @@ from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.samples.rest_noise import MOST_REST_STD
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.estimators.banded import chosen_fit

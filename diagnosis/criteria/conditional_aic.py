@@ -17,7 +17,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from imubench.diagnosis.noise.reml import levels
+from imubench.diagnosis.noise.noise_levels import levels
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.motion_prior import TILT

@@ -23,7 +23,7 @@ from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, linear_tally, tally
 from imubench.diagnosis.criteria.effect_dynamics import solved_by_law, with_clear_motion
 from imubench.diagnosis.criteria.trial import kind
-from imubench.diagnosis.noise.reml import declared
+from imubench.diagnosis.noise.declared_noise import declared
 from imubench.diagnosis.problem.batch_model import Model, middles, started
 from imubench.diagnosis.problem.bspline import Tracks
 from imubench.diagnosis.problem.dynamics_factors import swing_rows

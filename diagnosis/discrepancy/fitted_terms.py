@@ -8,12 +8,13 @@ from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.config.discrepancy import TERM
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import Gain, predicted
+from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.score_at_size import gain_of_weights
+from imubench.diagnosis.criteria.trial import Gain
 from imubench.diagnosis.discrepancy.candidate_terms import sensor_terms, torque_terms
 from imubench.diagnosis.discrepancy.term_scores import Guess, colour, hypothesis_of
 from imubench.diagnosis.discrepancy.terms import Term
-from imubench.diagnosis.noise.nominal import rougher
+from imubench.diagnosis.noise.looser_motion import rougher
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State

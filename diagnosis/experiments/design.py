@@ -28,9 +28,9 @@ from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import SWING_EQUATION
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE_AXIS
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended
 from imubench.effects.effect import Scene
 from imubench.jets import Jet
 from imubench.links import ZERO

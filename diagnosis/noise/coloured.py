@@ -23,8 +23,7 @@ from imubench.diagnosis.problem.residuals import Rows, is_data
 from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import factored
 from imubench.diagnosis.solve.linearize import Linear
-from imubench.diagnosis.solve.marginals import Marginals
-from imubench.diagnosis.solve.refit import covariance_of
+from imubench.diagnosis.solve.marginals import Marginals, covariance_of
 from imubench.diagnosis.solve.threads import one_thread
 
 

@@ -22,7 +22,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
 from imubench.diagnosis.noise.coherence import clear_at, clear_in
 from imubench.diagnosis.noise.debias import law_parameters
-from imubench.diagnosis.noise.reml import levels
+from imubench.diagnosis.noise.noise_levels import levels
 from imubench.diagnosis.problem.bspline import DEGREE, SUPPORT, Knots, Tracks
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import State

@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.noise import COHERENCE, LOOSE_FIT, REML
+from imubench.diagnosis.config.noise import COHERENCE, LOOSE_FIT
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.noise.coherence import follows_motion
-from imubench.diagnosis.noise.reml import declared, fit_with_noise, with_noise
+from imubench.diagnosis.noise.declared_noise import declared
+from imubench.diagnosis.noise.looser_motion import rougher
+from imubench.diagnosis.noise.reml import fit_with_noise, with_noise
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
@@ -109,21 +111,4 @@ def with_freer_motion(fit: Fit) -> Fit:
     return freer if max(follows_motion(freer).values()) < LOOSE_FIT.unrelated else fit
 
 
-def rougher_noise(fit: Fit) -> dict[str, float]:
-    """Return the noise levels of a fit with its motion, no effect's states, `LOOSE_FIT.freer` times as rough."""
-    own = {f"smooth.{name}" for name in START_SMOOTH}
-    return {name: std * (LOOSE_FIT.freer if name in own else 1.0) for name, std in fit.noise.items()}
-
-
-def rougher(fit: Fit) -> Fit:
-    """Return the fit solved again with its motion held less smooth."""
-    return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=SOLVER.steps_after_noise)
-
-
-def at_estimated_roughness(fit: Fit) -> Fit:
-    """Return the fit, not solved again, with its motion held as smooth as it was estimated to be."""
-    own = {f"smooth.{name}" for name in START_SMOOTH}
-    return replace(fit, noise={name: std / (REML.loosened if name in own else 1.0) for name, std in fit.noise.items()})
-
-
-__all__ = ["at_estimated_roughness", "first_fit", "nominal_fit", "rougher", "with_freer_motion"]
+__all__ = ["first_fit", "nominal_fit", "with_freer_motion"]

@@ -9,7 +9,7 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.evidence import Comparison, Level, Played, Pose, Trace
-from imubench.diagnosis.noise.reml import levels
+from imubench.diagnosis.noise.noise_levels import levels
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.problem.rig_kinematics import FORCE, HINGE

@@ -11,6 +11,8 @@ from imubench.diagnosis.config.samples import DROPOUT, LATTICE
 from imubench.diagnosis.config.shared import STATISTICS
 
 Mask = np.ndarray[tuple[int], np.dtype[np.bool_]]
+UNIT_OF_PART = {"gyro": "rad/s", "accel": "m/s^2"}
+"""The triples of an IMU, with the units that they are in."""
 
 # (a rounded parabola falls 3 steps over half a plateau's length, a fourth power 15)
 

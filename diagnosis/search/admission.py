@@ -4,8 +4,8 @@ from collections.abc import Generator, Sequence
 from dataclasses import replace
 
 from imubench.diagnosis.config.criteria import ADMISSION
-from imubench.diagnosis.criteria.cross_validation import Gain, by_halves, heldout_gain
-from imubench.diagnosis.criteria.trial import Kept, Passed, Trial
+from imubench.diagnosis.criteria.cross_validation import by_halves, heldout_gain
+from imubench.diagnosis.criteria.trial import Gain, Kept, Passed, Trial
 from imubench.diagnosis.noise.masking import with_mask
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.search.moves.move import (

@@ -5,8 +5,9 @@ from collections.abc import Collection
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.noise import COHERENCE
 from imubench.diagnosis.config.shared import EVIDENCE
-from imubench.diagnosis.criteria.trial import Trial, kind, misfit
+from imubench.diagnosis.criteria.trial import Trial, kind
 from imubench.diagnosis.noise.coherence import follows_motion
+from imubench.diagnosis.noise.declared_noise import misfit
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.refit import evidence_over

@@ -28,9 +28,10 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import Gain, predicted
-from imubench.diagnosis.criteria.trial import misfit
+from imubench.diagnosis.criteria.cross_validation import predicted
+from imubench.diagnosis.criteria.trial import Gain
 from imubench.diagnosis.noise.debiased_fit import debiased
+from imubench.diagnosis.noise.declared_noise import misfit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -42,9 +43,9 @@ from imubench.diagnosis.result import Finding, Parameter, Where
 from imubench.diagnosis.search.confidence import confidence, nameless
 from imubench.diagnosis.search.moves.drop import at_centre
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.gauss_newton import all_rows, factored
+from imubench.diagnosis.solve.gauss_newton import all_rows, extended, factored
 from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of
-from imubench.diagnosis.solve.refit import extended, information, refit
+from imubench.diagnosis.solve.refit import information, refit
 from imubench.effects.effect import Effect
 
 PROMISED = 10.0  # nat, before they are fitted

@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.followed_sensor import at_levels, nearer_to_declared, uncertain_levels
-from imubench.diagnosis.criteria.trial import Trial, misfit
+from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.discrepancy.input_nonlinearity import reads_by_own_law
+from imubench.diagnosis.noise.declared_noise import misfit
 from imubench.diagnosis.noise.masking import mask_beside, shows_in_its_moments, with_mask
 from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
 from imubench.diagnosis.problem.fit import Fit

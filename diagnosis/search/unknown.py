@@ -7,7 +7,7 @@ looks like slow terms: what is left of the residuals' colour after the refit div
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -38,20 +38,12 @@ from imubench.diagnosis.search.nonlinear_spring import (
     suspected_findings,
     unheld,
 )
+from imubench.diagnosis.search.unnamed import Unknowns
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.refit import information
 
 LATER_SURE = 0.6  # of what explains as much as a misalignment, a little later: 13 of 14 in 900 blind trials were none
 UNITS = {"gyro": "rad/s", "accel": "m/s^2", "torque": "N m"}
-
-
-@dataclass(frozen=True)
-class Unknowns:
-    """What has no name."""
-
-    findings: tuple[Finding, ...]
-    fit: Fit  # with terms for it; without the names that only stood in for them
-    doubted: tuple[Hypothesis, ...]  # names that something without one explains as well
 
 
 def unknowns(
@@ -185,4 +177,4 @@ def place(found: FittedTerm) -> Where:
     return Where(term.at, shares(dict(zip(names, power, strict=True))), (), (), term.goes_with, 1.0)
 
 
-__all__ = ["Unknowns", "unknowns"]
+__all__ = ["unknowns"]

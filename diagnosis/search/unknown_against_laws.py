@@ -14,10 +14,10 @@ import numpy as np
 
 from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
 from imubench.diagnosis.criteria.conditional_aic import aic_gain, aic_gain_and_freedoms
-from imubench.diagnosis.criteria.cross_validation import Gain, heldout_gain
-from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
+from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.dynamic_score import screen
-from imubench.diagnosis.criteria.trial import Kept, Trial
+from imubench.diagnosis.criteria.plausible_fit import holds_its_law
+from imubench.diagnosis.criteria.trial import Gain, Kept, Trial
 from imubench.diagnosis.discrepancy.terms import SERIES, Unknown
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
@@ -28,8 +28,8 @@ from imubench.diagnosis.search.moves.drop import SPLINES
 from imubench.diagnosis.search.moves.dynamic_refits import STATE_NOISE_ROUNDS, refit_from_screening
 from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.search.moves.term_rivals import NEARLY
-from imubench.diagnosis.search.selection import DROP_NEEDLESS, Selection, candidates
-from imubench.diagnosis.search.unknown import Unknowns
+from imubench.diagnosis.search.selected import DROP_NEEDLESS, Selection, candidates
+from imubench.diagnosis.search.unnamed import Unknowns
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.refit import refit, refit_without
 from imubench.progress import tell

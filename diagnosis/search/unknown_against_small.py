@@ -21,8 +21,8 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Rejected
 from imubench.diagnosis.search.loop import Rule
 from imubench.diagnosis.search.moves.move import Foretells, Proposal, Proposals, SearchState, told
-from imubench.diagnosis.search.selection import DROP_NEEDLESS, Selection, candidates
-from imubench.diagnosis.search.unknown import Unknowns
+from imubench.diagnosis.search.selected import DROP_NEEDLESS, Selection, candidates
+from imubench.diagnosis.search.unnamed import Unknowns
 from imubench.diagnosis.solve.refit import refit, refit_without
 from imubench.diagnosis.solve.schur import Base
 from imubench.progress import tell

@@ -19,7 +19,7 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import TILT
 from imubench.diagnosis.result import Own, Parameter, SensorErrors
 from imubench.diagnosis.solve.gauss_newton import all_rows, factored
-from imubench.diagnosis.solve.refit import covariance_of
+from imubench.diagnosis.solve.marginals import covariance_of
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.effects import possible
 from imubench.effects.effect import Effect

@@ -16,7 +16,7 @@ from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.evidence import Comparison, Played, Swing, Trace
-from imubench.diagnosis.noise.reml import levels
+from imubench.diagnosis.noise.noise_levels import levels
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks import fit_summary
@@ -26,8 +26,9 @@ from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, with_laws_held
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
 from imubench.diagnosis.simulation.swing_windows import free
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended, refit_without
+from imubench.diagnosis.solve.refit import refit_without
 from imubench.recording import Recording
 
 

@@ -13,8 +13,8 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.correction.read_model import read_model
 from imubench.diagnosis.evidence import Swing
+from imubench.diagnosis.noise.declared_noise import declared_by
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import declared_by
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import UNKNOWN, Simulation

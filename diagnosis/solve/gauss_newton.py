@@ -1,4 +1,4 @@
-"""All rows of the motion fit, their normal equations, and the step that these ask for."""
+"""All rows of the motion fit, with effects that come in, their normal equations, and the step that these ask for."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.problem.batch_model import Model, middles
+from imubench.diagnosis.config.solve import START
+from imubench.diagnosis.problem.batch_model import Model, middles, started
 from imubench.diagnosis.problem.dynamics_factors import swing_rows
-from imubench.diagnosis.problem.hypothesis import State
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.motion_prior import prior_rows
 from imubench.diagnosis.problem.process_factors import state_rows
 from imubench.diagnosis.problem.residuals import Rows
@@ -70,3 +72,37 @@ def equation_rows(model: Model, state: State) -> Iterator[Rows]:
     """Yield the rows of every law; none is a measurement."""
     yield from state_rows(model, state)
     yield from swing_rows(model, state, middles(model))
+
+
+def extended(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Array] | None = None) -> Fit:
+    """Return the fit's state in a model with these effects, parameters at `guess` or their start, not yet solved."""
+    model = fit.model.with_effects(hypotheses)
+    state = started(model, _kept(fit, model))
+    state = State(state.coefficients, state.values | (guess or {}))
+    noise = dict(fit.noise)
+    for h in hypotheses:
+        for s in h.effect.states:
+            noise.setdefault(
+                f"smooth.{h.key(s.name)}",
+                START.lawful_state_roughness * s.std if h.effect.lawful else START.free_state_roughness,
+            )
+    for rows in equation_rows(model, state):
+        noise.setdefault(rows.name, START.law_level)
+    return replace(fit, model=model, state=state, noise=noise)
+
+
+def _kept(fit: Fit, model: Model) -> State:
+    """Return the state with the splines and parameters that `model` still has, in its order."""
+    old = fit.model.tracks
+    kept = [fit.state.coefficients[:, old.columns(n)] for n in model.tracks.widths if n in old.widths]
+    values = {n: v for n, v in fit.state.values.items() if n in model.priors}
+    return State(np.concatenate(kept, axis=1), values)
+
+
+def guess_of(h: Hypothesis, estimate: Array) -> dict[str, Array]:
+    """Return a score's estimate (k,) by parameter name."""
+    out, at = {}, 0
+    for p in h.effect.parameters:
+        out[h.key(p.name)] = estimate[at : at + p.width]
+        at += p.width
+    return out

@@ -8,6 +8,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.solve import ALGEBRA
+from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import SUPPORT
 from imubench.diagnosis.solve.block_tridiagonal import Factor
 from imubench.diagnosis.solve.bordered import Solution
@@ -91,3 +92,15 @@ class Marginals:
         for _ in side_by_side(fill, zip(reversed(stack.begins), inverse, strict=False)):  # down to the first row
             pass
         return out
+
+
+def covariance_of(model: Model, schur: Array) -> Array:
+    """Return the covariance (p, p) of all parameters from what solving for the splines leaves of their information.
+
+    With D the priors' standard deviations no eigenvalue of D S D is below 1, for each prior is in S. Where a sensor is
+    nearly exact S is a small difference of large matrices, and rounding may leave less than the priors alone.
+    """
+    std = np.concatenate([p.std for p in model.priors.values()])
+    values, vectors = np.linalg.eigh(schur * np.outer(std, std))
+    wide = std[:, None] * vectors / np.sqrt(np.maximum(values, 1.0))
+    return np.asarray(wide @ wide.T, dtype=float)

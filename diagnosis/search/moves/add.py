@@ -9,12 +9,12 @@ from imubench.diagnosis.candidates.grids import placed_at_best_start
 from imubench.diagnosis.candidates.mount_start import better_start
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.plausible_fit import natural
 from imubench.diagnosis.criteria.score_test import Score, score
 from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.drop import natural
 from imubench.diagnosis.solve.refit import log_evidence, refit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import side_by_side

@@ -8,9 +8,11 @@ import numpy as np
 
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import EVIDENCE
-from imubench.diagnosis.criteria.dynamic_aic import holds_its_law, trial_beside
+from imubench.diagnosis.criteria.dynamic_aic import trial_beside
 from imubench.diagnosis.criteria.dynamic_score import Screened, screen
-from imubench.diagnosis.criteria.trial import Trial, breaks_its_law, misfit
+from imubench.diagnosis.criteria.plausible_fit import holds_its_law
+from imubench.diagnosis.criteria.trial import Trial
+from imubench.diagnosis.noise.declared_noise import breaks_its_law, misfit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis

@@ -9,11 +9,12 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import Gain, predicted
+from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.dynamic_aic import tightened
-from imubench.diagnosis.criteria.trial import Kept
-from imubench.diagnosis.noise.coloured import off_none, parameter_std
-from imubench.diagnosis.noise.nominal import rougher
+from imubench.diagnosis.criteria.plausible_fit import natural
+from imubench.diagnosis.criteria.trial import Gain, Kept
+from imubench.diagnosis.noise.coloured import parameter_std
+from imubench.diagnosis.noise.looser_motion import rougher
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, linear_in
@@ -23,7 +24,6 @@ from imubench.diagnosis.solve.subset import excerpt, loudest
 from imubench.progress import tell
 
 CERTAIN = 30.0  # nat that an effect is worth without looking closer
-DELAYS = 3.0  # of its standard deviations, that a filter's delay must be
 SPLINES = 15.0  # nat that an effect with a life of its own must be worth
 
 
@@ -136,17 +136,6 @@ def in_colour(
 def costs_more(without: Fit, fit: Fit) -> float:
     """Return the nat by which one fit's rows, samples and priors, cost more than another's."""
     return sum(r.cost for r in without.rows) - sum(r.cost for r in fit.rows)
-
-
-def natural(fit: Fit, h: Hypothesis) -> bool:
-    """Return whether an effect's numbers are physically possible: no friction that drives, no filter without a delay.
-
-    The states of a filter that is not there take in noise: its cutoff then does not differ from one without a delay.
-    """
-    if h.effect.filters and off_none(fit, h.key("cutoff")) < DELAYS:
-        return False
-    sided = [h.key(p.name) for p in h.effect.parameters if p.sided]
-    return all(bool(np.all(fit.state.values[name] >= 0.0)) for name in sided)
 
 
 def needed(h: Hypothesis) -> float:

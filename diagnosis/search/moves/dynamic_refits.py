@@ -5,17 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.criteria.dynamic_aic import law_levels, trial_beside
+from imubench.diagnosis.criteria.dynamic_aic import trial_beside
 from imubench.diagnosis.criteria.dynamic_score import Screened
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
+from imubench.diagnosis.criteria.plausible_fit import law_levels
 from imubench.diagnosis.criteria.trial import Trial
-from imubench.diagnosis.noise.reml import declared, fit_with_noise, with_noise
+from imubench.diagnosis.noise.declared_noise import declared
+from imubench.diagnosis.noise.reml import fit_with_noise, with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.solve.gauss_newton import all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended
-from imubench.diagnosis.solve.retract import settled
+from imubench.diagnosis.solve.gauss_newton import all_rows, extended
+from imubench.diagnosis.solve.levenberg_marquardt import settled, solve
 
 STATE_NOISE_ROUNDS = 3  # of their noise estimation
 

@@ -12,8 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from imubench.diagnosis.config.criteria import HELD_OUT
-from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.criteria.trial import Gain, Kept
 from imubench.diagnosis.noise.masking import Masks
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis

@@ -21,15 +21,17 @@ from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.delays import filter_beyond_delay, late_imu
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
-from imubench.diagnosis.criteria.trial import Kept, Passed, Trial, misfit
-from imubench.diagnosis.noise.nominal import rougher
+from imubench.diagnosis.criteria.trial import Kept, Passed, Trial
+from imubench.diagnosis.noise.declared_noise import misfit
+from imubench.diagnosis.noise.looser_motion import rougher
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended, refit
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import VARIANTS, delay_law
 from imubench.effects.effect import Effect
 from imubench.progress import tell

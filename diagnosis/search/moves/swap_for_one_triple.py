@@ -13,7 +13,7 @@ from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
-from imubench.diagnosis.criteria.dynamic_aic import TRIPLES
+from imubench.diagnosis.criteria.plausible_fit import TRIPLES
 from imubench.diagnosis.criteria.trial import Kept, Passed, Trial
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit

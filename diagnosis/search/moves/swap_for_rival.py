@@ -16,8 +16,6 @@ from imubench.diagnosis.search.moves.move import Above, Proposal, Proposals, Sea
 from imubench.diagnosis.solve.refit import log_evidence, refit
 from imubench.progress import tell
 
-TIE_NAT, TIE_SHARE = 20.0, 0.05  # nat, or of the evidence, within which two effects were as good
-
 
 class RivalForEffect:
     """The rival of an effect's round in its place, where it is now worth more."""
@@ -28,7 +26,7 @@ class RivalForEffect:
         Beside it: one of everything that may come in, with no more numbers together.
         """
         for k in state.kept if len(state.kept) > 1 else ():
-            near = [t for t in k.rivals if t.evidence > k.evidence - max(TIE_NAT, TIE_SHARE * k.evidence)]
+            near = [t for t in k.rivals if t.evidence > k.near]
             for t in [t for t in near if t.hypothesis.name not in state.names and not t.hypothesis.effect.states][:1]:
                 tell(f"trying {t.hypothesis.name} in the place of {k.hypothesis.name}")
                 state = (yield instead(state, k, t.hypothesis)).state

@@ -12,11 +12,12 @@ from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.score_at_size import gain_at_size
-from imubench.diagnosis.criteria.trial import breaks_its_law
 from imubench.diagnosis.discrepancy.drift_tests import beyond_a_drift
 from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm, fitted_term
 from imubench.diagnosis.discrepancy.term_scores import promising
-from imubench.diagnosis.noise.nominal import certain_effects, rougher
+from imubench.diagnosis.noise.declared_noise import breaks_its_law
+from imubench.diagnosis.noise.looser_motion import rougher
+from imubench.diagnosis.noise.nominal import certain_effects
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis

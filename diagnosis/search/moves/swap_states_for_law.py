@@ -10,7 +10,8 @@ from dataclasses import replace
 
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.trial import Trial, misfit
+from imubench.diagnosis.criteria.trial import Trial
+from imubench.diagnosis.noise.declared_noise import misfit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis

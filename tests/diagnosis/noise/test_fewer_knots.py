@@ -13,14 +13,15 @@ from imubench.diagnosis.noise.coherence import clear_at
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.noise.debias import law_parameters
 from imubench.diagnosis.noise.debiased_fit import debiased, settled
+from imubench.diagnosis.noise.declared_noise import declared
 from imubench.diagnosis.noise.knot_selection import coarser, coarsest, finer, knots_suffice, matrix, peaks, ringing
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import declared, with_noise
+from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.bspline import Knots
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_refits import calm_for_laws
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -14,7 +14,7 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add_dynamic import SHORT, state_trials
 from imubench.diagnosis.search.moves.dynamic_order import LONE, promising, softer
 from imubench.diagnosis.search.rounds import asked
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.selected import candidates
 from imubench.diagnosis.solve.gauss_newton import all_rows
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.subset import cut, excerpt, loudest

@@ -24,7 +24,7 @@ from imubench.diagnosis.simulation.model_folder import played_early
 from imubench.diagnosis.simulation.rollout import rolled_out
 from imubench.diagnosis.simulation.sim_model import finding_of, named, playable, sim_model
 from imubench.diagnosis.simulation.splice import rolled_truth
-from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -10,8 +10,8 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import off_one, prior_rows
 from imubench.diagnosis.problem.sensor_axes import left_jacobian, turning, turns_back
-from imubench.diagnosis.solve.gauss_newton import all_rows
-from imubench.diagnosis.solve.refit import extended, information
+from imubench.diagnosis.solve.gauss_newton import all_rows, extended
+from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.solve.retract import moved
 from imubench.effects import EFFECTS
 from imubench.format1 import read
