@@ -206,5 +206,15 @@ def plays(effect: str, rig: str) -> bool:
 
 
 __all__ = [
-    "Chain", "Effects", "Link", "angle_read", "at_encoder", "at_place", "chained", "moves_time", "read_by", "torque_of",
-]  # fmt: skip
+    "Chain",
+    "Effects",
+    "Link",
+    "angle_read",
+    "at_encoder",
+    "at_place",
+    "chained",
+    "moves_time",
+    "plays",
+    "read_by",
+    "torque_of",
+]

@@ -45,4 +45,4 @@ def at_estimated_roughness(fit: Fit) -> Fit:
     return replace(fit, noise={name: std / (REML.loosened if name in own else 1.0) for name, std in fit.noise.items()})
 
 
-__all__ = ["with_looser_motion"]
+__all__ = ["at_estimated_roughness", "rougher", "with_looser_motion"]

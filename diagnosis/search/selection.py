@@ -25,6 +25,7 @@ from imubench.diagnosis.search.moves.swap_for_one_triple import FilterOfOneTripl
 from imubench.diagnosis.search.moves.swap_for_rival import RivalForEffect
 from imubench.diagnosis.search.moves.swap_friction import FrictionMixture, together
 from imubench.diagnosis.search.rounding import RoundedStates
+from imubench.diagnosis.search.rounds import next_round
 from imubench.diagnosis.search.selected import DROP_NEEDLESS, Selection, candidates
 from imubench.diagnosis.solve.levenberg_marquardt import converged
 from imubench.progress import tell
@@ -119,7 +120,7 @@ def unnatural(state: SearchState) -> bool:
 
 ADD_ROUNDS = Repeat(
     (
-        Rule("add", Add()),
+        Rule("add", Add(next_round)),
         Rule("rival-for-effect", RivalForEffect(), when=came_in),
         Rule("filter-of-one-triple", FilterOfOneTriple(), when=came_in),
         Rule("friction-mixture", FrictionMixture(), when=rubs),

@@ -15,7 +15,7 @@ from imubench.diagnosis.candidates.both_mounts import gives_way
 from imubench.diagnosis.config.discrepancy import TERM
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.discrepancy.best_term import best_term
-from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm
+from imubench.diagnosis.discrepancy.term_scores import FittedTerm
 from imubench.diagnosis.discrepancy.terms import Term, Unknown, channels_of, signals_of
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.noise.pooled import with_pooled_noise

@@ -167,4 +167,4 @@ def settled(model: Model, state: State, noise: dict[str, float], anchor: Array |
     return state
 
 
-__all__ = ["at_noise_of", "converged", "search", "solve"]
+__all__ = ["at_noise_of", "converged", "search", "settled", "solve"]

@@ -15,10 +15,12 @@ from imubench.diagnosis.noise.declared_noise import misfit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.add import next_plain
 from imubench.diagnosis.search.moves.dynamic_refits import on_whole_recording
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.refit import evidence_over
+
+NextPlain = Callable[[Fit, Sequence[Hypothesis], Callable[[str], None]], Trial | None]
+"""What returns the best effect without states beside a fit, of some, or None where none is needed."""
 
 MOST_RIVALS = 2  # effects with a law that are asked, those that leave least
 MOST_BESIDE = 3  # plain effects at most beside one
@@ -26,7 +28,12 @@ AS_MUCH = 1.1  # times the misfit that is left beside states without a law, whic
 
 
 def states_to_law(
-    fit: Fit, further: Fit, lively: Sequence[Trial], plain: Sequence[Hypothesis], say: Callable[[str], None]
+    fit: Fit,
+    further: Fit,
+    lively: Sequence[Trial],
+    plain: Sequence[Hypothesis],
+    say: Callable[[str], None],
+    next_plain: NextPlain,
 ) -> list[Trial] | None:
     """Return an effect with a law and those beside it, in their order, that are worth more than states without one.
 
@@ -41,7 +48,7 @@ def states_to_law(
     rivals = sorted(other, key=lambda t: misfit(t.fit))
     for t in rivals[:MOST_RIVALS]:
         whole = on_all(fit, t)
-        way = beside(whole, plain, say) if whole is not None else []
+        way = beside(whole, plain, say, next_plain) if whole is not None else []
         as_little = bool(way) and misfit(way[-1].fit) < AS_MUCH * misfit(lively[0].fit)
         if as_little and aic_gain(fit, way[-1].fit) > lively[0].evidence + EVIDENCE.needed_nat:
             return way
@@ -57,7 +64,7 @@ def on_all(fit: Fit, trial: Trial) -> Trial | None:
     return None
 
 
-def beside(trial: Trial, plain: Sequence[Hypothesis], say: Callable[[str], None]) -> list[Trial]:
+def beside(trial: Trial, plain: Sequence[Hypothesis], say: Callable[[str], None], next_plain: NextPlain) -> list[Trial]:
     """Return a trial and what evidence asks for beside it, of effects without states, one after the other."""
     say(f"looking for more beside {trial.hypothesis.name}")
     out = [replace(trial, fit=with_noise(trial.fit))]

@@ -11,7 +11,8 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.rounds import CLEARLY, dynamic_trials, try_round
+from imubench.diagnosis.search.dynamic_candidates import CLEARLY
+from imubench.diagnosis.search.rounds import dynamic_trials, try_round
 from imubench.diagnosis.search.selected import candidates
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
