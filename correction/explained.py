@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.config.correction import EXPLAINED_FIT
 from imubench.diagnosis.config.noise import REML
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, tally
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
@@ -129,7 +130,7 @@ def refitted(nominal: Fit, effects: Sequence[StartedEffect]) -> Fit:
         driven_by_motion(model, state, lawful),
         calm_for_laws(begun, lawful),
         nominal.anchor,
-        steps=EXPLAINED_FIT.steps,
+        steps=SOLVER.refit_steps,
     )
     noise |= {rows.name: REML.law_floor for rows in state_rows(model, fit.state)}
     rough = {name: noise[name] for name in (f"smooth.{track}" for track in model.rig.widths) if name in noise}

@@ -15,6 +15,7 @@ from imubench.arrays import Array
 from imubench.band import banded
 from imubench.diagnosis.config.candidates import BOTH_MOUNTS
 from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
@@ -129,7 +130,7 @@ def on_springs(fit: Fit, hz: float, rounds: int = BOTH_MOUNTS.rounds) -> Fit | N
         driven_by_motion(begun.model, begun.state, springs),
         begun.noise,
         fit.anchor,
-        steps=BOTH_MOUNTS.steps,
+        steps=SOLVER.refit_steps,
     )
     if left_power(found) > BOTH_MOUNTS.hopeless * left_power(rigid):
         return None

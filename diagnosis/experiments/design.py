@@ -13,6 +13,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.config.simulation import EXPERIMENT
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.signatures import MARK, JointInformation, joint_information, signature
 from imubench.diagnosis.experiments.motion_menu import MENU, Motion, Stage, Swing
 from imubench.diagnosis.experiments.planned_recording import (
@@ -196,7 +197,7 @@ def at_size(
             begun = extended(bare, (one,), guess)
             turns = model.tracks.columns(ATTITUDE) if model.rig.turns else None
             first = None if turns is None else begun.state.coefficients[0, turns]
-            costs.append(solve(begun.model, begun.state, begun.noise, first, steps=EXPERIMENT.steps).cost)
+            costs.append(solve(begun.model, begun.state, begun.noise, first, steps=SOLVER.refit_steps).cost)
         total += costs[1] - costs[0]
     return total
 

@@ -7,6 +7,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Tracks
 from imubench.diagnosis.problem.fit import Fit
@@ -23,13 +24,15 @@ from imubench.diagnosis.solve.threads import one_thread
 _known: WeakKeyDictionary[Fit, float] = WeakKeyDictionary()
 
 
-def refit(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Array] | None = None, steps: int = 6) -> Fit:
+def refit(
+    fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Array] | None = None, steps: int = SOLVER.refit_steps
+) -> Fit:
     """Return the solved fit with these effects, at the noise levels that `fit` has."""
     begun = extended(fit, hypotheses, guess)
     return solve(begun.model, begun.state, begun.noise, fit.anchor, steps=steps)
 
 
-def refit_without(fit: Fit, gone: Collection[Hypothesis], steps: int = 6) -> Fit:
+def refit_without(fit: Fit, gone: Collection[Hypothesis], steps: int = SOLVER.refit_steps) -> Fit:
     """Return the solved fit without some effects, at the noise levels that `fit` has."""
     return refit(fit, tuple(h for h in fit.model.hypotheses if h not in gone), steps=steps)
 
