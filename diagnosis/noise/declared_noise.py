@@ -30,9 +30,8 @@ def misfit(fit: Fit, at_least: bool = False) -> float:
     """Return the mean over the sensors of noise power left over noise power expected.
 
     Expected is what is declared, or where nothing is what the IMU leaves in its quietest moments, if that may be an
-    IMU's noise. One that hums has
-    louder moments (its gyroscope turns with the hum): undeclared, its level says nothing. `at_least`: over the louder
-    of both, for what is declared may be too little.
+    IMU's noise. One that hums has louder moments (its gyroscope turns with the hum): undeclared, its level says
+    nothing. `at_least`: over the louder of both, for what is declared may be too little.
     """
     steady = tuple(i for i in fit.model.recording.imus if i.name not in fit.model.humming)
     quiet = quietest(steady)
