@@ -1,20 +1,23 @@
 """What each rule of the diagnosis is good for: recordings diagnosed with it and without.
 
-    python -m benchmarks.ablation FOLDER OUT
+    python -m benchmarks.ablation FOLDER OUT [--but RULE,RULE]
 
 `FOLDER` holds recordings in format 1, each at `NAME/` or `NAME/recording/`. What is true of one is read from
 `NAME/truth.json` (`{"effects": [{"effect", "at"}]}`), or from the `score.json` of `imubench run`. Each recording is
-diagnosed once with all rules; then once more without each rule that changed something in it, and only those. Every
-diagnosis is written to `OUT` when it is done: the same command goes on where it was ended. Diagnoses of other code are
-made again. The table is printed at the end, or where it was stopped by Ctrl-C.
+diagnosed once with all rules. Until a rule first changes something, a diagnosis without it is the same one: so it is
+done a second time, and where a rule first changed something a copy of the process goes on without it. Every diagnosis
+is written to `OUT` when it is done: the same command goes on where it was ended. Diagnoses of other code are made
+again. The table is printed at the end, or where it was stopped by Ctrl-C. Rules named by `--but` are not left out.
 
 `python -m benchmarks ablation` prints what is in `IMUBENCH_ABLATION`, an `OUT`.
 """
 
+import argparse
 import dataclasses
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +26,7 @@ from imubench.answers import write_json
 from imubench.checks.versions import code_key
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.result import Diagnosis, Finding
-from imubench.diagnosis.rules import RULES, Rules
+from imubench.diagnosis.rules import RULES, RuleUse, known
 from imubench.errors import InputError
 from imubench.format1 import read
 from imubench.inputs.json import load_table
@@ -86,8 +89,45 @@ def credit(findings: Sequence[Finding], effects: Sequence[Mapping[str, Any]]) ->
     return worth
 
 
-def as_kept(d: Diagnosis, fired: Mapping[str, int], effects: Sequence[Mapping[str, Any]] | None) -> dict[str, Any]:
-    """Return what is kept of a diagnosis: what it says, what that is worth, which rules changed something."""
+@dataclasses.dataclass(frozen=True)
+class Watched(RuleUse):
+    """All rules, with how often each had been asked when it first changed something."""
+
+    asked: Counter[str] = dataclasses.field(default_factory=Counter)
+    first: dict[str, int] = dataclasses.field(default_factory=dict)
+
+    def on(self, name: str) -> bool:
+        """Return whether a rule may be applied, and count the question."""
+        self.asked[name] += 1
+        return super().on(name)
+
+    def fires(self, name: str) -> None:
+        """Note that a rule has changed something."""
+        self.first.setdefault(name, self.asked[name])
+        super().fires(name)
+
+
+@dataclasses.dataclass(frozen=True)
+class Branching(RuleUse):
+    """All rules; where one first changes something, a copy of the process may go on without it."""
+
+    at: Mapping[str, int] = dataclasses.field(default_factory=dict)  # rule -> the question at which it first fires
+    branch: Callable[[str], bool] = lambda _: False  # whether this is the copy that goes on without a rule
+    asked: Counter[str] = dataclasses.field(default_factory=Counter)
+    without: list[str] = dataclasses.field(default_factory=list)  # the rule that this copy does without
+
+    def on(self, name: str) -> bool:
+        """Return whether a rule may be applied; once a copy does without one, no other is left out in it."""
+        self.asked[name] += 1
+        if not self.without and self.at.get(name) == self.asked[name] and self.branch(name):
+            self.without.append(name)
+        return super().on(name) and name not in self.without
+
+
+def as_kept(
+    d: Diagnosis, fired: Mapping[str, int], effects: Sequence[Mapping[str, Any]] | None, first: Mapping[str, int]
+) -> dict[str, Any]:
+    """Return what is kept of a diagnosis: what it says, what that is worth, which rules changed something, and when."""
     return {
         "code": code_key(CODE),
         "said": repr(dataclasses.replace(d, seconds=0.0)),
@@ -96,6 +136,7 @@ def as_kept(d: Diagnosis, fired: Mapping[str, int], effects: Sequence[Mapping[st
         "credit": None if effects is None else credit(d.findings, effects),
         "seconds": d.seconds,
         "fired": dict(fired),
+        "first": dict(first),
     }
 
 
@@ -107,25 +148,63 @@ def kept(path: Path) -> dict[str, Any] | None:
     return found if found.get("code") == code_key(CODE) else None
 
 
-def once(recording: Path, truth: Sequence[Mapping[str, Any]] | None, out: Path, rules: Rules) -> dict[str, Any]:
-    """Return what is kept of a recording's diagnosis by some rules, from `out` or made now and put there."""
+def with_all(recording: Path, truth: Sequence[Mapping[str, Any]] | None, out: Path) -> dict[str, Any]:
+    """Return what is kept of a recording's diagnosis by all rules, from `out` or made now and put there."""
     found = kept(out)
     if found is None:
-        diagnosis, evidence = diagnose(read(recording)[0], rules=rules)
-        found = as_kept(diagnosis, evidence.fired, truth)
+        use = Watched()
+        diagnosis, _ = diagnose(read(recording)[0], rules=use)
+        found = as_kept(diagnosis, use.fired, truth, use.first)
         out.parent.mkdir(parents=True, exist_ok=True)
         write_json(out, found)
     return found
 
 
-def work(folder: Path, out: Path) -> Iterator[str]:
+def without_each(
+    recording: Path, truth: Sequence[Mapping[str, Any]] | None, out: Path, at: Mapping[str, int]
+) -> Iterator[str]:
+    """Diagnose a recording again, and once more from where each of some rules first changed something, without it.
+
+    Args:
+        recording: its folder.
+        truth: the effects that are true of it.
+        out: the folder in which each diagnosis is kept, as `RULE.json`.
+        at: how often each rule had been asked when it first changed something.
+
+    Yields:
+        The rules whose diagnosis is there now.
+    """
+    missing = {rule: asked for rule, asked in at.items() if kept(out / f"{rule}.json") is None}
+    if not missing:
+        return
+    use = Branching(at=missing, branch=goes_on_in_a_copy)
+    try:
+        diagnosis, _ = diagnose(read(recording)[0], rules=use)
+        if use.without:
+            write_json(out / f"{use.without[0]}.json", as_kept(diagnosis, use.fired, truth, {}))
+    finally:
+        if use.without:
+            os._exit(0)  # whatever comes after is the first process's
+    yield from (rule for rule in missing if kept(out / f"{rule}.json") is not None)
+
+
+def goes_on_in_a_copy(_: str) -> bool:
+    """Return whether this is the copy of the process, which is made now; otherwise wait until it has ended."""
+    copy = os.fork()
+    if copy:
+        os.waitpid(copy, 0)
+    return copy == 0
+
+
+def work(folder: Path, out: Path, but: Collection[str] = ()) -> Iterator[str]:
     """Do what is not done yet; yield a line after every diagnosis."""
     for name, recording in recordings(folder):
         truth = truth_of(folder / name)
-        base = once(recording, truth, out / name / f"{WITH_ALL}.json", Rules())
+        base = with_all(recording, truth, out / name / f"{WITH_ALL}.json")
         yield f"{name}: {', '.join(base['findings']) or base['verdict']}"
-        for rule in [r for r in RULES if r in base["fired"]]:
-            other = once(recording, truth, out / name / f"{rule}.json", Rules(frozenset({rule})))
+        at = {rule: base["first"][rule] for rule in RULES if rule in base["fired"] and rule not in but}
+        for rule in without_each(recording, truth, out / name, at):
+            other = kept(out / name / f"{rule}.json") or {}
             yield f"{name} without {rule}: {', '.join(other['findings']) or other['verdict']}"
 
 
@@ -190,17 +269,18 @@ def run() -> list[Row]:
 
 def main(words: Sequence[str]) -> int:
     """Diagnose what is not done yet, and print the table."""
-    if len(words) != 2:
-        print("usage: python -m benchmarks.ablation FOLDER OUT", file=sys.stderr)
-        return 2
-    folder, out = map(Path, words)
-    out.mkdir(parents=True, exist_ok=True)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.ablation", description=__doc__)
+    parser.add_argument("folder", type=Path, metavar="FOLDER")
+    parser.add_argument("out", type=Path, metavar="OUT")
+    parser.add_argument("--but", default="", metavar="RULE,RULE", help="rules that are not left out")
+    asked = parser.parse_args(words)
+    asked.out.mkdir(parents=True, exist_ok=True)
     try:
-        for line in work(folder, out):
+        for line in work(asked.folder, asked.out, [known(name) for name in asked.but.split(",") if name]):
             print(line, file=sys.stderr, flush=True)
     except KeyboardInterrupt:
         print("stopped; the same command goes on", file=sys.stderr)
-    print(table(tallies(out)))
+    print(table(tallies(asked.out)))
     return 0
 
 

@@ -30,7 +30,7 @@ from imubench.diagnosis.result import (
     Unseen,
     Verdict,
 )
-from imubench.diagnosis.rules import Rules, RuleUse
+from imubench.diagnosis.rules import Rules, RuleUse, used
 from imubench.diagnosis.search.rounding import sharp
 from imubench.diagnosis.search.selected import Selection
 from imubench.diagnosis.search.selection import FURTHER, select
@@ -69,7 +69,7 @@ def diagnose(
     budget: Budget | None = None,
     tolerance: Pair = TOLERANCE,
     baseline: Diagnosis | None = None,
-    rules: Rules | None = None,
+    rules: Rules | RuleUse | None = None,
 ) -> tuple[Diagnosis, Evidence]:
     """Return what a recording says about the model it was declared with, and what shows it.
 
@@ -81,7 +81,7 @@ def diagnose(
         tolerance: deg and mm; a finding that moves less of all that a user asks for is not material.
         baseline: of an undisturbed recording of the same sensors; what that says of the sensors themselves is known,
             and only what is new is found. See `baseline`.
-        rules: those that it does without; None: it asks all of them.
+        rules: those that it does without, or a use of them that sees when each is asked; None: it asks all of them.
 
     Raises:
         InputError: for a rig of one's own, or a baseline of other sensors.
@@ -91,7 +91,7 @@ def diagnose(
     if baseline is not None:
         check_same_sensors(baseline, recording)
     learned = None if baseline is None else Learned.of(baseline)
-    work = Work(recording, step, budget or Budget(), tolerance, learned, RuleUse(rules or Rules()))
+    work = Work(recording, step, budget or Budget(), tolerance, learned, used(rules))
     with step("hold the sensors against each other"):
         wrong = nonsense(recording)
     if wrong:

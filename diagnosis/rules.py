@@ -139,6 +139,11 @@ class RuleUse:
         return found
 
 
+def used(rules: Rules | RuleUse | None) -> RuleUse:
+    """Return the use of rules by one diagnosis: all of them for None, what is given where it is one already."""
+    return rules if isinstance(rules, RuleUse) else RuleUse(rules or Rules())
+
+
 def known(name: str) -> str:
     """Return a rule's name.
 
@@ -150,4 +155,4 @@ def known(name: str) -> str:
     return name
 
 
-__all__ = ["RULES", "Decision", "RuleUse", "Rules", "known"]
+__all__ = ["RULES", "Decision", "RuleUse", "Rules", "known", "used"]
