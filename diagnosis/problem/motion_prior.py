@@ -59,15 +59,34 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
             yield Rows(f"size.{name}", time, moment.track(name), np.full(s.width, s.std / np.sqrt(step)), False)
 
 
+def quadrature(model: Model) -> tuple[Array, Array]:
+    """Return times (n,) s and weights (n,), in intervals between knots, at which roughness is summed over time.
+
+    The middle of an interval stands for all of it, but for those that are not wholly between the first and the last
+    sample, which have the two points of Gauss's rule. A spline whose second derivative vanishes in every middle may
+    grow 22-fold from one interval to the next, and nothing else holds it where no samples are.
+    """
+    middle, step = middles(model), model.tracks.knots.step
+    stamps = model.stamps.values()
+    first, last = min(float(t[0]) for t in stamps) - model.start, max(float(t[-1]) for t in stamps) - model.start
+    between = (middle - step / 2 >= first) & (middle + step / 2 <= last)
+    aside = step / np.sqrt(12.0)
+    time = np.concatenate([middle[between], middle[~between] - aside, middle[~between] + aside])
+    weights = np.concatenate([np.ones(between.sum()), np.full(2 * (~between).sum(), 0.5)])
+    order = np.argsort(time)
+    return time[order], weights[order]
+
+
 def smooth_rows(model: Model, state: State, noise: dict[str, float], names: Iterable[str]) -> Iterator[Rows]:
     """Yield the rows that hold some splines as smooth as `noise` says."""
-    time, step = middles(model), model.tracks.knots.step
+    (time, weights), step = quadrature(model), model.tracks.knots.step
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     sensor = sensor_turn(model.rig, model.mounts, state.values)
     jumpy = {h.key(s.name) for h in model.hypotheses for s in h.effect.states if s.jumps}
     for name in names:
         density = np.full(model.tracks.widths[name], noise[f"smooth.{name}"] / np.sqrt(step))
         curved = moment.track(name, WHITE_DERIVATIVE.get(name, MOTION_PRIOR.white_derivative))
+        curved = curved * np.sqrt(weights)[:, None]
         if name == FORCE:
             curved = sensor.back(curved)
         elif name == ATTITUDE:
