@@ -15,7 +15,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
 from imubench.diagnosis.config.solve import SOLVER
-from imubench.diagnosis.evidence import Comparison, Played, Swing, Trace
+from imubench.diagnosis.evidence import Comparison, Played, Posed, Swing, Trace
 from imubench.diagnosis.noise.noise_levels import levels
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -42,6 +42,7 @@ class Beside:
     windows: tuple[Swing, ...]  # that a replay rolls out, with the states of the whole fit
     added: tuple[Trace, ...] = ()  # by triple of a sensor: what all findings add, of one motion and one start
     motion: Played | None = None  # that a replay prescribes, as smooth as it is estimated; None: that of the fit
+    posed: tuple[Posed, ...] = ()  # the declared model, and the one with all findings, or only that one
 
 
 def beside(
@@ -75,11 +76,12 @@ def beside(
     after = learned(best, judge.parts)
     of_half = [[part for part in judge.parts if part.half == half] for half in (0, 1)]
     started = [rolled(judge, one.fit, sim_model(one.fit), own) for one, own in zip(after, of_half, strict=True)]
-    first, second = (tuple((w.start, w.end) for w in windows) for windows in started)
-    judge = replace(judge, windows=(first, second))
+    spans = [tuple((w.start, w.end) for w in windows) for windows in started]
+    judge = replace(judge, windows=(spans[0], spans[1]))
     before = learned(declared, judge.parts) if found else after
-    with_all = judge.whole(after, started)
-    without = judge.whole(before) if found else with_all
+    last = judge.whole(after, started)
+    first = judge.whole(before) if found else last
+    with_all, without = last.channels, first.channels
     fitted = judge.fitted(after)
     return Beside(
         Simulation(
@@ -98,6 +100,7 @@ def beside(
         unbroken(judge, best, [w for half in started for w in half]),
         added(judge, after, with_all, started) if found else (),
         None if best is told else motion_of(told, best),
+        (first.posed, last.posed) if found else (last.posed,),
     )
 
 
@@ -174,7 +177,7 @@ def of_finding(
     """Return the channels in which an effect matters most, simulated without it and with it."""
     other = others.get((h.effect.name, h.at))
     halves = (without(after[0], (h,)), without(after[1], (h,))) if other is None else learned(other, judge.parts)
-    gone = judge.whole(halves)
+    gone = judge.whole(halves).channels
     shown = sorted(judge.channels, key=lambda c: -judge.gain(c, gone[c.name], with_all[c.name]))
     return tuple(judge.compared(c, gone, with_all, (*halves, *after)) for c in shown[: SIMULATED_BESIDE.channels])
 
@@ -194,7 +197,7 @@ def added(
         started: the windows that are rolled out, by half.
     """
     bare = [without(one, one.fit.model.hypotheses) for one in after]
-    gone = judge.whole((bare[0], bare[1]), started)
+    gone = judge.whole((bare[0], bare[1]), started).channels
     groups: dict[str, list[Channel]] = {}
     for c in judge.channels:
         groups.setdefault(c.group, []).append(c)

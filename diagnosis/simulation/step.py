@@ -59,6 +59,7 @@ def judged_by_simulation(
         motion=found.motion if found.motion is not None and not nameless else evidence.motion,
         simulated=found.channels,
         comparisons=tuple(found.findings.get((f.effect, f.at), ()) for f in findings),
+        posed=found.posed,
         rolled_out=found.windows,
     )
     return found.simulation, evidence, locate(found.added, regressors(best), noise=0.0)

@@ -163,7 +163,7 @@ def test_a_spring_is_replayed_from_a_motion_that_obeys_its_law(made):
     accel = recording.imu("imu2").accel
 
     def off(motion):
-        read = simulated(replace(model, motion=motion), recording, ())
+        read = simulated(replace(model, motion=motion), recording, ()).channels
         played = np.stack([read[f"imu2.acc_{axis}"] for axis in "xyz"], axis=1)
         return float(np.sqrt(np.mean((played - accel)[100:] ** 2))) / noise["imu2.accel"]  # settled after 1 s
 
