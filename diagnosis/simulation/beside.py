@@ -151,7 +151,7 @@ def parts(fit: Fit) -> tuple[Part, ...]:
 
 
 def unbroken(judge: Judge, fit: Fit, started: Sequence[Swing]) -> tuple[Swing, ...]:
-    """Return the windows that a replay rolls out: whole swings, or as they `started` where one met its horizon.
+    """Return the windows that a replay rolls out: whole swings, or those that `started` where one met its horizon.
 
     A swing may be declared beyond the samples; a replay ends with them.
     """
@@ -163,7 +163,7 @@ def unbroken(judge: Judge, fit: Fit, started: Sequence[Swing]) -> tuple[Swing, .
     for swing in ((max(start, first), min(end, last)) for start, end in free(fit)):
         own = [w for w in started if swing[0] <= w.start < swing[1]]
         whole = all(any(np.isclose(w.end, end) for end in (swing[1], *ends)) for w in own)
-        out += [judge.started(fit, model, swing)] if whole else own
+        out += [judge.started(fit, model, span) for span in ([swing] if whole else [(w.start, w.end) for w in own])]
     return tuple(sorted(out, key=lambda w: w.start))
 
 

@@ -1,7 +1,7 @@
 """A recording that simulations are held against: where they are rolled out, from which states, how far they are off."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -80,9 +80,16 @@ class Judge:
             started = [self.started(one.fit, model, span) for span in self.windows[half]]
         return simulated(model, self.recording, tuple(started))
 
-    def started(self, fit: Fit, model: SimModel, span: Window) -> Swing:
-        """Return a window with the fitted state at its start."""
+    def begun(self, fit: Fit, model: SimModel, span: Window) -> Swing:
+        """Return a window with the state at its start that its first second shows."""
         return refined(model.rig, Swing(*span, state_at(fit, span[0])), self.misfit(model))
+
+    def started(self, fit: Fit, model: SimModel, span: Window) -> Swing:
+        """Return a window that ends by its horizon with the state at its start, a chaotic limb's from all of it."""
+        begun = self.begun(fit, model, span)
+        if model.rig.tree.hinge is not None:
+            return begun
+        return refined(model.rig, begun, self.misfit(model), span[1] - span[0])
 
     def whole(self, halves: tuple[Learned, Learned], started: Sequence[Sequence[Swing]] = ()) -> Simulated:
         """Return the recording, each half of it as it is played for that."""
@@ -187,11 +194,16 @@ def rolled(
         for part in (p for p in parts if p.swings):
             start, end = max(part.start, swing[0]), min(part.end, swing[1])
             while end - start >= ROLL_OUT.least_s:
-                window = judge.started(fit, model, (start, end))
-                until = horizon(model.rig, window, misfit)
-                out.append(replace(window, end=until if end - until >= ROLL_OUT.least_s else end))
+                until = horizon(model.rig, judge.begun(fit, model, (start, end)), misfit)
+                out.append(judge.started(fit, model, (start, cut_by(until, start, end))))
                 start = out[-1].end
     return tuple(out)
+
+
+def cut_by(horizon: float, start: float, end: float) -> float:
+    """Return where a window that may last from `start` to `end`, s, is cut: by its horizon, leaving no remnant."""
+    cut = min(horizon, end - ROLL_OUT.least_s)
+    return end if horizon >= end or cut - start < ROLL_OUT.least_s else cut
 
 
 def counting(measured: Sequence[Channel], fit: Fit) -> dict[str, NDArray[np.bool_]]:
