@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.chain_rule import carrier, chained
 from imubench.diagnosis.config.solve import ALGEBRA, MOTION_PRIOR
 from imubench.diagnosis.problem.bspline import Moment, Tracks
 from imubench.diagnosis.problem.encoder_calibration import ERROR, misreads, read, spread
@@ -206,6 +207,7 @@ class Model:
 
     def reading(self, imu: Imu, state: State, moment: Moment, segment: Motion) -> Reading:
         """Return what an IMU would report."""
+        segment = carrier(segment)
         link = self.mount(imu, state, moment, segment)
         sensor = segment.child(link)
         reading = Reading(sensor.rate, sensor.force, moment.time)
@@ -215,7 +217,7 @@ class Model:
         errors = [h.effect.error(reading, self.values(h, state)) for h in self.at(imu.name)]
         gyro = sum((e.gyro for e in errors if e.gyro is not None), reading.gyro)
         accel = sum((e.accel for e in errors if e.accel is not None), reading.accel)
-        return Reading(gyro, accel, reading.time)
+        return Reading(chained(gyro, segment), chained(accel, segment), reading.time)
 
     def joint_angle(self, state: State, moment: Moment) -> Jet:
         """Return what an encoder of the hinge would report (n, 1) rad."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.chain_rule import carrier, chained
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.dynamics_factors import swing_rows
@@ -30,13 +31,16 @@ def state_rows(model: Model, state: State, only: Hypothesis | None = None) -> It
 def law_rows(model: Model, state: State, h: Hypothesis, scene: Scene) -> Iterator[Rows]:
     """Yield what the states of an effect obey, with a scene that is known already."""
     for law in h.effect.equations(scene, model.values(h, state)):
-        residual = law.residual
+        residual = chained(law.residual, scene.segment)
         std = np.full(residual.value.shape[1], law.std)
         yield Rows(h.key(law.name), inside(model), residual, std, counts=False)
 
 
 def scenes(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[tuple[Hypothesis, Scene]]:
-    """Yield every effect with states, or one, and what it may ask of the rig, where its law is asked."""
+    """Yield every effect with states, or one, and what it may ask of the rig, where its law is asked.
+
+    The segment moves in variables of its own (`imubench/chain_rule.py`), which `law_rows` takes on to the splines.
+    """
     hypotheses = [h for h in model.hypotheses if h.effect.states and only in (None, h)]
     if not hypotheses:
         return
@@ -44,7 +48,7 @@ def scenes(model: Model, state: State, only: Hypothesis | None = None) -> Iterat
     segments = model.segments(state, moment)
     for h in hypotheses:
         imu = next((i for i in model.recording.imus if i.name == h.at), None)
-        segment = segments[model.rig.tree.carriers.get(h.at, model.rig.tree.names[0])]
+        segment = carrier(segments[model.rig.tree.carriers.get(h.at, model.rig.tree.names[0])])
         scene = model.own(model.scene(moment, segment), h, moment)
         if imu is not None:
             link = model.mount(imu, state, moment, segment)
