@@ -13,6 +13,7 @@ from imubench.diagnosis.config.solve import ALGEBRA, MOTION_PRIOR
 from imubench.diagnosis.problem.bspline import Moment, Tracks
 from imubench.diagnosis.problem.encoder_calibration import ERROR, misreads, read, spread
 from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis, Prior, State
+from imubench.diagnosis.problem.kept_motions import KEPT, key_of
 from imubench.diagnosis.problem.pose_factors import pose_errors, slopes
 from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS, POSITION, SWING_AXIS, Rig, swing
@@ -161,7 +162,7 @@ class Model:
         """Return the motion of one segment."""
         return self._chain(state, moment, name)[name]
 
-    def segments(self, state: State, moment: Moment) -> dict[str, Motion]:
+    def segments(self, state: State, moment: Moment) -> Mapping[str, Motion]:
         """Return the motion of every segment."""
         return self._chain(state, moment, self.rig.tree.last.name)
 
@@ -169,8 +170,13 @@ class Model:
         """Return the motion of the last segment, beyond the joint."""
         return self.segment(state, moment, self.rig.tree.last.name)
 
-    def _chain(self, state: State, moment: Moment, to: str) -> dict[str, Motion]:
-        """Return the motion of the segments up to one, each on what holds it."""
+    def _chain(self, state: State, moment: Moment, to: str) -> Mapping[str, Motion]:
+        """Return the motion of the segments up to one, each on what holds it; not to be written to: it is kept."""
+        acting = tuple(h for h in self.hypotheses if h.at in ("joint", "world"))
+        key = key_of(self.rig, state, moment, to, acting)
+        return KEPT.get(key, lambda: self._moved(state, moment, to)) if key else self._moved(state, moment, to)
+
+    def _moved(self, state: State, moment: Moment, to: str) -> dict[str, Motion]:
         base = self.rig.first(moment, self.gravity(state))
         found: dict[str, Motion] = {}
         for segment in self.rig.tree.segments:
