@@ -14,7 +14,7 @@ from imubench.jets import Jet, variable
 DEGREE = 5
 SUPPORT = DEGREE + 1  # coefficients that a point depends on
 KEPT_BASES = 32  # times and orders whose weights are kept: a fit asks for the same ones at every step;
-LONG_TIMES, KEPT_LONG_BASES = 5_000, 4  # times of which only those of one moment are: memory
+LONG_TIMES, KEPT_LONG_BASES = 12_000, 4  # times of which only those of one moment are: memory
 SAME_PLACE = 1e-10  # of an interval: the rounding of a time of some thousand intervals is a hundredth of that
 Held = NDArray[np.float32] | Array
 """Signals as a term holds them: in single precision, for twenty of them in a long recording are half a gigabyte."""
