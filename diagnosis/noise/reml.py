@@ -152,7 +152,9 @@ def fit_with_noise(
         change = max(abs(np.log(new[name] / noise[name])) for name in noise)
         model = replace(model, tilts=leaning)
         noise, begun = new, fit.state
-        del fit, step  # with its rows: memory
+        del step  # memory
+        if model.tracks.knots.count > ALGEBRA.knots_beside:
+            del fit  # with its rows, of which the search would take those that hold: memory
         now = search(
             model,
             begun,
@@ -165,4 +167,4 @@ def fit_with_noise(
         change = max([change, *(float(np.max(np.abs(after[n] - before[n]))) for n in model.tilts or {})])
         if change < REML.settled and now[0].steps < SOLVER.steps_after_noise and not free:
             break
-    return replace(now[0], noise=noise)
+    return now[0]

@@ -50,6 +50,15 @@ class Model:
             widths |= {h.key(s.name): s.width for s in h.effect.states}
         return replace(self, hypotheses=hypotheses, tracks=Tracks(self.tracks.knots, widths))
 
+    def same_rows(self, other: "Model") -> bool:
+        """Return whether another model has the same rows, but for the priors of its parameters, at the same state."""
+        if self.tracks != other.tracks or len(self.hypotheses) != len(other.hypotheses):
+            return False
+        if any(a is not b for a, b in zip(self.hypotheses, other.hypotheses, strict=True)):
+            return False
+        parts = ("recording", "rig", "mounts", "start", "offsets", "masks", "louder", "wander")
+        return all(getattr(self, part) is getattr(other, part) for part in parts)
+
     @property
     def judged(self) -> tuple[Hypothesis, ...]:
         """The effects that a diagnosis asks of whether they are there: all that are not known beforehand."""

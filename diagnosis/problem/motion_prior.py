@@ -15,6 +15,8 @@ from imubench.diagnosis.problem.sensor_axes import sensor_turn, turned
 from imubench.jets import CONSTANT, Jet, cross, dot, variable
 
 TILT = "tilt."
+PRIORS = ("prior.", TILT, "smooth.", "norm", "heading", "drift", "pace", "size.")
+"""How the names of rows begin that are priors: neither measurements nor laws."""
 WHITE_DERIVATIVE = {FORCE: 2}  # order of the derivative that is taken for white:
 
 
@@ -40,6 +42,11 @@ def states_inside(model: Model, state: State, h: Hypothesis) -> dict[str, Array]
     """Return an effect's states (n, width) in the middle of every interval that has samples."""
     moment = Moment(model.tracks, state.coefficients, Jet(inside(model)[:, None]))
     return {s.name: moment.track(h.key(s.name)).value for s in h.effect.states}
+
+
+def is_prior(rows: Rows) -> bool:
+    """Return whether rows are a prior's: what they hold may change with the noise levels."""
+    return not rows.counts and rows.name.startswith(PRIORS)
 
 
 def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Array | None) -> Iterator[Rows]:

@@ -1,14 +1,14 @@
 """All rows of the motion fit, their normal equations, and the step that these ask for."""
 
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.hypothesis import State
-from imubench.diagnosis.problem.motion_prior import prior_rows
+from imubench.diagnosis.problem.motion_prior import is_prior, prior_rows
 from imubench.diagnosis.problem.process_factors import equation_rows
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.solve.bordered import Solution, solve_arrow
@@ -25,9 +25,17 @@ def all_rows(
     alone: Collection[str] = (),
 ) -> list[Rows]:
     """Return every row of the problem, or of all sensors some IMUs' alone; `loose` widens the measurements' noise."""
-    out = [replace(r, std=r.std * noise[r.name] * loose) for r in model.measured(state, alone)]
-    out += [replace(r, std=r.std * noise.get(r.name, 1.0) * loose) for r in equation_rows(model, state)]
+    out = [r.at_level(noise[r.name] * loose) for r in model.measured(state, alone)]
+    out += [r.at_level(noise.get(r.name, 1.0) * loose) for r in equation_rows(model, state)]
     return out + list(prior_rows(model, state, noise, anchor))
+
+
+def at_other_levels(
+    model: Model, state: State, known: Sequence[Rows], noise: dict[str, float], anchor: Array | None
+) -> list[Rows]:
+    """Return every row of the problem at other noise levels than those `known` at this state; priors are made anew."""
+    kept = [r for r in known if not is_prior(r)]
+    return [r.at_level(noise.get(r.name, 1.0)) for r in kept] + list(prior_rows(model, state, noise, anchor))
 
 
 def assemble(model: Model, rows: list[Rows]) -> tuple[Normal, list[Linear]]:

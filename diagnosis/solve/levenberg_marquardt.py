@@ -1,6 +1,7 @@
 """The motion fit: Levenberg-Marquardt on splines and parameters together, noise levels estimated on the way."""
 
 from dataclasses import dataclass, field
+from weakref import WeakValueDictionary
 
 from imubench.arrays import Array
 from imubench.diagnosis.budget import check
@@ -10,7 +11,7 @@ from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.remembered import remembered
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.gauss_newton import Step, all_rows
+from imubench.diagnosis.solve.gauss_newton import Step, all_rows, at_other_levels
 from imubench.diagnosis.solve.retract import followed, moved, settled, with_centre_velocity
 from imubench.diagnosis.solve.threads import one_thread
 
@@ -42,6 +43,10 @@ class Fit:
     def measured(self) -> list[Rows]:
         """The rows of measurements."""
         return [r for r in self.rows if r.counts]
+
+
+_solved: WeakValueDictionary[int, Fit] = WeakValueDictionary()
+"""A solution that ended at a state, by the state's identity, as long as somebody has it."""
 
 
 def at_noise_of(fit: Fit, other: Fit) -> Fit:
@@ -90,7 +95,7 @@ def search(
     With a `damping` below the usual one it takes long steps in what moves together, and the splines follow these.
     """
     taken, follow, step = 0, damping < ALGEBRA.damped, None
-    rows = all_rows(model, state, noise, anchor)
+    rows = _rows_at(model, state, noise, anchor)
     cost = sum(r.cost for r in rows)
     least = enough * sum(r.residual.value.size for r in rows if r.counts)
     while taken < steps:
@@ -125,7 +130,24 @@ def search(
         gained = before - cost
         if gained < least or (step and abs(gained - step.promised) < SOLVER.foretold * least):
             break
-    return Fit(model, state, noise, cost, taken, anchor, rows=rows), step
+    fit = Fit(model, state, noise, cost, taken, anchor, rows=rows)
+    if _known(model, state) is None:
+        _solved[id(state)] = fit
+    return fit, step
+
+
+def _rows_at(model: Model, state: State, noise: dict[str, float], anchor: Array | None) -> list[Rows]:
+    """Return all rows at a state; where a fit is still there that ended at it, those of its that hold."""
+    known = _known(model, state)
+    if known is None:
+        return all_rows(model, state, noise, anchor)
+    return at_other_levels(model, state, known.rows, noise, anchor)
+
+
+def _known(model: Model, state: State) -> Fit | None:
+    """Return a solution that ended at a state and has the rows of a model."""
+    known = _solved.get(id(state))
+    return known if known is not None and known.state is state and known.model.same_rows(model) else None
 
 
 def _arrived(
