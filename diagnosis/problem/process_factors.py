@@ -30,10 +30,15 @@ def state_rows(model: Model, state: State, only: Hypothesis | None = None) -> It
 
 def law_rows(model: Model, state: State, h: Hypothesis, scene: Scene) -> Iterator[Rows]:
     """Yield what the states of an effect obey, with a scene that is known already."""
+    for rows in laws_on_segment(model, state, h, scene):
+        yield replace(rows, residual=chained(rows.residual, scene.segment))
+
+
+def laws_on_segment(model: Model, state: State, h: Hypothesis, scene: Scene) -> Iterator[Rows]:
+    """Yield the same, derivatives by the motion of the segment not yet taken on to the splines."""
     for law in h.effect.equations(scene, model.values(h, state)):
-        residual = chained(law.residual, scene.segment)
-        std = np.full(residual.value.shape[1], law.std)
-        yield Rows(h.key(law.name), inside(model), residual, std, counts=False)
+        std = np.full(law.residual.value.shape[1], law.std)
+        yield Rows(h.key(law.name), inside(model), law.residual, std, counts=False)
 
 
 def scenes(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[tuple[Hypothesis, Scene]]:
