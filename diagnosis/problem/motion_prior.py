@@ -62,7 +62,7 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
             jet = variable((name, CONSTANT), state.values[name]) - tilt.start
             yield Rows(f"{TILT}{name}", np.zeros(1), jet, tilt.std, counts=False)
     yield from smooth_rows(model, state, noise, [name for name in model.tracks.widths if name != VELOCITY])
-    time, step = middles(model), model.tracks.knots.step
+    time = middles(model)
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     if ATTITUDE in model.tracks.widths:
         q = moment.track(ATTITUDE)
@@ -78,6 +78,13 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
                 False,
             )
     yield from pace_rows(model, state)
+    yield from size_rows(model, state)
+
+
+def size_rows(model: Model, state: State) -> Iterator[Rows]:
+    """Yield the rows that hold the states of effects to a plausible size."""
+    time, step = middles(model), model.tracks.knots.step
+    moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     for h in model.hypotheses:
         for s in h.effect.states:
             name = h.key(s.name)

@@ -154,7 +154,7 @@ def _arrived(
     model: Model, state: State, noise: dict[str, float], anchor: Array | None
 ) -> tuple[State, list[Rows], float]:
     """Return where a step has led once what follows from the rest is solved for, with its rows and its cost."""
-    state = settled(model, with_centre_velocity(model, state), noise, anchor)
+    state = settled(model, with_centre_velocity(model, state), noise)
     rows = all_rows(model, state, noise, anchor)
     return state, rows, sum(r.cost for r in rows)
 

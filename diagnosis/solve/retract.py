@@ -16,7 +16,7 @@ from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, FORCE, VELOCITY
 from imubench.diagnosis.problem.sensor_axes import SENSOR, turns_back
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.gauss_newton import all_rows, assemble
+from imubench.diagnosis.solve.gauss_newton import assemble, own_rows
 from imubench.diagnosis.solve.narrow_band import eased
 from imubench.jets import derivatives_by
 
@@ -72,7 +72,7 @@ def with_centre_velocity(model: Model, state: State) -> State:
     return shifted(model, state, only, eased(only, rows, ALGEBRA.damped))
 
 
-def settled(model: Model, state: State, noise: dict[str, float], anchor: Array | None, loose: float = 1.0) -> State:
+def settled(model: Model, state: State, noise: dict[str, float], loose: float = 1.0) -> State:
     """Return the state with the effects' own splines solved for everything else as it is.
 
     A spring's law is tight and nearly linear in what hangs on it, but not in both it and the spring's constants:
@@ -86,9 +86,7 @@ def settled(model: Model, state: State, noise: dict[str, float], anchor: Array |
     places = {h.at for h in model.hypotheses if h.effect.states}
     alone = places if places <= {imu.name for imu in model.recording.imus} else ()  # a joint's states move all sensors
     for _ in range(ALGEBRA.spline_solves):
-        with derivatives_by(own):
-            rows = [r for r in all_rows(model, state, noise, anchor, loose, alone) if r.residual.blocks]
-        change = eased(only, rows, ALGEBRA.damped)
+        change = eased(only, own_rows(model, state, noise, loose, alone, own), ALGEBRA.damped)
         state = shifted(model, state, only, change)
         if np.max(np.abs(change) / size) < ALGEBRA.moved:
             break

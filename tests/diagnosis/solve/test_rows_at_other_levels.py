@@ -11,11 +11,12 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis, Prior
 from imubench.diagnosis.problem.motion_prior import is_prior, prior_rows
 from imubench.diagnosis.problem.process_factors import equation_rows
 from imubench.diagnosis.solve import levenberg_marquardt
-from imubench.diagnosis.solve.gauss_newton import all_rows
+from imubench.diagnosis.solve.gauss_newton import all_rows, own_rows
 from imubench.diagnosis.solve.levenberg_marquardt import search
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
+from imubench.jets import derivatives_by
 from imubench.proof.case import make_case
 
 PLAY, MOUNT = Hypothesis(EFFECTS["joint_play"], "joint"), Hypothesis(EFFECTS["soft_mount"], "imu2")
@@ -93,3 +94,13 @@ def test_priors_are_told_from_measurements_and_laws(fit):
     others = [*fit.model.measured(fit.state), *equation_rows(fit.model, fit.state)]
     assert len(others) > 4
     assert not any(is_prior(r) for r in others)
+
+
+def test_rows_of_own_splines_are_those_of_all_that_depend_on_them(fit):
+    own = [h.key(s.name) for h in (PLAY, MOUNT) for s in h.effect.states]
+    with derivatives_by(own):
+        rows = [r for r in all_rows(fit.model, fit.state, louder(fit), fit.anchor) if r.residual.blocks]
+    found = own_rows(fit.model, fit.state, louder(fit), 1.0, (), own)
+    by_name = {r.name: r for r in found}
+    assert by_name.keys() == {r.name for r in rows}
+    same([by_name[r.name] for r in rows], rows)
