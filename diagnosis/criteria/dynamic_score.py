@@ -159,8 +159,8 @@ def lawless_score(base: Base, h: Hypothesis) -> Screened | None:
     if len(grid) > 1:
         promised = side_by_side(lambda point: _promise(at_level(begun(point), ways[-1], LAW.middle_roughness)), grid)
         best = grid[int(np.argmax(list(promised)))]
-    start = begun(best)
-    return max(side_by_side(lambda way: at_level(start, *way), product(ways, LAW.free_roughness)), key=_promise)
+    at_best = begun(best)
+    return max(side_by_side(lambda way: at_level(at_best, *way), product(ways, LAW.free_roughness)), key=_promise)
 
 
 def points(h: Hypothesis, seconds: float) -> list[dict[str, float]]:

@@ -22,12 +22,29 @@ Blocks = tuple[tuple[slice, int, Array], ...]
 class Placed(Protocol):
     """Whitened rows, as far as their places go."""
 
-    first: Whole
-    scale: Array
-    blocks: Blocks
-    width: int
-    knots: Knots
-    phase: float | None
+    @property
+    def first(self) -> Whole:
+        """The first knot (n,) that each sample touches."""
+
+    @property
+    def scale(self) -> Array:
+        """One over the standard deviations (n, m)."""
+
+    @property
+    def blocks(self) -> Blocks:
+        """Columns of a knot, order, and the derivative (n or 1, m, k) by these."""
+
+    @property
+    def width(self) -> int:
+        """Numbers per knot."""
+
+    @property
+    def knots(self) -> Knots:
+        """All knots."""
+
+    @property
+    def phase(self) -> float | None:
+        """Where in their intervals, of length 1, all samples lie alike; None: they do not."""
 
 
 @dataclass(frozen=True)
