@@ -15,7 +15,7 @@ part N = E[(dL/dt dz)' (dL/dt dz)] says nothing about t. The slope less its expe
 while its own variance is I: a step is (I - N)^-1 times the slope, and t's covariance (I - N)^-1 I (I - N)^-1.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 
@@ -106,28 +106,42 @@ def law_parameters(fit: Fit) -> list[tuple[Hypothesis, str, bool]]:
 def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Sequence[str]) -> NoiseOnLaws:
     """Return what noise does to laws, for all numbers of the named parameters."""
     moved, drawn = noise_draws(fit, solution.factor, parts)
-    groups = {r.name: part for r, part in zip(fit.rows, parts, strict=True)}
-    blocks, width = len(solution.factor.lower), fit.model.tracks.width
-    count = sum(len(fit.state.values[n]) for n in names)
-    columns = np.zeros((blocks, ALGEBRA.knots_per_block * width, count, DEBIAS.draws))
-    pull, corner, across = [], [], []
-    beside = fit.model.tracks.knots.count <= ALGEBRA.knots_beside
-    held: dict[str, Held | Linear] = {}
-    for i, (left, slope) in enumerate(_slopes(fit, names, moved, drawn)):
+    pull, slopes = [], []
+    for left, slope in _slopes(fit, names, moved, drawn):
         pull.append(float(sum(np.sum(left[group] * column) for group, column in slope.items())) / DEBIAS.draws)
-        cross = np.zeros((blocks * ALGEBRA.knots_per_block, width, DEBIAS.draws))
-        for group, column in slope.items():
-            if group not in held:
-                held[group] = Held.of(groups[group]) if beside else groups[group]
-            held[group].scatter(column, cross)
-        columns[:, :, i] = cross.reshape(blocks, -1, DEBIAS.draws)
-        corner.append(slope)
-        across.append(sum(np.tensordot(groups[g].border, c, axes=((0, 1), (0, 1))) for g, c in slope.items()))
-    own = np.array([[sum(np.sum(a[g] * b[g]) for g in a.keys() & b.keys()) for b in corner] for a in corner])
-    noise = solution.complements(columns, np.stack(across, axis=1), own) / DEBIAS.draws
+        slopes.append(slope)
+    own = np.array([[sum(np.sum(a[g] * b[g]) for g in a.keys() & b.keys()) for b in slopes] for a in slopes])
+    groups = {r.name: part for r, part in zip(fit.rows, parts, strict=True)}
+    noise = _seen_beside(fit, solution, groups, slopes, own) / DEBIAS.draws
     places = fit.model.parameters.places(list(names))
     whole = np.linalg.inv(np.linalg.inv(solution.schur)[np.ix_(places, places)])
     return NoiseOnLaws(np.array(pull), noise, (whole + whole.T) / 2)
+
+
+def _seen_beside(
+    fit: Fit, solution: Solution, groups: Mapping[str, Linear], slopes: Sequence[Residuals], own: Array
+) -> Array:
+    """Return the products (k, k) `own` of k numbers' slopes once all the rest has followed, summed over the draws.
+
+    Some draws at a time: the columns of all, 24 numbers of two springs, would be most of what a long fit holds.
+    """
+    blocks, width, count = len(solution.factor.lower), fit.model.tracks.width, len(slopes)
+    beside = fit.model.tracks.knots.count <= ALGEBRA.knots_beside
+    used = {group for slope in slopes for group in slope}
+    jacobians = {group: Held.of(groups[group]) if beside else groups[group] for group in sorted(used)}
+    at_once = max(2 * ALGEBRA.columns // max(count, 1), 1)
+    for some in (slice(i, min(i + at_once, DEBIAS.draws)) for i in range(0, DEBIAS.draws, at_once)):
+        draws = some.stop - some.start
+        columns, across = np.zeros((blocks, ALGEBRA.knots_per_block * width, count, draws)), []
+        for i, slope in enumerate(slopes):
+            cross = np.zeros((blocks * ALGEBRA.knots_per_block, width, draws))
+            for group, column in slope.items():
+                jacobians[group].scatter(column[:, :, some], cross)
+            columns[:, :, i] = cross.reshape(blocks, -1, draws)
+            seen = (np.tensordot(groups[g].border, c[:, :, some], axes=((0, 1), (0, 1))) for g, c in slope.items())
+            across.append(sum(seen))
+        own = solution.complements(columns, np.stack(across, axis=1), own)
+    return own
 
 
 def noise_draws(fit: Fit, factor: Factor, parts: list[Linear]) -> tuple[Array, Residuals]:

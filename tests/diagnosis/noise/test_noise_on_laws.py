@@ -7,11 +7,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 from imubench.diagnosis.config.noise import DEBIAS
+from imubench.diagnosis.config.solve import ALGEBRA
+from imubench.diagnosis.noise import debias
 from imubench.diagnosis.noise.debias import _slopes, changed, law_parameters
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.process_factors import state_rows
-from imubench.diagnosis.solve.gauss_newton import all_rows
+from imubench.diagnosis.solve.gauss_newton import all_rows, factored
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
@@ -96,3 +99,16 @@ def test_derivatives_that_stay_are_no_change():
     assert found.keys() == {("b", 1), ("c", 0)}
     assert_allclose(found["b", 1], 0.5 * b)
     assert_allclose(changed(after, before).blocks["c", 0], -c)
+
+
+@pytest.mark.parametrize("columns", [1, 1000])
+def test_it_is_the_same_however_many_draws_are_taken_at_once(fit, monkeypatch, columns):
+    fit = solve(fit.model, fit.state, fit.noise, fit.anchor, steps=1)
+    _, solution, parts = factored(fit.model, fit.rows)
+    names = [name for _, name, _ in law_parameters(fit)]
+    usual = debias.driven_by_noise(fit, solution, parts, names)
+    monkeypatch.setattr(debias, "ALGEBRA", replace(ALGEBRA, columns=columns))
+    other = debias.driven_by_noise(fit, solution, parts, names)
+    for part in ("pull", "noise", "whole"):
+        one, two = getattr(usual, part), getattr(other, part)
+        assert_allclose(one, two, rtol=1e-9, atol=1e-9 * np.abs(one).max())
