@@ -50,6 +50,9 @@ class AlgebraConfig:
     )
     columns: int = setting(64, "columns", "solved at once: as many as a block has numbers", "time")
     chunk_knots: int = setting(128, "knots", "whose products are formed at once: what stays in the cache", "time")
+    chunk_width: int = setting(
+        14, "numbers per knot", "of which that many knots stay in the cache; of half as many four times more do", "time"
+    )
     piece_samples: int = setting(1024, "samples", "whose Jacobian is held at once", "time")
     knots_per_block: int = setting(
         8, "knots", "more than a spline's support, so that a row touches two blocks at most", "numerics"

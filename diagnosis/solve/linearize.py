@@ -204,7 +204,9 @@ class Stack:
     At every knot each kind has its rows, and behind all of these come those of a second sample of a kind, and a third.
     """
 
-    def __init__(self, parts: Sequence[Linear]) -> None:
+    def __init__(self, parts: Sequence[Linear], chunk: int = ALGEBRA.chunk_knots) -> None:
+        """Put rows together, those of `chunk` knots at once."""
+        self.chunk = chunk
         self.parts = [(part, Order.of(part.first)) for part in parts]
         self.alike = alike(parts)
         self.quick = {i for group in self.alike for i in group.members}
@@ -215,16 +217,14 @@ class Stack:
             self.rows += parts[i].residual.shape[1]
         self.knots = max((order.knots for _, order in self.parts), default=0)
         first = min((int(order.knot[0]) for _, order in self.parts if len(order.knot)), default=0)
-        self.begins = range(
-            first - first % ALGEBRA.chunk_knots, self.knots, ALGEBRA.chunk_knots
-        )  # the first knots of the pieces
+        self.begins = range(first - first % chunk, self.knots, chunk)  # the first knots of the pieces
 
     def piece(self, begin: int) -> tuple[Array, list[tuple[Whole | slice, Place]]]:
         """Return the rows at some knots from one of `begins` on, (knots, rows, 6 width + p + 1), the residual last.
 
         With them for each kind which of its samples these are, and where their rows lie: knot and row, (k, m).
         """
-        end = min(begin + ALGEBRA.chunk_knots, self.knots)
+        end = min(begin + self.chunk, self.knots)
         chosen = [order.among(begin, end) for _, order in self.parts]
         filled = np.full(end - begin, self.rows, dtype=np.int64)  # rows at every knot so far
         places: list[tuple[Whole | slice, Place]] = []

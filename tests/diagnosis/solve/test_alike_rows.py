@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.bspline import Knots, Tracks
 from imubench.diagnosis.problem.residuals import Parameters, Rows
+from imubench.diagnosis.solve import normal_equations
 from imubench.diagnosis.solve.alike_rows import alike
 from imubench.diagnosis.solve.bordered import solve_arrow
 from imubench.diagnosis.solve.linearize import Held, Stack, linearise
@@ -59,7 +61,10 @@ def test_what_shares_a_place_is_found(parts):
     assert alike(again) == []
 
 
-def test_normal_equations_are_the_dense_ones(parts):
+@pytest.mark.parametrize("width", [1, ALGEBRA.chunk_width])
+def test_normal_equations_are_the_dense_ones(parts, monkeypatch, width):
+    """In pieces of 128 knots, and all 156 at once."""
+    monkeypatch.setattr(normal_equations, "ALGEBRA", replace(ALGEBRA, chunk_width=width))
     jacobian = np.concatenate([dense(part) for part in parts])
     residual = np.concatenate([part.residual.reshape(-1) for part in parts])
     exact, gradient = jacobian.T @ jacobian, jacobian.T @ residual
