@@ -18,7 +18,6 @@ from imubench.jets import CONSTANT, Blocks, Jet, Key, Turn, times
 from imubench.links import Motion
 
 RATE, ACCEL, FORCE, TURN = (("segment." + part, CONSTANT) for part in ("rate", "accel", "force", "turn"))
-NUMBERS = 3  # of a vector, which a derivative by it has
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class Inner:
         for key, d in blocks.items():
             places[key] = slice(at, at + d.shape[2])
             at += d.shape[2]
-        slope = np.empty((NUMBERS, at, max(len(d) for d in blocks.values())))
+        slope = np.empty((3, at, max(len(d) for d in blocks.values())))
         for key, d in blocks.items():
             slope[:, places[key]] = d.transpose(1, 2, 0)
         return cls(slope.transpose(2, 0, 1), places)
@@ -53,10 +52,10 @@ def carrier(motion: Motion) -> Carrier:
     inner: dict[Key, Inner] = {}
 
     def own(key: Key, blocks: Blocks) -> Blocks:
-        if sum(d.shape[2] for d in blocks.values()) <= NUMBERS:
+        if sum(d.shape[2] for d in blocks.values()) <= 3:
             return blocks
         inner[key] = Inner.of(blocks)
-        return {key: np.eye(NUMBERS)[None]}
+        return {key: np.eye(3)[None]}
 
     vectors = {RATE: motion.rate, ACCEL: motion.accel, FORCE: motion.force}
     rate, accel, force = (Jet(v.value, own(key, v.blocks)) for key, v in vectors.items())

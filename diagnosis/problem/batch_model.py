@@ -182,7 +182,7 @@ class Model:
     def _chain(self, state: State, moment: Moment, to: str) -> Mapping[str, Motion]:
         """Return the motion of the segments up to one, each on what holds it; not to be written to: it is kept."""
         acting = tuple(h for h in self.hypotheses if h.at in ("joint", "world"))
-        key = key_of(self.rig, state, moment, to, acting)
+        key = key_of((*self.rig.content, to), self.rig.widths, state, moment, acting)
         return KEPT.get(key, lambda: self._moved(state, moment, to)) if key else self._moved(state, moment, to)
 
     def _moved(self, state: State, moment: Moment, to: str) -> dict[str, Motion]:

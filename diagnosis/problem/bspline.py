@@ -15,7 +15,6 @@ DEGREE = 5
 SUPPORT = DEGREE + 1  # coefficients that a point depends on
 KEPT_BASES = 32  # times and orders whose weights are kept: a fit asks for the same ones at every step;
 LONG_TIMES, KEPT_LONG_BASES = 12_000, 4  # times of which only those of one moment are: memory
-SAME_PLACE = 1e-10  # of an interval: the rounding of a time of some thousand intervals is a hundredth of that
 Held = NDArray[np.float32] | Array
 """Signals as a term holds them: in single precision, for twenty of them in a long recording are half a gigabyte."""
 
@@ -50,6 +49,11 @@ class Knots:
         """
         known = self._at(time, order)
         return known.first, known.weights
+
+    @property
+    def rounding(self) -> float:
+        """By how much of an interval places within it may differ that are the same but for rounding."""
+        return 16 * float(np.spacing(float(self.count)))
 
     def phase(self, time: Array) -> float | None:
         """Return where in their intervals, of length 1, all times (n,) lie alike; None where they do not."""
@@ -92,7 +96,7 @@ def _weigh(knots: Knots, stamps: bytes, order: int) -> Weights:
     first = np.clip(np.floor(place).astype(np.int64), 0, knots.count - SUPPORT)
     x = place - first
     weights = _weights(x, order, knots.step)
-    alike = len(x) > 0 and float(np.ptp(x)) < SAME_PLACE
+    alike = len(x) > 0 and float(np.ptp(x)) < knots.rounding
     columns = (first[:, None] + np.arange(SUPPORT)).ravel()
     ends = np.arange(0, columns.size + 1, SUPPORT)
     for kept in (first, weights):

@@ -4,18 +4,15 @@ Two IMUs of one rate ask for the same, and so do all states of an effect that ar
 """
 
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from threading import Lock
 
-from imubench.diagnosis.problem.bspline import Moment
+from imubench.diagnosis.problem.bspline import KEPT_LONG_BASES, LONG_TIMES, Moment
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.problem.rig_kinematics import Rig
 from imubench.jets import follows
 from imubench.links import Motion
 
 Motions = Mapping[str, Motion]
-MOST = 6  # motions kept: of two IMUs, of priors and of laws, and of what derivatives are taken by
-MOST_TIMES = 10_000  # of a longer recording none is kept: memory
 
 
 class KeptMotions:
@@ -34,7 +31,7 @@ class KeptMotions:
         made = make()
         with self._lock:
             self._kept[key] = made
-            while len(self._kept) > MOST:
+            while len(self._kept) > KEPT_LONG_BASES:
                 self._kept.popitem(last=False)
         return made
 
@@ -42,29 +39,27 @@ class KeptMotions:
 KEPT = KeptMotions()
 
 
-def key_of(rig: Rig, state: State, moment: Moment, to: str, acting: tuple[Hypothesis, ...]) -> Hashable | None:
-    """Return what the motions of the segments up to one follow from; None where they are not to be kept.
+def key_of(
+    rig: Hashable, widths: Iterable[str], state: State, moment: Moment, acting: tuple[Hypothesis, ...]
+) -> Hashable | None:
+    """Return what the motions of segments follow from; None where they are not to be kept.
 
     Args:
-        rig: the segments.
+        rig: the segments, and which of them are asked for.
+        widths: the splines of their motion.
         state: the splines and the numbers.
         moment: the splines at times (n,).
-        to: the last segment.
         acting: the effects at the joint and of the world.
     """
     time = moment.time
-    if len(time.value) > MOST_TIMES:
-        return None
+    if len(time.value) > LONG_TIMES:
+        return None  # memory
     own = [h.key(s.name) for h in acting for s in h.effect.states]
     numbers = [h.key(p.name) for h in acting for p in h.effect.parameters]
-    splines = [name for name in (*rig.widths, *own) if name in moment.tracks.widths]
+    splines = [name for name in (*widths, *own) if name in moment.tracks.widths]
     clock = tuple((key, d.shape, d.tobytes()) for key, d in time.blocks.items())
     return (
-        rig.tree,
-        rig.turns,
-        rig.base.tobytes(),
-        rig.gravity.tobytes(),
-        to,
+        rig,
         moment.tracks.knots,
         time.value.tobytes(),
         clock,

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.solve import ALGEBRA
+from imubench.diagnosis.problem.alike_rows import alike, run
 from imubench.diagnosis.problem.bspline import SUPPORT, Knots, Tracks
 from imubench.diagnosis.problem.residuals import Parameters, Rows
-from imubench.diagnosis.solve.alike_rows import alike, run
 from imubench.diagnosis.solve.threads import side_by_side
 from imubench.jets import CONSTANT
 
@@ -198,15 +198,20 @@ class Order:
         return some, self.knot[low:high] - begin, self.slot[low:high]
 
 
+def chunk_knots(width: int) -> int:
+    """Return at how many knots, of so many numbers each, rows are put together at once: whole blocks of them."""
+    blocks = ALGEBRA.chunk_numbers // ((SUPPORT * max(width, 1)) ** 2 * ALGEBRA.knots_per_block)
+    return max(blocks, 1) * ALGEBRA.knots_per_block
+
+
 class Stack:
     """Rows of several kinds, by knots: those that start at some knots are one tall matrix for each of these.
 
     At every knot each kind has its rows, and behind all of these come those of a second sample of a kind, and a third.
     """
 
-    def __init__(self, parts: Sequence[Linear], chunk: int = ALGEBRA.chunk_knots) -> None:
-        """Put rows together, those of `chunk` knots at once."""
-        self.chunk = chunk
+    def __init__(self, parts: Sequence[Linear]) -> None:
+        self.chunk = chunk = chunk_knots(parts[0].width)
         self.parts = [(part, Order.of(part.first)) for part in parts]
         self.alike = alike(parts)
         self.quick = {i for group in self.alike for i in group.members}

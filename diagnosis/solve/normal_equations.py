@@ -56,10 +56,8 @@ class Normal:
         touching = [part for part in parts if part.blocks]
         if not self.diagonal.size or not touching:
             return
-        width = parts[0].width
-        wide = SUPPORT * width
-        narrow = max(ALGEBRA.chunk_width // width, 1)  # of few splines as many products lie beside each other
-        stack = Stack(touching, narrow**2 * ALGEBRA.chunk_knots)
+        wide = SUPPORT * parts[0].width
+        stack = Stack(touching)
 
         def products(begin: int) -> Array:
             tall, _ = stack.piece(begin)

@@ -8,8 +8,9 @@ from numpy.testing import assert_array_equal
 
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem import kept_motions
+from imubench.diagnosis.problem.bspline import KEPT_LONG_BASES
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.problem.kept_motions import MOST, KeptMotions
+from imubench.diagnosis.problem.kept_motions import KeptMotions
 from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -72,7 +73,7 @@ def test_derivatives_that_are_not_asked_for_are_not_there(begun):
 
 def test_it_is_what_is_made_anew(begun, monkeypatch):
     kept = moved(begun, begun.state)
-    monkeypatch.setattr(kept_motions, "MOST_TIMES", 0)
+    monkeypatch.setattr(kept_motions, "LONG_TIMES", 0)
     anew = moved(begun, begun.state)
     assert anew is not kept
     for part in ("rate", "accel", "force"):
@@ -83,6 +84,6 @@ def test_it_is_what_is_made_anew(begun, monkeypatch):
 
 def test_only_the_last_are_kept():
     kept, made = KeptMotions(), []
-    for key in [*range(MOST + 1), MOST, 0]:
+    for key in [*range(KEPT_LONG_BASES + 1), KEPT_LONG_BASES, 0]:
         kept.get(key, lambda key=key: made.append(key) or {})
-    assert made == [*range(MOST + 1), 0]
+    assert made == [*range(KEPT_LONG_BASES + 1), 0]

@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from imubench.diagnosis.config.solve import ALGEBRA
+from imubench.diagnosis.problem.alike_rows import alike
 from imubench.diagnosis.problem.bspline import Knots, Tracks
 from imubench.diagnosis.problem.residuals import Parameters, Rows
-from imubench.diagnosis.solve import normal_equations
-from imubench.diagnosis.solve.alike_rows import alike
+from imubench.diagnosis.solve import linearize
 from imubench.diagnosis.solve.bordered import solve_arrow
 from imubench.diagnosis.solve.linearize import Held, Stack, linearise
 from imubench.diagnosis.solve.marginals import Marginals
@@ -61,10 +61,15 @@ def test_what_shares_a_place_is_found(parts):
     assert alike(again) == []
 
 
-@pytest.mark.parametrize("width", [1, ALGEBRA.chunk_width])
-def test_normal_equations_are_the_dense_ones(parts, monkeypatch, width):
-    """In pieces of 128 knots, and all 156 at once."""
-    monkeypatch.setattr(normal_equations, "ALGEBRA", replace(ALGEBRA, chunk_width=width))
+@pytest.fixture(params=[8, 64, 10_000])
+def chunk(request, monkeypatch):
+    """Rows of so many knots put together at once, of 156."""
+    numbers = request.param * (6 * TRACKS.width) ** 2
+    monkeypatch.setattr(linearize, "ALGEBRA", replace(ALGEBRA, chunk_numbers=numbers))
+    assert linearize.chunk_knots(TRACKS.width) == request.param
+
+
+def test_normal_equations_are_the_dense_ones(parts, chunk):
     jacobian = np.concatenate([dense(part) for part in parts])
     residual = np.concatenate([part.residual.reshape(-1) for part in parts])
     exact, gradient = jacobian.T @ jacobian, jacobian.T @ residual
@@ -82,7 +87,7 @@ def test_normal_equations_are_the_dense_ones(parts, monkeypatch, width):
     assert_allclose(normal.corner_gradient, gradient[size:], rtol=1e-9)
 
 
-def test_leverages_are_those_of_rows_made_one_by_one(parts):
+def test_leverages_are_those_of_rows_made_one_by_one(parts, chunk):
     def leverages(some):
         normal = Normal.empty(TRACKS, PARAMETERS)
         normal.add(some)
@@ -95,7 +100,7 @@ def test_leverages_are_those_of_rows_made_one_by_one(parts):
         assert_allclose(one, other, rtol=1e-9, atol=1e-12)
 
 
-def test_pieces_of_one_kind_are_its_jacobian(parts):
+def test_pieces_of_one_kind_are_its_jacobian(parts, chunk):
     rng = np.random.default_rng(2)
     knots = rng.normal(size=(TRACKS.knots.count, TRACKS.width, 2))
     for part in parts:

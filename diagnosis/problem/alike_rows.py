@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.problem.bspline import SAME_PLACE, SUPPORT, Knots
+from imubench.diagnosis.problem.bspline import SUPPORT, Knots
 
 Whole = NDArray[np.int64]
 Blocks = tuple[tuple[slice, int, Array], ...]
@@ -97,7 +97,7 @@ def alike(parts: Sequence[Placed]) -> list[Alike]:
     for i, part in enumerate(parts):
         if part.phase is None or not part.blocks or np.any(np.diff(part.first) <= 0):
             continue
-        members = next((m for phase, m in places if abs(phase - part.phase) < SAME_PLACE), None)
+        members = next((m for phase, m in places if abs(phase - part.phase) < part.knots.rounding), None)
         if members is None:
             places.append((part.phase, [i]))
         else:
