@@ -52,8 +52,11 @@ class Knots:
 
     @property
     def rounding(self) -> float:
-        """By how much of an interval places within it may differ that are the same but for rounding."""
-        return 16 * float(np.spacing(float(self.count)))
+        """By how much of an interval places within it may differ that are the same but for rounding.
+
+        A step that is read off the stamps is off by their rounding, and places by that times all intervals.
+        """
+        return 2 * self.count * float(np.spacing(float(self.count)))
 
     def phase(self, time: Array) -> float | None:
         """Return where in their intervals, of length 1, all times (n,) lie alike; None where they do not."""
