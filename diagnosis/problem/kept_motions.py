@@ -7,6 +7,8 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from threading import Lock
 
+import numpy as np
+
 from imubench.diagnosis.problem.bspline import KEPT_LONG_BASES, LONG_TIMES, Moment
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.jets import follows
@@ -66,5 +68,5 @@ def key_of(
         acting,
         tuple(follows(name) for name in (*splines, *numbers)),
         tuple(moment.coefficients[:, moment.tracks.columns(name)].tobytes() for name in splines),
-        tuple(state.values[name].tobytes() for name in numbers),
+        tuple(np.asarray(state.values[name], dtype=float).tobytes() for name in numbers),
     )
