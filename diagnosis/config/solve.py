@@ -50,7 +50,9 @@ class AlgebraConfig:
         (0.0, 1e-13, 1e-12), "of a block's diagonal", "what rounding may take from it, where it did", "numerics"
     )
     columns: int = setting(64, "columns", "solved at once: as many as a block has numbers", "time")
-    chunk_knots: int = setting(128, "knots", "whose products are formed at once: what stays in the cache", "time")
+    chunk_numbers: int = setting(
+        900_000, "numbers", "of products of rows that are formed at once: what stays in the cache", "time"
+    )
     piece_samples: int = setting(1024, "samples", "whose Jacobian is held at once", "time")
     knots_per_block: int = setting(
         8, "knots", "more than a spline's support, so that a row touches two blocks at most", "numerics"

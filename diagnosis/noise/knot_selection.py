@@ -36,6 +36,8 @@ def coarsest(fit: Fit) -> Fit:
     finest = model_of(fit.model.recording).tracks.knots.step
     step, most = fit.model.tracks.knots.step, widest_spacing(fit)
     for times in (n for n in KNOT_SELECTION.fewer if KNOT_SELECTION.change * step < n * finest < most):
+        if too_quick(fit, times * finest):
+            continue
         other = coarser(fit, times * finest / step)
         if knots_suffice(other):
             return relevelled(other)
@@ -108,10 +110,17 @@ def matrix(knots: Knots, time: Array) -> csr_array:
 
 def knots_suffice(fit: Fit) -> bool:
     """Return whether a fit's knots follow all that its recording shows; not where no IMU tells."""
-    imus = fit.model.recording.imus
-    most = KNOT_SELECTION.spared / (2 * fit.model.tracks.knots.step)
-    quick = any(clear_at(fit, imu.name) > most for imu in imus)
-    return bool(imus) and not quick and all(peak <= KNOT_SELECTION.flat_power for peak in peaks(fit))
+    enough = bool(fit.model.recording.imus) and not too_quick(fit, fit.model.tracks.knots.step)
+    return enough and all(peak <= KNOT_SELECTION.flat_power for peak in peaks(fit))
+
+
+def too_quick(fit: Fit, spacing: float) -> bool:
+    """Return whether a fit's motion is above the noise near the highest frequency that knots so many s apart follow.
+
+    A motion that is so on many knots is so on fewer: nothing need be solved to know that these do not suffice.
+    """
+    most = KNOT_SELECTION.spared / (2 * spacing)
+    return any(clear_at(fit, imu.name) > most for imu in fit.model.recording.imus)
 
 
 def peaks(fit: Fit) -> Iterator[float]:

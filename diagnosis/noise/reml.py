@@ -8,7 +8,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.shared import DECLARED_NOISE
-from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
 from imubench.diagnosis.noise.debias import law_parameters, noise_pull
 from imubench.diagnosis.noise.declared_noise import declared
 from imubench.diagnosis.noise.noise_levels import levels, levels_of
@@ -22,15 +22,19 @@ from imubench.diagnosis.solve.levenberg_marquardt import search
 from imubench.diagnosis.solve.threads import one_thread
 
 
-def _estimated(fit: Fit, step: Step | None, names: Collection[str]) -> tuple[dict[str, float], dict[str, Prior]]:
+def _estimated(
+    fit: Fit, step: Step | None, names: Collection[str], share: float
+) -> tuple[dict[str, float], dict[str, Prior]]:
     """Return the noise levels of some groups and how laws lean, without the matrices that these are read off.
+
+    Of the pull on a law's numbers a share is taken.
 
     `step` led to the fit, where one did: its equations are as good as the fit's own, but for how laws lean.
     """
     if step and step.damping < REML.faint_damping and not law_parameters(fit):
         return levels_of(fit, step.solution, step.linear, names)[0], {}
     normal, solution, parts = factored(fit.model, fit.rows)
-    return levels_of(fit, solution, parts, names)[0], noise_pull(fit, normal, solution, parts)
+    return levels_of(fit, solution, parts, names)[0], noise_pull(fit, normal, solution, parts, share=share)
 
 
 def with_noise(fit: Fit, rounds: int = REML.rounds, held: Collection[str] = ()) -> Fit:
@@ -80,11 +84,12 @@ def fit_with_noise(
     named = {n for n in noise if n not in ruled and (only is None or n in only)}
     plan = [(motion, False)] * rounds + ([(True, True)] + [(False, False)] * REML.last_rounds) * motion
     now = search(model, state, noise, anchor, steps=4)
+    share, moved = 1.0, np.zeros(1)  # a pull that turns back leads beyond: it is halved, as in `debiased_fit.settled`
     for free, last in plan:
         asked = named if free else named - rough
         fit, step = now[0], None if law_parameters(now[0]) else now[1]
         del now  # with the equations of a step that nobody asks for: memory
-        found, leaning = _estimated(fit, step, asked)
+        found, leaning = _estimated(fit, step, asked, share)
         new = noise | {n: max(found.get(n, noise[n]), floor.get(n, 0.0)) for n in asked}
         # far off they fall slowly, as a free state gives way bit by bit
         for name in slow & new.keys() if only is None else ():
@@ -98,7 +103,9 @@ def fit_with_noise(
         change = max(abs(np.log(new[name] / noise[name])) for name in noise)
         model = replace(model, tilts=leaning)
         noise, begun = new, fit.state
-        del fit, step  # with its rows: memory
+        del step  # memory
+        if model.tracks.knots.count > ALGEBRA.knots_beside:
+            del fit  # with its rows, of which the search would take those that hold: memory
         now = search(
             model,
             begun,
@@ -108,7 +115,9 @@ def fit_with_noise(
             enough=REML.fine_gain if model.tilts else SOLVER.least_gain,
         )
         after, before = now[0].state.values, begun.values
-        change = max([change, *(float(np.max(np.abs(after[n] - before[n]))) for n in model.tilts or {})])
+        move = np.concatenate([np.zeros(1), *(after[n] - before[n] for n in model.tilts or {})])
+        share, moved = share / 2 if move.size == moved.size and move @ moved < 0 else share, move
+        change = max(change, float(np.max(np.abs(move))))
         if change < REML.settled and now[0].steps < SOLVER.steps_after_noise and not free:
             break
-    return replace(now[0], noise=noise)
+    return now[0]

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.chain_rule import carrier, chained
 from imubench.diagnosis.config.solve import ALGEBRA, MOTION_PRIOR
 from imubench.diagnosis.problem.bspline import Moment, Tracks
 from imubench.diagnosis.problem.encoder_calibration import ERROR, misreads, read, spread
 from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis, Prior, State
+from imubench.diagnosis.problem.kept_motions import KEPT, key_of
 from imubench.diagnosis.problem.pose_factors import pose_errors, slopes
 from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS, POSITION, SWING_AXIS, Rig, swing
@@ -47,6 +49,15 @@ class Model:
         for h in hypotheses:
             widths |= {h.key(s.name): s.width for s in h.effect.states}
         return replace(self, hypotheses=hypotheses, tracks=Tracks(self.tracks.knots, widths))
+
+    def same_rows(self, other: "Model") -> bool:
+        """Return whether another model has the same rows, but for the priors of its parameters, at the same state."""
+        if self.tracks != other.tracks or len(self.hypotheses) != len(other.hypotheses):
+            return False
+        if any(a is not b for a, b in zip(self.hypotheses, other.hypotheses, strict=True)):
+            return False
+        parts = ("recording", "rig", "mounts", "start", "offsets", "masks", "louder", "wander")
+        return all(getattr(self, part) is getattr(other, part) for part in parts)
 
     @property
     def judged(self) -> tuple[Hypothesis, ...]:
@@ -160,7 +171,7 @@ class Model:
         """Return the motion of one segment."""
         return self._chain(state, moment, name)[name]
 
-    def segments(self, state: State, moment: Moment) -> dict[str, Motion]:
+    def segments(self, state: State, moment: Moment) -> Mapping[str, Motion]:
         """Return the motion of every segment."""
         return self._chain(state, moment, self.rig.tree.last.name)
 
@@ -168,8 +179,13 @@ class Model:
         """Return the motion of the last segment, beyond the joint."""
         return self.segment(state, moment, self.rig.tree.last.name)
 
-    def _chain(self, state: State, moment: Moment, to: str) -> dict[str, Motion]:
-        """Return the motion of the segments up to one, each on what holds it."""
+    def _chain(self, state: State, moment: Moment, to: str) -> Mapping[str, Motion]:
+        """Return the motion of the segments up to one, each on what holds it; not to be written to: it is kept."""
+        acting = tuple(h for h in self.hypotheses if h.at in ("joint", "world"))
+        key = key_of((*self.rig.content, to), self.rig.widths, state, moment, acting)
+        return KEPT.get(key, lambda: self._moved(state, moment, to)) if key else self._moved(state, moment, to)
+
+    def _moved(self, state: State, moment: Moment, to: str) -> dict[str, Motion]:
         base = self.rig.first(moment, self.gravity(state))
         found: dict[str, Motion] = {}
         for segment in self.rig.tree.segments:
@@ -206,6 +222,7 @@ class Model:
 
     def reading(self, imu: Imu, state: State, moment: Moment, segment: Motion) -> Reading:
         """Return what an IMU would report."""
+        segment = carrier(segment)
         link = self.mount(imu, state, moment, segment)
         sensor = segment.child(link)
         reading = Reading(sensor.rate, sensor.force, moment.time)
@@ -215,7 +232,7 @@ class Model:
         errors = [h.effect.error(reading, self.values(h, state)) for h in self.at(imu.name)]
         gyro = sum((e.gyro for e in errors if e.gyro is not None), reading.gyro)
         accel = sum((e.accel for e in errors if e.accel is not None), reading.accel)
-        return Reading(gyro, accel, reading.time)
+        return Reading(chained(gyro, segment), chained(accel, segment), reading.time)
 
     def joint_angle(self, state: State, moment: Moment) -> Jet:
         """Return what an encoder of the hinge would report (n, 1) rad."""

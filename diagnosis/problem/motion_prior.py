@@ -15,6 +15,8 @@ from imubench.diagnosis.problem.sensor_axes import sensor_turn, turned
 from imubench.jets import CONSTANT, Jet, cross, dot, variable
 
 TILT = "tilt."
+PRIORS = ("prior.", TILT, "smooth.", "norm", "heading", "drift", "pace", "size.")
+"""How the names of rows begin that are priors: neither measurements nor laws."""
 WHITE_DERIVATIVE = {FORCE: 2}  # order of the derivative that is taken for white:
 
 
@@ -22,6 +24,11 @@ def states_inside(model: Model, state: State, h: Hypothesis) -> dict[str, Array]
     """Return an effect's states (n, width) in the middle of every interval that has samples."""
     moment = Moment(model.tracks, state.coefficients, Jet(inside(model)[:, None]))
     return {s.name: moment.track(h.key(s.name)).value for s in h.effect.states}
+
+
+def is_prior(rows: Rows) -> bool:
+    """Return whether rows are a prior's: what they hold may change with the noise levels."""
+    return not rows.counts and rows.name.startswith(PRIORS)
 
 
 def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Array | None) -> Iterator[Rows]:
@@ -37,7 +44,7 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
             jet = variable((name, CONSTANT), state.values[name]) - tilt.start
             yield Rows(f"{TILT}{name}", np.zeros(1), jet, tilt.std, counts=False)
     yield from smooth_rows(model, state, noise, [name for name in model.tracks.widths if name != VELOCITY])
-    time, step = middles(model), model.tracks.knots.step
+    time = middles(model)
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     if ATTITUDE in model.tracks.widths:
         q = moment.track(ATTITUDE)
@@ -53,6 +60,13 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
                 False,
             )
     yield from pace_rows(model, state)
+    yield from size_rows(model, state)
+
+
+def size_rows(model: Model, state: State) -> Iterator[Rows]:
+    """Yield the rows that hold the states of effects to a plausible size."""
+    time, step = middles(model), model.tracks.knots.step
+    moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     for h in model.hypotheses:
         for s in h.effect.states:
             name = h.key(s.name)

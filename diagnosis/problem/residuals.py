@@ -1,7 +1,7 @@
 """Measurements as rows of a least-squares problem."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,11 @@ class Rows:
     residual: Jet  # (n, m), in the unit of `std`
     std: Array  # (m,) or (n, m)
     counts: bool = True  # False: a prior, not a measurement
+    level: float = 1.0  # the noise level that `std` holds, where one is estimated
+
+    def at_level(self, level: float) -> "Rows":
+        """Return the rows at another noise level."""
+        return replace(self, std=self.std * (level / self.level), level=level)
 
     @property
     def whitened(self) -> Array:

@@ -1,6 +1,6 @@
 """All rows of the motion fit, with effects that come in, their normal equations, and the step that these ask for."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,12 +11,13 @@ from imubench.diagnosis.problem.batch_model import Model, middles, started
 from imubench.diagnosis.problem.dynamics_factors import swing_rows
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.problem.motion_prior import prior_rows
+from imubench.diagnosis.problem.motion_prior import is_prior, prior_rows, size_rows, smooth_rows
 from imubench.diagnosis.problem.process_factors import state_rows
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.solve.bordered import Solution, solve_arrow
 from imubench.diagnosis.solve.linearize import Linear, linearise
 from imubench.diagnosis.solve.normal_equations import Normal
+from imubench.jets import derivatives_by
 
 
 def all_rows(
@@ -28,9 +29,35 @@ def all_rows(
     alone: Collection[str] = (),
 ) -> list[Rows]:
     """Return every row of the problem, or of all sensors some IMUs' alone; `loose` widens the measurements' noise."""
-    out = [replace(r, std=r.std * noise[r.name] * loose) for r in model.measured(state, alone)]
-    out += [replace(r, std=r.std * noise.get(r.name, 1.0) * loose) for r in equation_rows(model, state)]
-    return out + list(prior_rows(model, state, noise, anchor))
+    return [*_asked(model, state, noise, loose, alone), *prior_rows(model, state, noise, anchor)]
+
+
+def _asked(model: Model, state: State, noise: dict[str, float], loose: float, alone: Collection[str]) -> Iterator[Rows]:
+    """Yield the rows of measurements and laws."""
+    yield from (r.at_level(noise[r.name] * loose) for r in model.measured(state, alone))
+    yield from (r.at_level(noise.get(r.name, 1.0) * loose) for r in equation_rows(model, state))
+
+
+def own_rows(
+    model: Model, state: State, noise: dict[str, float], loose: float, alone: Collection[str], own: Collection[str]
+) -> list[Rows]:
+    """Return the rows that depend on some states of effects, with derivatives by these splines alone."""
+    with derivatives_by(own):
+        rows = (*_asked(model, state, noise, loose, alone), *smooth_rows(model, state, noise, own))
+        return [r for r in (*rows, *size_rows(model, state)) if r.residual.blocks]
+
+
+def at_other_levels(
+    model: Model,
+    state: State,
+    known: Sequence[Rows],
+    noise: dict[str, float],
+    anchor: Array | None,
+    loose: float = 1.0,
+) -> list[Rows]:
+    """Return every row of the problem at other noise levels than those `known` at this state; priors are made anew."""
+    kept = [r.at_level(noise.get(r.name, 1.0) * loose) for r in known if not is_prior(r)]
+    return kept + list(prior_rows(model, state, noise, anchor))
 
 
 def assemble(model: Model, rows: list[Rows]) -> tuple[Normal, list[Linear]]:

@@ -1,6 +1,7 @@
 """The motion fit: Levenberg-Marquardt on splines and parameters together, noise levels estimated on the way."""
 
 from contextlib import suppress
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -16,11 +17,14 @@ from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.problem.rig_kinematics import VELOCITY
 from imubench.diagnosis.remembered import remembered
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.gauss_newton import Step, all_rows, assemble
+from imubench.diagnosis.solve.gauss_newton import Step, all_rows, assemble, at_other_levels, own_rows
 from imubench.diagnosis.solve.narrow_band import eased
 from imubench.diagnosis.solve.retract import moved, shifted
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.jets import derivatives_by
+
+_solved: WeakValueDictionary[int, Fit] = WeakValueDictionary()
+"""A solution that ended at a state, by the state's identity, as long as somebody has it."""
 
 
 def at_noise_of(fit: Fit, other: Fit) -> Fit:
@@ -69,7 +73,7 @@ def search(
     With a `damping` below the usual one it takes long steps in what moves together, and the splines follow these.
     """
     taken, follow, step = 0, damping < ALGEBRA.damped, None
-    rows = all_rows(model, state, noise, anchor)
+    rows = _rows_at(model, state, noise, anchor)
     cost = sum(r.cost for r in rows)
     least = enough * sum(r.residual.value.size for r in rows if r.counts)
     while taken < steps:
@@ -104,14 +108,31 @@ def search(
         gained = before - cost
         if gained < least or (step and abs(gained - step.promised) < SOLVER.foretold * least):
             break
-    return Fit(model, state, noise, cost, taken, anchor, rows=rows), step
+    fit = Fit(model, state, noise, cost, taken, anchor, rows=rows)
+    if _known(model, state) is None:
+        _solved[id(state)] = fit
+    return fit, step
+
+
+def _rows_at(model: Model, state: State, noise: dict[str, float], anchor: Array | None) -> list[Rows]:
+    """Return all rows at a state; where a fit is still there that ended at it, those of its that hold."""
+    known = _known(model, state)
+    if known is None:
+        return all_rows(model, state, noise, anchor)
+    return at_other_levels(model, state, known.rows, noise, anchor)
+
+
+def _known(model: Model, state: State) -> Fit | None:
+    """Return a solution that ended at a state and has the rows of a model."""
+    known = _solved.get(id(state))
+    return known if known is not None and known.state is state and known.model.same_rows(model) else None
 
 
 def _arrived(
     model: Model, state: State, noise: dict[str, float], anchor: Array | None
 ) -> tuple[State, list[Rows], float]:
     """Return where a step has led once what follows from the rest is solved for, with its rows and its cost."""
-    state = settled(model, with_centre_velocity(model, state), noise, anchor)
+    state = settled(model, with_centre_velocity(model, state), noise)
     rows = all_rows(model, state, noise, anchor)
     return state, rows, sum(r.cost for r in rows)
 
@@ -144,7 +165,7 @@ def with_centre_velocity(model: Model, state: State) -> State:
     return shifted(model, state, only, eased(only, rows, ALGEBRA.damped))
 
 
-def settled(model: Model, state: State, noise: dict[str, float], anchor: Array | None, loose: float = 1.0) -> State:
+def settled(model: Model, state: State, noise: dict[str, float], loose: float = 1.0) -> State:
     """Return the state with the effects' own splines solved for everything else as it is.
 
     A spring's law is tight and nearly linear in what hangs on it, but not in both it and the spring's constants:
@@ -158,9 +179,7 @@ def settled(model: Model, state: State, noise: dict[str, float], anchor: Array |
     places = {h.at for h in model.hypotheses if h.effect.states}
     alone = places if places <= {imu.name for imu in model.recording.imus} else ()  # a joint's states move all sensors
     for _ in range(ALGEBRA.spline_solves):
-        with derivatives_by(own):
-            rows = [r for r in all_rows(model, state, noise, anchor, loose, alone) if r.residual.blocks]
-        change = eased(only, rows, ALGEBRA.damped)
+        change = eased(only, own_rows(model, state, noise, loose, alone, own), ALGEBRA.damped)
         state = shifted(model, state, only, change)
         if np.max(np.abs(change) / size) < ALGEBRA.moved:
             break

@@ -12,7 +12,7 @@ from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import SUPPORT
 from imubench.diagnosis.solve.block_tridiagonal import Factor
 from imubench.diagnosis.solve.bordered import Solution
-from imubench.diagnosis.solve.linearize import Linear, Stack
+from imubench.diagnosis.solve.linearize import Linear, Stack, chunk_knots
 from imubench.diagnosis.solve.threads import side_by_side
 
 
@@ -40,7 +40,7 @@ def windows(diagonal: Array, right: Array, after: Array | None, width: int) -> A
 
 def inverse_windows(factor: Factor, width: int) -> Iterator[Array]:
     """Yield the same of a factored matrix' inverse, by so many knots as rows are stacked by, the last ones first."""
-    blocks, at_once = factor.inverse(), ALGEBRA.chunk_knots // ALGEBRA.knots_per_block
+    blocks, at_once = factor.inverse(), chunk_knots(width) // ALGEBRA.knots_per_block
     after = None
     for begin in reversed(range(0, len(factor.lower), at_once)):
         some = list(islice(blocks, min(at_once, len(factor.lower) - begin)))[::-1]
@@ -74,9 +74,7 @@ class Marginals:
         width, p = self.reach.shape[1:]
         wide = SUPPORT * width
         stack = Stack(parts)
-        beyond = -(-len(self.reach) // ALGEBRA.chunk_knots) - -(
-            -stack.knots // ALGEBRA.chunk_knots
-        )  # where no row begins
+        beyond = -(-len(self.reach) // stack.chunk) - -(-stack.knots // stack.chunk)  # where no row begins
         inverse = islice(inverse_windows(self.factor, width), beyond, None)
 
         def fill(at: tuple[int, Array]) -> None:

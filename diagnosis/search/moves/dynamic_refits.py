@@ -60,7 +60,7 @@ def on_whole_recording(fit: Fit, trial: Trial) -> Trial:
     # by a motion that holds the spring's own, it may resound
     driven = driven_by_motion(begun.model, begun.state, hypotheses)
     states = [begun.state, driven]
-    states += [settled(begun.model, s, quiet, fit.anchor, fit.loose) for s in states]
+    states += [settled(begun.model, s, quiet, fit.loose) for s in states]
     cost = [sum(r.cost for r in all_rows(begun.model, s, quiet, fit.anchor, fit.loose)) for s in states]
     begun = solve(begun.model, states[int(np.argmin(cost))], quiet, fit.anchor, steps=4)
     tried = fit_with_noise(begun.model, begun.state, noise, fit.anchor, rounds=STATE_NOISE_ROUNDS)
