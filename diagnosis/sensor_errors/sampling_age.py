@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize
 
 from imubench.alignment import gyro_delay, optical_rate
 from imubench.arrays import Array
@@ -109,7 +110,22 @@ def beat_of(beat: Beat, rate: float) -> tuple[Line, Line] | None:
     least = min(pairs, key=lambda pair: min(beat.left(line) for line in pair))
     if least[0][0] != nearest * rate + at or min(beat.left(line) for line in least) >= 1.0:
         return None  # a line of another size than that of ages
-    return least[0], least[1]
+    return settled(beat, least[0]), settled(beat, least[1])
+
+
+def settled(beat: Beat, line: Line) -> Line:
+    """Return the line near one whose sawtooth leaves least: its falls tell the phase better than its first harmonic."""
+    turns = float(beat.time[-1])
+    middle = line[0] * turns / 2 + line[1]
+
+    def of(x: Array) -> Line:  # turns more in all, and in the middle: neither moves with the other
+        return line[0] + x[0] / turns, float(middle + x[1] - (line[0] + x[0] / turns) * turns / 2)
+
+    start = np.array([[0.0, 0.0], [0.05, 0.0], [0.0, 0.05]])
+    best = minimize(
+        lambda x: beat.left(of(x)), start[0], method="Nelder-Mead", options={"initial_simplex": start, "xatol": 1e-3}
+    )
+    return of(best.x)
 
 
 def phase(beat: Beat, frequency: float) -> float:
@@ -164,7 +180,7 @@ def ages_of(imu: Imu, masks: Mapping[str, Mask], pose: Pose | None) -> dict[str,
     out = {"gyro": told}
     accel = beats["accel"]
     if accel is not None and _beats(accel, told[0][0], rate):
-        out["accel"] = tuple((f, phase(accel, f)) for f, _ in told)
+        out["accel"] = tuple((f, phase(accel, f)) for f, _ in told)  # too noisy for the falls to tell more
     return out
 
 
@@ -208,7 +224,7 @@ def _growing(imu: Imu, pose: Pose, one: Line, mirror: Line) -> float:
     seconds = np.bincount((start - start[0]).astype(int), np.sum(gyro * signal, axis=1))
     spread = float(np.sqrt(np.sum(seconds**2)))
     z = -float(np.sum(seconds)) / spread if spread > 0 else 0.0
-    return float(np.sign(z)) if abs(z) > STATISTICS.clear_sigmas else 0.0
+    return float(np.sign(z)) if abs(z) > STATISTICS.interval_sigmas else 0.0  # the wrong way doubles it
 
 
 __all__ = ["of_one_age"]
