@@ -15,6 +15,7 @@ from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.pose_factors import Lasting, pose_errors, slopes
 from imubench.diagnosis.samples.pose_correlation import GaussMarkov, correlated_poses
 from imubench.diagnosis.solve.gauss_newton import all_rows
+from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.solve.subset import cut
 from imubench.jets import Jet, Turn
 from imubench.links import Motion
@@ -148,17 +149,53 @@ def test_independent_errors_do_not_wander():
     assert correlated_poses(recorded(white)) == ({}, {})
 
 
-@pytest.fixture(scope="module")
-def optical():
-    """15 s of a free body with everything that an IMU reads, beside an optical pose; nobody declares a noise."""
+def optical_record(ahead=0.0, width=1):
+    """15 s of a free body with everything that an IMU reads, beside an optical pose; nobody declares a noise.
+
+    The accelerometer is `ahead` s of the gyroscope, and each sample of the pose the mean over `width` samples.
+    """
     rng = np.random.default_rng(8)
-    recording = recorded(wandering(4000, SIZE, seed=5), bias=BIAS)
+    errors = wandering(4000, SIZE, seed=5)
+    recording = recorded(errors, bias=BIAS)
     (imu,), h = recording.imus, 1e-3
-    t = imu.time
+    t = imu.time + ahead
     acceleration = (moved(t + h) - 2 * moved(t) + moved(t - h)) / h**2
     force = turned(t).inv().apply(acceleration + np.array([0.0, 0.0, 9.81]))
     imu = replace(imu, accel=force + 0.02 * rng.standard_normal(force.shape), mount_rotation_std=0.01)
-    return cut(replace(recording, imus=(imu,)), 2.0, 17.0)
+    (pose,) = with_mean_pose(recording, width).poses
+    q = rotations.multiply(pose.quaternion, rotations.exp(errors))
+    pose = replace(pose, position=pose.position + 0.1 * errors, quaternion=q)
+    return cut(replace(recording, imus=(imu,), poses=(pose,)), 2.0, 17.0)
+
+
+@pytest.fixture(scope="module")
+def optical():
+    return optical_record()
+
+
+AHEAD, WIDTH = 1.5e-3, 7  # s, samples
+
+
+@pytest.fixture(scope="module")
+def filtered():
+    return optical_record(AHEAD, WIDTH)
+
+
+@pytest.mark.long
+def test_what_filters_and_smoothing_do_is_told_beside_the_motion(filtered):
+    fit = begin(filtered).fit
+    covariance = information(fit)[0]
+    smoothing = (WIDTH**2 - 1) / 24 / RATE**2
+    for name, true in (("accel_ahead@imu1.ahead", AHEAD), ("pose1.smoothing", smoothing)):
+        std = np.sqrt(covariance[fit.model.parameters.columns(name), fit.model.parameters.columns(name)][0, 0])
+        assert abs(fit.state.values[name][0] - true) < 4 * std + 0.03 * true, name  # terms of fourth order
+        assert std < 0.05 * true, name
+
+
+@pytest.mark.slow
+def test_neither_is_a_finding(filtered):
+    found, _ = diagnose(filtered)
+    assert {(f.effect, f.at) for f in found.findings} <= {("gyro_bias", "imu1")}
 
 
 @pytest.mark.long
