@@ -17,6 +17,7 @@ class AccelAhead(Effect):
     """The accelerometer shows the world a little earlier than the gyroscope does, as fast as its readings change."""
 
     name, place, law = "accel_ahead", "imu", "y(t) = x(t) + ahead x'(t), x' as read"
+    phrase = "an accelerometer of {imu} that is ahead of its gyroscope"
     given = True
     parameters = (Parameter(AHEAD, (), "s", 1e-3),)
 

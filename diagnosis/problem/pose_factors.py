@@ -18,8 +18,8 @@ sample with the variance 2 k in s^2 leaves of a motion, but for what is of fourt
 
     M = R exp(k w'),    y = x + k x''
 
-A hand that trembles at 10 Hz by 1 rad/s reads 4 % less behind a window of 5 ms, which would be a scale of the
-gyroscope, a filter, or a mount that gives way. So k is a number of the fit, and its rows are of r + k w' and x + k x''.
+What trembles at 10 Hz is 5 % less behind a window of 5 ms, which would be a scale of the gyroscope, a filter, or a
+mount that gives way. So k is a number of the fit, and its rows are of r + k w' and x + k x''.
 How fast the segment's turning changes is the gyroscope's word, no spline's: its fourth derivative is not in the fit.
 """
 

@@ -13,6 +13,7 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.pose_factors import Lasting, pose_errors, slopes
+from imubench.diagnosis.residual_checks.fit_summary import beside_motion
 from imubench.diagnosis.samples.pose_correlation import GaussMarkov, correlated_poses
 from imubench.diagnosis.solve.gauss_newton import all_rows
 from imubench.diagnosis.solve.refit import information
@@ -240,3 +241,11 @@ def test_a_row_is_linear_in_what_it_says_it_depends_on():
                 slope += np.einsum("nmk,nk->nm", np.broadcast_to(block, (len(part), *block.shape[1:])), part)
         found = (up[name].residual.value - down[name].residual.value) / 2
         assert np.abs(found - slope).max() < 1e-2 * np.abs(slope).max(), name  # a turn's vector is of second order
+
+
+@pytest.mark.long
+def test_a_report_says_what_the_fit_knows_of_the_timing(filtered):
+    ahead, smoothed = beside_motion(begin(filtered).fit)
+    assert "imu1 that is ahead of its gyroscope: ahead +1.5" in ahead
+    wide = float(smoothed.split("by a window of ")[1].split()[0])
+    assert wide == pytest.approx(10.0, rel=0.03)  # ms, of 7 samples at 200 Hz; terms of fourth order
