@@ -16,6 +16,7 @@ from imubench.diagnosis.noise.coloured import off_none, parameter_std
 from imubench.diagnosis.noise.nominal import rougher
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis, linear_in
+from imubench.diagnosis.residual_checks.implausible import unheard
 from imubench.diagnosis.search.moves.move import Above, Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, information, refit_without
@@ -140,12 +141,14 @@ def costs_more(without: Fit, fit: Fit) -> float:
 
 
 def natural(fit: Fit, h: Hypothesis) -> bool:
-    """Return whether an effect's numbers are such as nature knows: no friction that drives, no filter without a delay.
+    """Return whether an effect's numbers are such as nature knows.
+
+    No friction that drives, no filter without a delay, no hum that the samples do not have.
 
     A filter of 24 Hz, its cutoff known within 17 %, on a clean pendulum was one of 36 Hz within 44 % once its law's
     noise had settled: its states had taken in noise, and its delay was none.
     """
-    if h.effect.filters and off_none(fit, h.key("cutoff")) < DELAYS:
+    if (h.effect.filters and off_none(fit, h.key("cutoff")) < DELAYS) or unheard(fit, h):
         return False
     sided = [h.key(p.name) for p in h.effect.parameters if p.sided]
     return all(bool(np.all(fit.state.values[name] >= 0.0)) for name in sided)
