@@ -78,9 +78,11 @@ def apart(pose: Pose, imu: Imu) -> tuple[int, GaussMarkov | None]:
     told = pose.rotation_noise_std
     if told and spans and spans[0] < POSE_FAR_FROM_DECLARED * told and spans[0] > told / POSE_FAR_FROM_DECLARED:
         return 1, None
-    for i, (now, later) in enumerate(pairwise(spans)):  # what samples were resampled by lies between the nearest two
+    for i, (now, later) in enumerate(pairwise(spans)):
         if later > POSE_ERRORS_GROW * now and 2 ** (i + 1) * step <= POSE_SPACING_S:
             k = 2 ** (i + 1)
+        elif i:  # between the nearest two lies what samples were resampled by, too
+            break
     return (k, None) if k == 1 or pose.segment != "segment1" else wandering(spans, step, k)
 
 
