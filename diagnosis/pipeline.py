@@ -165,6 +165,7 @@ def evidence_of(work: Work, start: Beginning, said: Explanation) -> Evidence:
             f"A spline motion with {knots} knots and the mounts were fitted to every sample.",
             "Every effect was scored; the best were fitted exactly and judged on blocks of 5 s that they had not seen.",
             *said.samples.notes,
+            *fit_summary.beside_motion(said.fit),
         ),
         fired=work.use.fired,
         decisions=tuple(work.use.decisions),

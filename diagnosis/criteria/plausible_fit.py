@@ -12,6 +12,8 @@ from imubench.diagnosis.noise.coloured import off_none
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.process_factors import state_rows
+from imubench.effects.effect import Reading
+from imubench.jets import Jet
 
 TRIPLES = ("gyro", "accel")  # variants of a filter that delay one against the other: nothing else does
 DELAYS = 3.0  # of its standard deviations, that a filter's delay must be
@@ -43,14 +45,38 @@ def holds_its_law(trial: Trial) -> bool:
 
 
 def natural(fit: Fit, h: Hypothesis) -> bool:
-    """Return whether an effect's numbers are physically possible: no friction that drives, no filter without a delay.
+    """Return whether an effect's numbers are physically possible.
 
+    No friction that drives, no filter without a delay, no hum that the samples do not have.
     The states of a filter that is not there take in noise: its cutoff then does not differ from one without a delay.
     """
-    if h.effect.filters and off_none(fit, h.key("cutoff")) < DELAYS:
+    if (h.effect.filters and off_none(fit, h.key("cutoff")) < DELAYS) or unheard(fit, h):
         return False
     sided = [h.key(p.name) for p in h.effect.parameters if p.sided]
     return all(bool(np.all(fit.state.values[name] >= 0.0)) for name in sided)
+
+
+def unheard(fit: Fit, h: Hypothesis) -> bool:
+    """Return whether a fitted hum is hardly in its accelerometer's samples: the motion would have to undo it.
+
+    Where a measured pose counts less often than such a hum turns round, it follows a motion that hums only as an image
+    of its own slower errors; a hum at the sensor that cancels that motion explains them. A motion knows of no hum: what
+    the samples have in the phase of one, in a window of Hann's, is at least half of it.
+    """
+    imu = next((i for i in fit.model.recording.imus if h.effect.tone and i.name == h.at), None)
+    if imu is None:
+        return False
+    model, state = fit.model, fit.state
+    time = model.moment(state, imu.time, imu.name).time
+    still = Jet(np.zeros((imu.time.size, 3)))
+    hum = h.effect.error(Reading(still, still, time), model.values(h, state)).accel
+    if hum is None:
+        return False
+    counts = (model.masks or {}).get(f"{imu.name}.accel", np.ones(imu.time.size, dtype=bool))
+    place = (imu.time - imu.time[0]) / (imu.time[-1] - imu.time[0])
+    weight = (counts * np.sin(np.pi * place) ** 2)[:, None]
+    read = imu.accel - np.sum(weight * imu.accel, axis=0) / np.sum(weight)
+    return bool(2 * np.sum(weight * read * hum.value) < np.sum(weight * hum.value**2))
 
 
 def at_rest(fit: Fit, hypotheses: Sequence[Hypothesis]) -> State:
