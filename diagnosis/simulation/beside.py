@@ -21,7 +21,7 @@ from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import Simulation
-from imubench.diagnosis.simulation.channels import Channel, channels
+from imubench.diagnosis.simulation.channels import Channel, judged_channels
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, with_laws_held
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
@@ -68,7 +68,7 @@ def beside(
     """
     if not all(playable(best, h) for h in named(best)):
         return None
-    measured = channels(recording)
+    measured = judged_channels(recording, noise)
     judge = Judge(recording, measured, counting(measured, best), noise, parts(best), ((), ()))
     found, told = named(best), best
     if found:

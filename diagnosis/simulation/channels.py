@@ -63,6 +63,11 @@ def channels(recording: Recording) -> tuple[Channel, ...]:
     return tuple(out)
 
 
+def judged_channels(recording: Recording, noise: Mapping[str, float]) -> tuple[Channel, ...]:
+    """Return the measured channels of the groups that have a `noise`: a sensor that clips throughout has none."""
+    return tuple(c for c in channels(recording) if c.group in noise)
+
+
 def quickest(recording: Recording) -> float:
     """Return the rate in Hz of the sensor with most samples a second."""
     rates = [i.rate for i in recording.imus]

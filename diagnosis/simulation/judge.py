@@ -68,7 +68,7 @@ class Judge:
         inside = [int(mask.size) for mask in counts.values()]
         if min(inside) > 1:
             part = cut(self.recording, low, high)
-            return part, [(c, counts[c.name]) for c in channels(part)]
+            return part, [(c, counts[c.name]) for c in channels(part) if c.name in counts]
         whole = [(c, self.counts[c.name] & (c.time >= low) & (c.time <= high)) for c in self.channels]
         return self.recording, whole
 

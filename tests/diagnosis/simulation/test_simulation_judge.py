@@ -323,3 +323,13 @@ def test_a_window_is_cut_by_its_horizon_and_leaves_no_remnant(horizon, cut):
 
 def test_a_stretch_that_is_too_short_for_two_windows_is_one():
     assert cut_by(1.6, 0.0, 2.5) == 2.5
+
+
+def test_a_sensor_of_which_no_sample_counts_is_not_judged(hardly_counting):
+    """As an accelerometer that clips below the weight: all its samples are masked."""
+    fit = hardly_counting(0)
+    noise = {rows.name: 1.0 for rows in fit.measured}
+    assert "imu2.accel" not in noise
+    found = beside(fit.model.recording, fit, fit, noise, {})
+    parts = [f"{part}_{axis}" for part in ("gyr", "acc") for axis in "xyz"]
+    assert set(found.simulation.channels) == {f"imu1.{part}" for part in parts} | {f"imu2.{p}" for p in parts[:3]}
