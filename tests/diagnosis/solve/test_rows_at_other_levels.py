@@ -9,9 +9,8 @@ from numpy.testing import assert_allclose
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, Prior
 from imubench.diagnosis.problem.motion_prior import is_prior, prior_rows
-from imubench.diagnosis.problem.process_factors import equation_rows
 from imubench.diagnosis.solve import levenberg_marquardt
-from imubench.diagnosis.solve.gauss_newton import all_rows, own_rows
+from imubench.diagnosis.solve.gauss_newton import all_rows, equation_rows, own_rows
 from imubench.diagnosis.solve.levenberg_marquardt import search
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
