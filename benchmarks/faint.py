@@ -26,7 +26,7 @@ from imubench.diagnosis.candidates.grids import placed_at_best_start
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.score_test import each, prior_std
 from imubench.diagnosis.search.moves.swap_for_term import NAMES
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.selected import candidates
 from imubench.diagnosis.solve.schur import Base, promise
 from imubench.format1 import read
 from imubench.proof.aimed import make_aimed

@@ -20,13 +20,13 @@ from imubench.correction.explained import StartedEffect, explained_fit, off_its_
 from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Moment
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding
 from imubench.diagnosis.samples.screening import check_samples, with_sample_noise
 from imubench.diagnosis.sensor_errors.baseline import whole
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.initialize import model_of
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.effects import EFFECTS, traits_of
 from imubench.effects.traits import Correction
 from imubench.errors import InputError

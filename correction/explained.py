@@ -9,18 +9,21 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.config.correction import EXPLAINED_FIT
 from imubench.diagnosis.config.noise import REML
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, tally
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.process_factors import state_rows
 from imubench.diagnosis.result import Finding
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.search.moves.dynamic_refits import calm_for_laws
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
-from imubench.diagnosis.solve.refit import extended, log_evidence
+from imubench.diagnosis.solve.gauss_newton import extended
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import log_evidence
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.effects import VARIANTS
 from imubench.effects.effect import Effect
@@ -127,7 +130,7 @@ def refitted(nominal: Fit, effects: Sequence[StartedEffect]) -> Fit:
         driven_by_motion(model, state, lawful),
         calm_for_laws(begun, lawful),
         nominal.anchor,
-        steps=EXPLAINED_FIT.steps,
+        steps=SOLVER.refit_steps,
     )
     noise |= {rows.name: REML.law_floor for rows in state_rows(model, fit.state)}
     rough = {name: noise[name] for name in (f"smooth.{track}" for track in model.rig.widths) if name in noise}

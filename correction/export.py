@@ -16,7 +16,7 @@ from imubench.arrays import Array
 from imubench.correction.found_chain import chain_of
 from imubench.correction.found_rig import rig_of
 from imubench.correction.replay import play_of_motion
-from imubench.correction.sensor_chain import Link, at_encoder, chained
+from imubench.correction.sensor_chain import Link, plays
 from imubench.correction.swing_file import KEY, swing_tables
 from imubench.diagnosis.evidence import Evidence, Played
 from imubench.diagnosis.result import UNKNOWN, Diagnosis
@@ -33,14 +33,6 @@ MODEL_FORMAT = 1
 SENSORS_FILE, MOTION_FILE = "imus.toml", "motion.csv"
 PLAY_COLUMNS = ("play", "play_beside")  # columns of a motion
 CHANNEL_COLUMNS = {**IMU, "torque": ("torque",)}
-
-
-def plays(effect: str, rig: str) -> bool:
-    """Return whether the replay of a `model/` has an effect of the library in it, on a rig."""
-    known = EFFECTS.get(effect)
-    if known is None or not known.fits(rig_tree(rig)):
-        return False
-    return known.in_the_rig or at_encoder(effect) or chained(effect)
 
 
 def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
@@ -156,13 +148,4 @@ def _inline(value: Sequence[Any] | str | float | bool) -> str:
     return tomli_w.dumps({"x": value}).removeprefix("x = ").rstrip("\n")
 
 
-__all__ = [
-    "MODEL_FORMAT",
-    "MOTION_FILE",
-    "SENSORS_FILE",
-    "effect_table",
-    "motion_columns",
-    "plays",
-    "toml",
-    "write_model",
-]
+__all__ = ["MODEL_FORMAT", "MOTION_FILE", "SENSORS_FILE", "effect_table", "motion_columns", "toml", "write_model"]

@@ -25,6 +25,7 @@ from imubench.effects.effect import Effect, Reading
 from imubench.effects.traits import Fault
 from imubench.errors import InputError
 from imubench.jets import Jet
+from imubench.models.tree import rig_tree
 from imubench.sim.imu_sampling import interpolate
 from imubench.sim.swing import Torque
 from imubench.truth import Truth
@@ -196,6 +197,24 @@ def _sampled(
     return stamps, gyro, accel
 
 
+def plays(effect: str, rig: str) -> bool:
+    """Return whether the replay of a `model/` has an effect of the library in it, on a rig."""
+    known = EFFECTS.get(effect)
+    if known is None or not known.fits(rig_tree(rig)):
+        return False
+    return known.in_the_rig or at_encoder(effect) or chained(effect)
+
+
 __all__ = [
-    "Chain", "Effects", "Link", "angle_read", "at_encoder", "at_place", "chained", "moves_time", "read_by", "torque_of",
-]  # fmt: skip
+    "Chain",
+    "Effects",
+    "Link",
+    "angle_read",
+    "at_encoder",
+    "at_place",
+    "chained",
+    "moves_time",
+    "plays",
+    "read_by",
+    "torque_of",
+]

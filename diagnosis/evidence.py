@@ -108,6 +108,25 @@ class Played:
 
 
 @dataclass(frozen=True)
+class Posed:
+    """A rig as MuJoCo plays it, its sensors where springs, slips and play have them."""
+
+    time: Array  # (n,) s, the recording's clock
+    segments: Mapping[str, tuple[Array, Array]]  # position (n, 3) m and quaternion (n, 4), segment -> world
+    sensors: Mapping[str, tuple[Array, Array]]  # position (n, 3) m and quaternion (n, 4), sensor -> world
+
+    def __post_init__(self) -> None:
+        n = self.time.size
+        object.__setattr__(self, "time", frozen_time(self.time, "posed.time"))
+        for key in ("segments", "sensors"):
+            held = {
+                name: (frozen(x, (n, 3), f"posed.{name}"), frozen(q, (n, 4), f"posed.{name}"))
+                for name, (x, q) in getattr(self, key).items()
+            }
+            object.__setattr__(self, key, held)
+
+
+@dataclass(frozen=True)
 class Swing:
     """A stretch of a free swing and the state at its start."""
 
@@ -170,6 +189,7 @@ class Evidence:
     heldout_s: tuple[tuple[float, float], ...] = ()  # windows that the fit has not seen
     comparisons: tuple[tuple[Comparison, ...], ...] = ()  # for every finding, in their order: without and with it
     simulated: tuple[Comparison, ...] = ()  # every channel: the declared model, and the model with all findings
+    posed: tuple[Posed, ...] = ()  # as simulated: the declared model and the model with all findings, or only that one
     rolled_out: tuple[Swing, ...] = ()  # stretches of free swings that a replay rolls out, the states at their starts
     estimates: tuple[Estimated, ...] = ()  # of the project's estimators, where what was found can be taken out
     notes: tuple[str, ...] = field(default=())  # how it was done, a sentence each

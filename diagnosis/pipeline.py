@@ -12,6 +12,7 @@ from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.nonsense import nonsense
 from imubench.diagnosis.nonsense.diagnosed_without_fit import diagnosed_without_fit
 from imubench.diagnosis.nonsense.permuted import permuted
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.remembered import remembering
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.residual_checks.localize import acting_in
@@ -31,11 +32,11 @@ from imubench.diagnosis.result import (
 )
 from imubench.diagnosis.rules import Rules, RuleUse, used
 from imubench.diagnosis.search.rounding import sharp
-from imubench.diagnosis.search.selection import FURTHER, Selection, select
+from imubench.diagnosis.search.selected import Selection
+from imubench.diagnosis.search.selection import FURTHER, select
 from imubench.diagnosis.sensor_errors.baseline import Learned, check_same_sensors
 from imubench.diagnosis.sensor_errors.own_errors import own_errors
 from imubench.diagnosis.simulation.step import judged_by_simulation
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.verdict.believed import believed
 from imubench.diagnosis.verdict.explanation import Explanation, Work, explained
 from imubench.diagnosis.verdict.left_out_sensor import left_out_change
@@ -164,6 +165,7 @@ def evidence_of(work: Work, start: Beginning, said: Explanation) -> Evidence:
             f"A spline motion with {knots} knots and the mounts were fitted to every sample.",
             "Every effect was scored; the best were fitted exactly and judged on blocks of 5 s that they had not seen.",
             *said.samples.notes,
+            *fit_summary.beside_motion(said.fit),
         ),
         fired=work.use.fired,
         decisions=tuple(work.use.decisions),

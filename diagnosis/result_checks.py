@@ -5,6 +5,7 @@ import re
 import numpy as np
 
 from imubench.errors import InputError, unknown
+from imubench.recording import OWN_IMUS
 
 PLACES = re.compile(r"imu[12]|joint|body|world|encoder|pose[1-9]")
 
@@ -38,4 +39,4 @@ def span(pair: object, name: str) -> Pair:
 def place(at: str, name: str) -> None:
     """Raise `InputError` for a place that no rig has."""
     if not isinstance(at, str) or not PLACES.fullmatch(at):
-        raise unknown(name, at, ("imu1", "imu2", "joint", "body", "world", "encoder", "pose1"))
+        raise unknown(name, at, (*OWN_IMUS, "joint", "body", "world", "encoder", "pose1"))

@@ -10,6 +10,8 @@ from imubench.arrays import Array
 Window = tuple[float, float]
 """From, to, s."""
 
+Windows = tuple[Window, ...]
+
 
 def covered(time: Array, windows: Iterable[Window]) -> NDArray[np.bool_]:
     """Return which of some times (n,) lie in one of the windows, their ends among them."""
@@ -28,4 +30,4 @@ def cut_out(windows: Iterable[Window], gone: Iterable[Window]) -> tuple[Window, 
     return tuple(dict.fromkeys(out))
 
 
-__all__ = ["Window", "covered", "cut_out"]
+__all__ = ["Window", "Windows", "covered", "cut_out"]

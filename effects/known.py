@@ -62,4 +62,18 @@ class KnownErrors(Effect):
         return Error(gyro, accel)
 
 
-__all__ = ["KnownErrors"]
+def known_errors(effects: Sequence[Effect], expected: Array, covariance: Array) -> Effect:
+    """Return the effect that has all of some sample-by-sample errors of a sensor in it, as well as they are known.
+
+    Args:
+        effects: without states.
+        expected: (k,) their numbers, one effect after the other.
+        covariance: (k, k) of these, positive definite.
+
+    Raises:
+        numpy.linalg.LinAlgError: for another covariance.
+    """
+    return KnownErrors(effects, expected, covariance)
+
+
+__all__ = ["KnownErrors", "known_errors"]

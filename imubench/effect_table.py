@@ -6,7 +6,7 @@ Three doors: `sim` injects it (`sim.injected`), a dataset draws it (`dataset`), 
 
 from dataclasses import dataclass
 
-from imubench.correction.export import plays
+from imubench.correction.sensor_chain import plays
 from imubench.dataset.effect_ranges import EffectRange, Shown
 from imubench.effect_reference import sections
 from imubench.effects import EFFECTS

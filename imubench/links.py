@@ -35,21 +35,24 @@ class Link:
 
     def __matmul__(self, inner: "Link") -> "Link":
         """Return the link to `inner`'s child, which hangs on this link's child."""
-        carried = inner.turn.back(self.rate)
-        moved, arm = self.turn.forth(self.rate), self.turn.forth(inner.offset)
-        arm_rate = self.turn.forth(inner.offset_rate)
-        spin = self.turn.forth(self.accel)
+        carried = _back(inner.turn, self.rate)
+        moved, arm = _forth(self.turn, self.rate), _forth(self.turn, inner.offset)
+        arm_rate = _forth(self.turn, inner.offset_rate)
+        spin = _forth(self.turn, self.accel)
+        whirled = _across(moved, arm)
         return Link(
-            self.turn @ inner.turn,
-            carried + inner.rate,
-            inner.turn.back(self.accel) + cross(carried, inner.rate) + inner.accel,
-            self.offset + arm,
-            self.offset_rate + cross(moved, arm) + arm_rate,
-            self.offset_accel
-            + cross(spin, arm)
-            + cross(moved, cross(moved, arm))
-            + 2.0 * cross(moved, arm_rate)
-            + self.turn.forth(inner.offset_accel),
+            inner.turn if self.turn is STILL else self.turn if inner.turn is STILL else self.turn @ inner.turn,
+            _total(carried, inner.rate),
+            _total(_back(inner.turn, self.accel), _across(carried, inner.rate), inner.accel),
+            _total(self.offset, arm),
+            _total(self.offset_rate, whirled, arm_rate),
+            _total(
+                self.offset_accel,
+                _across(spin, arm),
+                _across(moved, whirled),
+                _twice(_across(moved, arm_rate)),
+                _forth(self.turn, inner.offset_accel),
+            ),
         )
 
 
@@ -65,22 +68,47 @@ class Motion:
 
     def child(self, link: Link) -> "Motion":
         """Return the motion of the frame at the end of `link`."""
-        rate = link.turn.back(self.rate)
+        rate = _back(link.turn, self.rate)
         d = link.offset
-        force = (
-            self.force
-            + cross(self.accel, d)
-            + cross(self.rate, cross(self.rate, d))
-            + 2.0 * cross(self.rate, link.offset_rate)
-            + link.offset_accel
+        force = _total(
+            self.force,
+            _across(self.accel, d),
+            _across(self.rate, _across(self.rate, d)),
+            _twice(_across(self.rate, link.offset_rate)),
+            link.offset_accel,
         )
         return Motion(
-            rate + link.rate,
-            link.turn.back(self.accel) + cross(rate, link.rate) + link.accel,
-            link.turn.back(force),
-            None if self.turn is None else self.turn @ link.turn,
+            _total(rate, link.rate),
+            _total(_back(link.turn, self.accel), _across(rate, link.rate), link.accel),
+            _back(link.turn, force),
+            self.turn if self.turn is None or link.turn is STILL else self.turn @ link.turn,
             None if self.turn is None or self.position is None else self.position + self.turn.forth(d),
         )
+
+
+def _across(a: Jet, b: Jet) -> Jet:
+    """Return a x b, `ZERO` where one of them is: most links move in few ways, and nought need not be multiplied."""
+    return ZERO if a is ZERO or b is ZERO else cross(a, b)
+
+
+def _total(*vectors: Jet) -> Jet:
+    """Return the sum of vectors, those left out that are `ZERO`."""
+    some = [v for v in vectors if v is not ZERO]
+    return sum(some[1:], some[0]) if some else ZERO
+
+
+def _twice(vector: Jet) -> Jet:
+    return vector if vector is ZERO else 2.0 * vector
+
+
+def _back(turn: Turn, vector: Jet) -> Jet:
+    """Return R' v, and v itself where nothing turns."""
+    return vector if turn is STILL or vector is ZERO else turn.back(vector)
+
+
+def _forth(turn: Turn, vector: Jet) -> Jet:
+    """Return R v, and v itself where nothing turns."""
+    return vector if turn is STILL or vector is ZERO else turn.forth(vector)
 
 
 def spin(axis: int, angle: Jet, rate: Jet, accel: Jet) -> Link:

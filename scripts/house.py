@@ -57,15 +57,15 @@ LIMITS: Mapping[str, Limit] = {
     "modules in the largest room": Limit(15, 15),
     "upward imports": Limit(0, 0),
     "modules over 400 lines": Limit(0, 0),
-    "longest import chain": Limit(27, 14),
+    "longest import chain": Limit(14, 14),
     "numeric constants": Limit(106, 106),
-    "numbers in the config": Limit(494, 150),
-    "constants of one name with different values": Limit(7, 0),
+    "numbers in the config": Limit(485, 150),
+    "constants of one name with different values": Limit(0, 0),
     "effects named outside of effects/": Limit(0, 0),
-    "laws of effects used outside of effects/": Limit(1, 0),
-    "docstrings with a past run's figure": Limit(34, 0),
+    "laws of effects used outside of effects/": Limit(0, 0),
+    "docstrings with a past run's figure": Limit(0, 0),
     "branches on a rig's name": Limit(0, 0),
-    "segments and IMUs by their name": Limit(13, 0),
+    "segments and IMUs by their name": Limit(0, 0),
 }
 """Lower a limit in the change that lowers its measure. Where `now` is the aim, it is no longer a matter of time."""
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from imubench.arrays import Array
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.problem.fit import Fit
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from imubench.recording import Body, Encoder, Recording

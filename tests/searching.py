@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.search.loop import Rule, Search
 from imubench.diagnosis.search.moves.move import Move, SearchState
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
 
 def moved(move: Move, fit: Fit, kept: Sequence[Kept], **known: Any) -> SearchState:

@@ -11,8 +11,8 @@ from imubench import rotations
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.motion_prior import prior_rows
-from imubench.diagnosis.problem.process_factors import equation_rows
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, swing
+from imubench.diagnosis.solve.gauss_newton import equation_rows
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.effects import EFFECTS, VARIANTS

@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.correction.export import plays
 from imubench.correction.read_model import read_model
 from imubench.correction.replay import truth_of_motion
-from imubench.correction.sensor_chain import read_by
+from imubench.correction.sensor_chain import plays, read_by
 from imubench.dataset.effect_ranges import Shown, parse_effect
 from imubench.diagnosis.on_disk import diagnose_on_disk
 from imubench.effect_reference import section

@@ -15,7 +15,7 @@ from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks.fit_summary import played
-from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.subset import cut
 from imubench.diagnosis.verdict.left_out_sensor import left_out
 from imubench.diagnosis.verdict.reference_motion import motion_errors, with_reference_errors

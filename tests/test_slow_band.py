@@ -12,7 +12,7 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.rig_kinematics import HINGE
 from imubench.diagnosis.samples.rest_noise import MOST_REST_STD
-from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.subset import cut
 from imubench.effects.soft_mounts import RockingMount
 from imubench.format1 import read

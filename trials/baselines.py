@@ -12,11 +12,11 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.problem.batch_model import started
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding, FitQuality, Interval
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.selected import candidates
 from imubench.diagnosis.solve.gauss_newton import all_rows, factored
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
 SURE = 0.95  # what a baseline says of everything that it finds: it has no probabilities
 NO_GAIN = Interval(0.0, (0.0, 0.0))

@@ -13,18 +13,20 @@ from imubench.diagnosis.candidates.grids import placed_at_best_start
 from imubench.diagnosis.config.shared import DECLARED_NOISE, EVIDENCE
 from imubench.diagnosis.criteria.score_test import score
 from imubench.diagnosis.criteria.trial import Trial
-from imubench.diagnosis.noise.reml import declared, levels, with_noise
+from imubench.diagnosis.noise.declared_noise import declared
+from imubench.diagnosis.noise.noise_levels import levels
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks.excess_noise import louder_noise
 from imubench.diagnosis.result import Diagnosis, Finding
 from imubench.diagnosis.search.moves.add import plain_trials
 from imubench.diagnosis.search.moves.add_dynamic import state_trials
 from imubench.diagnosis.search.moves.dynamic_order import ANYWAY
-from imubench.diagnosis.search.selection import candidates
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.search.selected import candidates
 from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.solve.schur import Base
-from imubench.diagnosis.verdict.findings import parameters
+from imubench.diagnosis.verdict.effect_parameters import parameters
 from imubench.trials.baselines import NO_GAIN, SURE, answer
 from imubench.trials.match import inside
 from imubench.trials.seal import Truth

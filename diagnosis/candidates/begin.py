@@ -14,10 +14,11 @@ from imubench.diagnosis.config.candidates import BEGINNING, END_STOP
 from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.noise.knot_selection import coarsest
 from imubench.diagnosis.noise.nominal import first_fit, nominal_fit
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.samples.screening import SampleChecks, check_samples
 from imubench.diagnosis.sensor_errors.baseline import Learned
+from imubench.diagnosis.sensor_errors.sampling_age import of_one_age
 from imubench.diagnosis.solve.initialize import model_of
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.windows import Window
 from imubench.effects import EFFECTS
 from imubench.progress import Step, silent
@@ -47,7 +48,8 @@ def begin(
     sensors = () if learned is None else learned.hypotheses
     first = fit = None
     with step("fit the motion"):
-        known = samples.heard(recording)
+        known, aged = of_one_age(samples.heard(recording), samples.masks)
+        samples = replace(samples, notes=(*samples.notes, *aged))
 
         def fitted(swings: tuple[Window, ...], masks: dict[str, NDArray[np.bool_]]) -> Fit:
             return nominal_fit(replace(known, free_swings=swings), masks, samples.humming, samples.wander, sensors)

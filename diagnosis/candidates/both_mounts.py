@@ -15,14 +15,16 @@ from imubench.arrays import Array
 from imubench.band import banded
 from imubench.diagnosis.config.candidates import BOTH_MOUNTS
 from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.samples.rest_noise import MOST_REST_STD
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
-from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.solve.gauss_newton import extended
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.estimators.banded import chosen_fit
@@ -128,7 +130,7 @@ def on_springs(fit: Fit, hz: float, rounds: int = BOTH_MOUNTS.rounds) -> Fit | N
         driven_by_motion(begun.model, begun.state, springs),
         begun.noise,
         fit.anchor,
-        steps=BOTH_MOUNTS.steps,
+        steps=SOLVER.refit_steps,
     )
     if left_power(found) > BOTH_MOUNTS.hopeless * left_power(rigid):
         return None

@@ -21,10 +21,10 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.candidates import END_STOP
 from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.problem.bspline import Moment
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.rig_kinematics import HINGE
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.samples.screening import SampleChecks
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.windows import Window, covered, cut_out
 from imubench.effects import EFFECTS
 from imubench.jets import Jet

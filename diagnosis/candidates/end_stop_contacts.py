@@ -20,10 +20,12 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.candidates.end_stop import Stop, angle_at, in_world, left_out, limb_at, swing_of
 from imubench.diagnosis.config.candidates import CONTACT, END_STOP
+from imubench.diagnosis.config.samples import HIGH_BAND
 from imubench.diagnosis.config.solve import SWING
-from imubench.diagnosis.problem.dynamics_factors import equation_of, missing_torque
+from imubench.diagnosis.problem.dynamics_factors import missing_torque
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.residuals import equation_of
 from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.windows import Window, covered, cut_out
 from imubench.recording import Body
 
@@ -71,7 +73,7 @@ def beside(swings: Sequence[Window], times: Array) -> tuple[Window, ...]:
 def contacts(times: Array, fit: Fit) -> list[Window]:
     """Return the stretches in s, of the splines, in which the equation was not asked about contacts at some times."""
     pad = CONTACT.half_s + SWING.jump_knots * fit.model.tracks.knots.step
-    first = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(times)) if b - a > CONTACT.apart_s), len(times)]
+    first = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(times)) if b - a > HIGH_BAND.one_knock_s), len(times)]
     groups = [times[a:b] - fit.model.start for a, b in pairwise(first)]
     return [(float(g[0]) - pad, float(g[-1]) + pad) for g in groups]
 

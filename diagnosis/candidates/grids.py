@@ -14,8 +14,8 @@ from imubench.diagnosis.candidates.slips import slip
 from imubench.diagnosis.config.candidates import HUM_START
 from imubench.diagnosis.criteria.dynamic_score import lawful_score
 from imubench.diagnosis.criteria.score_test import Score, score
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 

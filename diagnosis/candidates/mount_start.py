@@ -21,12 +21,12 @@ from imubench.diagnosis.candidates.mount_lever_arm import far_lever_arm
 from imubench.diagnosis.config.candidates import MOUNT_START
 from imubench.diagnosis.noise.nominal import first_fit
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.clock_offsets import late, on_segments
 from imubench.diagnosis.solve.initialize import hinge_angle, least_turn
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import log_evidence, refit
 
 JOINT_AXIS = np.eye(3)[HINGE_AXIS]

@@ -18,7 +18,6 @@ class BothMountsConfig:
         "at most: else it is not springs that the rest is made of",
         "judgement",
     )
-    steps: int = setting(6, "steps", "of the solver at first", "time")
     rounds: int = setting(2, "rounds", "of the noise, mounts held", "time")
 
     @property
@@ -86,7 +85,6 @@ class ContactConfig:
         "on either side of which the spline makes up for what it cannot follow: the next round tells",
         "numerics",
     )
-    apart_s: float = setting(0.2, "s", "failures nearer than this are one contact", "physics")
     along: float = setting(0.2, "of a push", "along the limb or upright: a stop's has none of one of them", "physics")
     astray_rad: float = setting(0.35, "rad", "by which the axis that a push tells of may be off", "judgement")
     one_angle_rad: float = setting(0.05, "rad", "within which contacts begin at one angle, the farthest", "judgement")

@@ -45,8 +45,7 @@ REPLAY = ReplayConfig()
 class ExplainedFitConfig:
     """The fit from the diagnosed numbers."""
 
-    steps: int = setting(6, "steps", "of the fit from the diagnosed numbers", "time")
-    rounds: int = setting(5, "rounds", "of its noise levels after that", "time")
+    rounds: int = setting(5, "rounds", "of its noise levels", "time")
 
 
 EXPLAINED_FIT = ExplainedFitConfig()

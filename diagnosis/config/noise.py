@@ -12,9 +12,6 @@ class CoherenceConfig:
     lags: tuple[int, ...] = setting(
         (-6, -3, -1, 0, 1, 3, 6), "samples", "by which a residual may lag the motion", "judgement"
     )
-    clear_power: float = setting(
-        4.0, "of the noise's power", "from which a frequency belongs to the motion", "judgement"
-    )
     least_hz: float = setting(1.0, "Hz", "the least that a motion is asked up to", "physics")
     most_of_rate: float = setting(
         0.4,
@@ -161,7 +158,6 @@ LOOSE_FIT = LooseFitConfig()
 class MaskingConfig:
     """Effects that act in few moments."""
 
-    peak_nat: float = setting(10.0, "nat", "in the moment in which an effect acts", "judgement")
     fits: float = setting(
         1.3, "of what is left elsewhere", "that is left in the moment where an effect's course is its law's", "trials"
     )

@@ -15,9 +15,6 @@ class StretchConfig:
     )
     most_s: float = setting(120.0, "s", "of a recording that are looked at", "time")
     least_share: float = setting(0.1, "of rate and length", "that samples must make up", "judgement")
-    moment_s: float = setting(
-        5.0, "s", "longer pieces of a longer recording can be diagnosed by themselves", "judgement"
-    )
     still_rows: int = setting(60, "rows", "of a motion that stands still", "numerics")
     rough_s: float = setting(10.0, "s", "of a recording that a rough fit takes", "time")
     rough_steps: int = setting(
@@ -44,8 +41,6 @@ class AxisOrderConfig:
         "over which the velocity is compared: long beside a stroke, short beside what a bias of 0.05 rad/s turns",
         "physics",
     )
-    least_s: float = setting(5.0, "s", "under which nothing is said", "judgement")
-    lever_m: float = setting(0.3, "m", "the size of a lever arm, as a prior", "physics")
     bias_rad_s: float = setting(0.03, "rad/s", "the size of a bias, as a prior", "judgement")
     velocity_ratio: float = setting(
         2.0, "of the velocity of the best other axes", "1.54 at most of 625 IMUs whose axes were right", "trials"

@@ -47,7 +47,9 @@ class HighBandConfig:
         "the bar over the level where that is unsure: near an end or at a doubted sample",
         "trials",
     )
-    one_knock_s: float = setting(0.2, "s", "peaks nearer than this are one knock", "physics")
+    one_knock_s: float = setting(
+        0.2, "s", "peaks nearer than this are one knock, and so are failures of a swing's equation", "physics"
+    )
     echo_s: float = setting(0.35, "s", "fainter peaks so soon after a knock are its echo", "physics")
     echo_share: float = setting(0.1, "of the amplitude", "below which a later peak is an echo", "judgement")
 
@@ -229,7 +231,6 @@ class LatticeConfig:
     least_noise: float = setting(
         0.8, "of the noise", "it is taken for as low, where the chance of a plateau is asked", "statistics"
     )
-    plateau_chance: float = setting(1e-6, "1", "false alarm of plateaus so long in a recording", "statistics")
     drop_steps: float = setting(20.0, "steps", "how far a reading falls beside a clip", "judgement")
     drop_s: float = setting(0.1, "s", "within which it falls so far", "physics")
 

@@ -43,7 +43,7 @@ STATISTICS = StatisticsConfig()
 
 @dataclass(frozen=True)
 class EvidenceConfig:
-    """What an explanation must gain in log likelihood."""
+    """What a recording must have, and an explanation gain in log likelihood, before anything is said."""
 
     needed_nat: float = setting(
         5.0,
@@ -52,6 +52,7 @@ class EvidenceConfig:
         "statistics",
     )
     clear_nat: float = setting(10.0, "nat", "odds of 22,000: a gain so large needs no further proof", "statistics")
+    least_s: float = setting(5.0, "s", "a shorter recording, or piece of one, is too short to tell", "judgement")
 
 
 EVIDENCE = EvidenceConfig()

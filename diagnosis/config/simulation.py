@@ -100,7 +100,6 @@ class ExperimentConfig:
     """Motions that would tell effects apart."""
 
     recording_s: float = setting(20.0, "s", "of a motion that is asked for", "judgement")
-    steps: int = setting(6, "steps", "of the solver, where a promise is checked: as of any refit", "time")
     nearly: float = setting(
         0.9, "of the best", "from there the motion that comes first in the menu, the simpler one, is named", "judgement"
     )

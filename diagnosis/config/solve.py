@@ -11,6 +11,7 @@ class SolverConfig:
 
     least_gain: float = setting(1e-4, "of the cost per measured number", "a smaller gain ends the search", "numerics")
     steps: int = setting(40, "steps", "at most", "time")
+    refit_steps: int = setting(6, "steps", "of a refit, which begins near where it ends", "time")
     steps_after_noise: int = setting(3, "steps", "after every change of the noise", "time")
     foretold: float = setting(
         0.25, "of the least gain", "a step that gained what it promised but for so much was the last", "numerics"
@@ -49,7 +50,9 @@ class AlgebraConfig:
         (0.0, 1e-13, 1e-12), "of a block's diagonal", "what rounding may take from it, where it did", "numerics"
     )
     columns: int = setting(64, "columns", "solved at once: as many as a block has numbers", "time")
-    chunk_knots: int = setting(128, "knots", "whose products are formed at once: what stays in the cache", "time")
+    chunk_numbers: int = setting(
+        900_000, "numbers", "of products of rows that are formed at once: what stays in the cache", "time"
+    )
     piece_samples: int = setting(1024, "samples", "whose Jacobian is held at once", "time")
     knots_per_block: int = setting(
         8, "knots", "more than a spline's support, so that a row touches two blocks at most", "numerics"
@@ -125,7 +128,9 @@ START = StartConfig()
 class MotionPriorConfig:
     """What a motion, a mount and an encoder are held by."""
 
-    unknown_position_m: float = setting(0.3, "m", "prior std of a mount that nobody declared", "judgement")
+    unknown_position_m: float = setting(
+        0.3, "m", "prior std of a mount that nobody declared, and of a sensor's lever arm", "judgement"
+    )
     unknown_rotation_rad: float = setting(1.0, "rad", "prior std of a mount that nobody declared", "judgement")
     white_derivative: int = setting(
         4,

@@ -22,7 +22,6 @@ class FindingsConfig:
         "that is read off the states: their range over the recording, no variance is carried yet",
         "judgement",
     )
-    short_s: float = setting(5.0, "s", "a shorter recording is too short to tell", "judgement")
     much: float = setting(0.1, "of what a name is worth on held-out data", "that must be told apart", "judgement")
 
 

@@ -17,13 +17,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from imubench.diagnosis.noise.reml import levels
+from imubench.diagnosis.noise.noise_levels import levels
 from imubench.diagnosis.problem.batch_model import Model
-from imubench.diagnosis.problem.dynamics_factors import is_data
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.motion_prior import TILT
-from imubench.diagnosis.problem.residuals import Rows
+from imubench.diagnosis.problem.residuals import Rows, is_data
 from imubench.diagnosis.solve.gauss_newton import Step
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
+from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of
 from imubench.diagnosis.solve.marginals import Marginals
 
 Told = dict[str, tuple[int, float, float]]

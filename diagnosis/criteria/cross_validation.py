@@ -12,45 +12,19 @@ them. With N, B, C, g, h the normal equations of a half at the whole's solution 
     [ B'  C ] [ p ] = - [ h ]      learns p from that half,   x' - N'^-1 B' (p - p')   follows the other with it.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import HELD_OUT
-from imubench.diagnosis.config.shared import EVIDENCE
-from imubench.diagnosis.problem.dynamics_factors import is_data
+from imubench.diagnosis.criteria.trial import Gain
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.residuals import is_data
 from imubench.diagnosis.solve.bordered import solve_arrow
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
+from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of
 from imubench.diagnosis.solve.linearize import Linear, linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.threads import one_thread
-
-
-@dataclass(frozen=True)
-class Gain:
-    """What a model gains over another on data that it did not see."""
-
-    value: float  # nat
-    low: float  # 95 % of block bootstraps lie between
-    high: float
-    blocks: Array  # (k,) nat, of each block
-
-    def is_sure(self, least: float = 0.0) -> bool:
-        """Return whether at least so many nat are gained for sure, up to a hundredth of what is gained.
-
-        What acts in one block only, as friction until a swing has ended, is missed by (1 - 1 / n)^n, about a third, of
-        the bootstraps, and blocks that say nothing lose a little of the freedom's price: hence the hundredth. What is
-        far from zero in few blocks, as the end of a clock's skew, is gained for sure too where the others say little
-        against it: each block is foretold from data without it, and the mean of exp(nat) of noise alone is 1.
-        """
-        return (not least and self.clear()) or self.low > least - HELD_OUT.little * max(self.value, 0.0)
-
-    def clear(self) -> bool:
-        """Return whether what some blocks gain is far from nought, and little is lost by the others."""
-        lost = -float(np.minimum(self.blocks, 0.0).sum())
-        return self.value > EVIDENCE.clear_nat and lost < HELD_OUT.against * (float(self.blocks.sum()) + lost)
 
 
 def block_of(
@@ -154,4 +128,4 @@ def heldout_gain(fit: Fit, better: Fit, rng: np.random.Generator) -> Gain:
     return predicted(at_noise_of(fit, better), better, rng)
 
 
-__all__ = ["Gain", "block_of", "by_halves", "gain", "half_step", "held_out", "heldout_gain", "predicted"]
+__all__ = ["block_of", "by_halves", "gain", "half_step", "held_out", "heldout_gain", "predicted"]

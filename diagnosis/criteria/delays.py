@@ -24,8 +24,8 @@ from imubench.diagnosis.criteria.signatures import Columns, JointInformation
 from imubench.diagnosis.noise.coherence import clear_of_noise, even_stamps, slower
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import interpolated
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.effects import delay_law, filter_law
 from imubench.effects.effect import Effect
 from imubench.recording import Imu

@@ -9,19 +9,16 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import LAW
 from imubench.diagnosis.config.noise import REML
-from imubench.diagnosis.config.shared import DECLARED_NOISE, EVIDENCE, STATISTICS
+from imubench.diagnosis.config.shared import DECLARED_NOISE, EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain, aic_gain_and_freedoms
+from imubench.diagnosis.criteria.plausible_fit import at_rest, law_levels
 from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.colour_bound import louder_where
-from imubench.diagnosis.noise.coloured import off_none
-from imubench.diagnosis.noise.nominal import rougher
+from imubench.diagnosis.noise.looser_motion import rougher
 from imubench.diagnosis.noise.reml import with_noise
-from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.problem.process_factors import state_rows
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
-
-TRIPLES = ("gyro", "accel")  # variants of a filter that delay one against the other: nothing else does
 
 
 def trial_beside(fit: Fit, hypotheses: list[Hypothesis], tried: Fit) -> Trial:
@@ -41,11 +38,6 @@ def tightened(fit: Fit, hypotheses: Sequence[Hypothesis]) -> Fit | None:
     told = law_levels(fit, hypotheses)
     lower = {n: LAW.tighter * fit.noise[n] for n in told if REML.law_floor / 2 < fit.noise[n] < 2 * REML.law_floor}
     return with_noise(replace(fit, noise=fit.noise | lower), 2) if lower else None
-
-
-def law_levels(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[str]:
-    """Return the names of the noise levels of some effects' laws."""
-    return [n for h in hypotheses for n in fit.noise if n.startswith(f"{h.name}.")]
 
 
 def with_tight_laws(fit: Fit) -> Fit:
@@ -107,43 +99,4 @@ def added(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[str, Array, 
     return [(name, without[name].time, x.reshape(-1, 1) / fit.noise[name]) for name, x in moved.items()]
 
 
-def at_rest(fit: Fit, hypotheses: Sequence[Hypothesis]) -> State:
-    """Return the fit's state with those of some effects at nought."""
-    coefficients = fit.state.coefficients.copy()
-    for h in hypotheses:
-        for s in h.effect.states:
-            coefficients[:, fit.model.tracks.columns(h.key(s.name))] = 0.0
-    return replace(fit.state, coefficients=coefficients)
-
-
-def holds_its_law(trial: Trial) -> bool:
-    """Return whether every law holds, with plausible numbers, and a rate in Hz that its sensor's samples can show.
-
-    A filter's cutoff must be known: what it delays by, 1 / (2 pi cutoff), is no more than nothing where that is not.
-    """
-    fit, rates = trial.fit, {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
-    found = (trial.hypothesis, *trial.also)
-    for h in found:
-        apart = h.effect.variant in TRIPLES  # what delays one triple against the other is that, however quick
-        for p in [p for p in h.effect.parameters if p.log]:
-            value = fit.state.values[h.key(p.name)]
-            most = rates.get(h.at, np.inf) / (2 if h.effect.filters else 1)  # above is a delay, which has a name
-            unseen = p.unit == "Hz" and float(np.exp(value).min()) > most  # not on any axis
-            if not apart and (unseen or np.all(np.abs(value - p.centre) > STATISTICS.prior_sigmas * p.std)):
-                return False
-            if h.effect.filters and 0.5 * off_none(fit, h.key(p.name)) ** 2 < LAW.delay_nat:
-                return False
-    return all(left < max(LAW.doubted_std, LAW.doubted_share * drive) for left, drive in laws(fit, found))
-
-
-def laws(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, float]]:
-    """Return what is left of each law of some effects, and what drives it (were their states at rest), in its stds.
-
-    Foam is no linear spring: its law leaves several stds, which is little of what rocks an IMU on it.
-    """
-    rest = at_rest(fit, hypotheses)
-    rows = [r for h in hypotheses for r in state_rows(fit.model, rest, h)]
-    return [(fit.noise[r.name], float(np.sqrt(np.mean(r.whitened**2)))) for r in rows if r.name in fit.noise]
-
-
-__all__ = ["holds_its_law", "judged", "law_levels", "laws", "tightened", "trial_beside", "with_tight_laws"]
+__all__ = ["judged", "tightened", "trial_beside", "with_tight_laws"]

@@ -23,16 +23,15 @@ from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, linear_tally, tally
 from imubench.diagnosis.criteria.effect_dynamics import solved_by_law, with_clear_motion
 from imubench.diagnosis.criteria.trial import kind
-from imubench.diagnosis.noise.reml import declared
-from imubench.diagnosis.problem.batch_model import Model, started
+from imubench.diagnosis.noise.declared_noise import declared
+from imubench.diagnosis.problem.batch_model import Model, middles, started
 from imubench.diagnosis.problem.bspline import Tracks
 from imubench.diagnosis.problem.dynamics_factors import swing_rows
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.problem.motion_prior import middles
-from imubench.diagnosis.problem.residuals import Parameters
+from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.gauss_newton import all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.gauss_newton import all_rows, at_other_levels
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.schur import Base, promise
 from imubench.diagnosis.solve.threads import one_thread, side_by_side
@@ -137,12 +136,19 @@ def lawless_score(base: Base, h: Hypothesis) -> Screened | None:
     ways = ({}, told) if told else ({},)
     known = tally(fit)
 
-    def at_level(point: dict[str, float], levels: dict[str, float], rough: float) -> Screened | None:
+    def begun(point: dict[str, float]) -> tuple[Model, State, list[Rows]]:
+        """Return the model at a point with the state at nought, and its rows at levels that are not yet theirs."""
         _, model = at_start(fit, h, point)
+        state = started(model, fit.state)
+        noise = fit.noise | {f"smooth.{h.key(s.name)}": LAW.middle_roughness for s in h.effect.states}
+        return model, state, all_rows(model, state, noise, fit.anchor, fit.loose)
+
+    def at_level(start: tuple[Model, State, list[Rows]], levels: dict[str, float], rough: float) -> Screened | None:
+        model, state, rows = start
         begin = levels | {f"smooth.{h.key(s.name)}": rough for s in h.effect.states}
-        state, noise = started(model, fit.state), fit.noise | begin
+        noise = fit.noise | begin
         with suppress(NotPositiveDefiniteError):
-            seen = linear_tally(model, all_rows(model, state, noise, fit.anchor, fit.loose))
+            seen = linear_tally(model, at_other_levels(model, state, rows, noise, fit.anchor, fit.loose))
             values = {h.key(p.name): state.values[h.key(p.name)].copy() for p in h.effect.parameters}
             return Screened(h, aic_gain_of(fit.noise, known, noise, seen), values, begin)
         return None
@@ -150,9 +156,10 @@ def lawless_score(base: Base, h: Hypothesis) -> Screened | None:
     grid = points(h, end - start)
     best = grid[0]
     if len(grid) > 1:
-        promised = side_by_side(lambda point: _promise(at_level(point, ways[-1], LAW.middle_roughness)), grid)
+        promised = side_by_side(lambda point: _promise(at_level(begun(point), ways[-1], LAW.middle_roughness)), grid)
         best = grid[int(np.argmax(list(promised)))]
-    return max(side_by_side(lambda way: at_level(best, *way), product(ways, LAW.free_roughness)), key=_promise)
+    at_best = begun(best)
+    return max(side_by_side(lambda way: at_level(at_best, *way), product(ways, LAW.free_roughness)), key=_promise)
 
 
 def points(h: Hypothesis, seconds: float) -> list[dict[str, float]]:

@@ -9,13 +9,13 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import LAW
 from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.noise.coherence import clear_at, slower
-from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.batch_model import Model, inside
 from imubench.diagnosis.problem.bspline import SUPPORT, Moment, Tracks
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.problem.motion_prior import inside, smooth_rows
+from imubench.diagnosis.problem.motion_prior import smooth_rows
 from imubench.diagnosis.problem.process_factors import scenes, state_rows
 from imubench.diagnosis.problem.residuals import Parameters, Rows
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.narrow_band import solved
 from imubench.diagnosis.solve.normal_equations import Normal

@@ -19,10 +19,11 @@ from imubench.diagnosis.criteria.signatures import MARK, Columns, JointInformati
 from imubench.diagnosis.noise.colour_bound import louder_where
 from imubench.diagnosis.noise.coloured import Spectra, noise_spectra
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.solve.refit import extended, guess_of, log_evidence, refit
+from imubench.diagnosis.solve.gauss_newton import extended, guess_of
+from imubench.diagnosis.solve.refit import log_evidence, refit
 from imubench.effects import EFFECTS, possible
 from imubench.effects.effect import Effect
 

@@ -9,9 +9,12 @@ they bring the estimate down to it.
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.trial import Trial
-from imubench.diagnosis.noise.reml import declared, levels, with_noise
-from imubench.diagnosis.problem.dynamics_factors import is_data
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.noise.declared_noise import declared
+from imubench.diagnosis.noise.noise_levels import levels
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.residuals import is_data
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 
 
 def uncertain_levels(fit: Fit) -> dict[str, float]:

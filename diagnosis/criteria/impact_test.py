@@ -15,8 +15,8 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import HELD_OUT, IMPACT_TEST
 from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.noise.masking import with_mask
-from imubench.diagnosis.samples.check_findings import UNIT_OF_PART
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
 from imubench.diagnosis.windows import Window, covered
 
 Mask = NDArray[np.bool_]

@@ -7,14 +7,13 @@ With M an effect's information and g its gradient in units of its prior, everyth
 the most of it over sizes s.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from imubench.arrays import Array
-from imubench.diagnosis.criteria.score_test import each, prior_std
+from imubench.diagnosis.criteria.score_test import at_best_size, each, prior_std
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, linear_in
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 
@@ -46,21 +45,4 @@ def gain_at_size(without: Fit, gone: Sequence[Hypothesis], lost: float) -> float
     return max(scores_at_size(Base.of(without), gone)[gone[0]][0] - lost, 0.0)
 
 
-def at_best_size(values: Array, pull: Array, sizes: Iterable[float], louder: float = 1.0) -> tuple[float, float]:
-    """Return the nat that weights win less the price of their freedom, and the size of their prior, that have most."""
-    told = ((gain_of_weights(values, pull, size, louder), size) for size in sizes)
-    return max(((won - price, size) for (won, price), size in told), key=lambda t: t[0])
-
-
-def gain_of_weights(values: Array, pull: Array, std: float, louder: float = 1.0) -> tuple[float, float]:
-    """Return the nat that weights with a prior `std` win, and the price of their freedom.
-
-    `values`, `pull` (k,): eigenvalues of their information, squares of the gradient along its eigenvectors, with white
-    noise. Noise so many times louder divides both: v / l and p / l^2 for v and p.
-    """
-    grown = louder + std**2 * np.maximum(values, 0.0)
-    won = 0.5 * float(np.sum(std**2 * pull / grown)) / louder
-    return won, 0.5 * float(np.sum(np.log(grown / louder)))
-
-
-__all__ = ["SIZES_OF_PRIOR", "at_best_size", "gain_at_size", "gain_of_weights", "scores_at_size"]
+__all__ = ["SIZES_OF_PRIOR", "gain_at_size", "scores_at_size"]

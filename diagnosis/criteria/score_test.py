@@ -15,12 +15,12 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.problem.batch_model import started
 from imubench.diagnosis.problem.bspline import Tracks
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import Parameters
 from imubench.diagnosis.solve.gauss_newton import all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import linearise
-from imubench.diagnosis.solve.schur import Base, promise
+from imubench.diagnosis.solve.schur import Base, promise, together
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.jets import derivatives_by
 
@@ -87,15 +87,18 @@ def at_once(base: Base) -> int:
     return min(ADMISSION.columns_at_once, ADMISSION.numbers_at_once // max(tracks.knots.count * tracks.width, 1))
 
 
-def together(candidates: Iterable[Hypothesis], most: int) -> Iterator[list[Hypothesis]]:
-    """Yield effects so many at a time that they have `most` numbers, or one that has more."""
-    some: list[Hypothesis] = []
-    count = 0
-    for h in candidates:
-        if some and count + h.effect.numbers > most:
-            yield some
-            some, count = [], 0
-        some.append(h)
-        count += h.effect.numbers
-    if some:
-        yield some
+def at_best_size(values: Array, pull: Array, sizes: Iterable[float], louder: float = 1.0) -> tuple[float, float]:
+    """Return the nat that weights win less the price of their freedom, and the size of their prior, that have most."""
+    told = ((gain_of_weights(values, pull, size, louder), size) for size in sizes)
+    return max(((won - price, size) for (won, price), size in told), key=lambda t: t[0])
+
+
+def gain_of_weights(values: Array, pull: Array, std: float, louder: float = 1.0) -> tuple[float, float]:
+    """Return the nat that weights with a prior `std` win, and the price of their freedom.
+
+    `values`, `pull` (k,): eigenvalues of their information, squares of the gradient along its eigenvectors, with white
+    noise. Noise so many times louder divides both: v / l and p / l^2 for v and p.
+    """
+    grown = louder + std**2 * np.maximum(values, 0.0)
+    won = 0.5 * float(np.sum(std**2 * pull / grown)) / louder
+    return won, 0.5 * float(np.sum(np.log(grown / louder)))

@@ -8,16 +8,14 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION
-from imubench.diagnosis.criteria.score_test import together
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Tracks
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.residuals import Parameters, Rows
-from imubench.diagnosis.solve.gauss_newton import all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.solve.gauss_newton import all_rows, extended
 from imubench.diagnosis.solve.linearize import linearise
-from imubench.diagnosis.solve.refit import extended
-from imubench.diagnosis.solve.schur import Base
+from imubench.diagnosis.solve.schur import Base, together
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.jets import CONSTANT, Jet
 

@@ -1,14 +1,41 @@
-"""What a refit with one effect more is worth, and what an effect that stays has gained."""
+"""What is known of an effect that was tried, passed over or kept: what it is worth, and what it predicts."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.noise.reml import declared
+from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.samples.rest_noise import quietest
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+
+TIE_NAT, TIE_SHARE = 20.0, 0.05  # nat, or of the evidence, within which two effects were as good
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What a model gains over another on data that it did not see."""
+
+    value: float  # nat
+    low: float  # 95 % of block bootstraps lie between
+    high: float
+    blocks: Array  # (k,) nat, of each block
+
+    def is_sure(self, least: float = 0.0) -> bool:
+        """Return whether at least so many nat are gained for sure, up to a hundredth of what is gained.
+
+        What acts in one block only, as friction until a swing has ended, is missed by (1 - 1 / n)^n, about a third, of
+        the bootstraps, and blocks that say nothing lose a little of the freedom's price: hence the hundredth. What is
+        far from zero in few blocks, as the end of a clock's skew, is gained for sure too where the others say little
+        against it: each block is foretold from data without it, and the mean of exp(nat) of noise alone is 1.
+        """
+        return (not least and self.clear()) or self.low > least - HELD_OUT.little * max(self.value, 0.0)
+
+    def clear(self) -> bool:
+        """Return whether what some blocks gain is far from nought, and little is lost by the others."""
+        lost = -float(np.minimum(self.blocks, 0.0).sum())
+        return self.value > EVIDENCE.clear_nat and lost < HELD_OUT.against * (float(self.blocks.sum()) + lost)
 
 
 @dataclass(frozen=True)
@@ -39,6 +66,11 @@ class Kept:
     rivals: tuple[Passed, ...]  # refitted in its round, in its place
     ties: tuple[Passed, ...] = ()  # what in the end was as good in its place; their evidence is over the fit with it
 
+    @property
+    def near(self) -> float:
+        """The evidence in nat from which on a rival was as good."""
+        return self.evidence - max(TIE_NAT, TIE_SHARE * self.evidence)
+
     @classmethod
     def unjudged(cls, h: Hypothesis) -> "Kept":
         """Return an effect that is in a fit without having been chosen: deletion will say what it is worth."""
@@ -48,27 +80,3 @@ class Kept:
 def kind(h: Hypothesis) -> str:
     """Return an effect at its place, of whose variants a fit has one; a filter's are apart, as its triples are."""
     return h.name if h.effect.filters else f"{h.effect.name}@{h.at}"
-
-
-def misfit(fit: Fit, at_least: bool = False) -> float:
-    """Return the mean over the sensors of noise power left over noise power expected.
-
-    Expected is what is declared, or where nothing is what the IMU leaves in its quietest moments, if that may be an
-    IMU's noise. One that hums has
-    louder moments (its gyroscope turns with the hum): undeclared, its level says nothing. `at_least`: over the louder
-    of both, for what is declared may be too little.
-    """
-    steady = tuple(i for i in fit.model.recording.imus if i.name not in fit.model.humming)
-    quiet = quietest(steady)
-    told = quiet | declared(fit.model)
-    if at_least:
-        told = {name: max(std, quiet.get(name, 0.0)) for name, std in told.items()}
-    return float(np.mean([(fit.noise[n] / std) ** 2 for n, std in told.items() if n in fit.noise] or [1.0]))
-
-
-def breaks_its_law(fit: Fit, h: Hypothesis) -> bool:
-    """Return whether an effect's states leave more of their law than it allows, and so are splines.
-
-    A filter's own readings break its law by a tenth of its std; readings that a filter cannot make leave several.
-    """
-    return any(std > 1.0 for name, std in fit.noise.items() if h.effect.lawful and name.startswith(h.key("")))

@@ -9,12 +9,12 @@ import numpy as np
 from imubench.diagnosis.config.discrepancy import TERM
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.discrepancy.drift_tests import SlowErrors
-from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm, fitted_term
-from imubench.diagnosis.discrepancy.term_scores import Guess, promising
+from imubench.diagnosis.discrepancy.fitted_terms import fitted_term
+from imubench.diagnosis.discrepancy.term_scores import FittedTerm, Guess, promising
 from imubench.diagnosis.discrepancy.terms import SERIES
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.residuals import CHANNELS
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.threads import one_thread
 
 

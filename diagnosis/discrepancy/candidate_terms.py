@@ -10,11 +10,12 @@ from imubench.diagnosis.config.discrepancy import BASIS
 from imubench.diagnosis.discrepancy.basis_functions import curve, drifts, even, kinked, play, settling, shaking, signs
 from imubench.diagnosis.discrepancy.terms import ANGULAR_ACCELERATION, JOINT_RATE, JUMP, LATE, LATER, OWN, Term
 from imubench.diagnosis.noise.coherence import clear_in, slower
+from imubench.diagnosis.problem.batch_model import middles
 from imubench.diagnosis.problem.bspline import Moment
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, swing_rows
-from imubench.diagnosis.problem.motion_prior import middles
+from imubench.diagnosis.problem.dynamics_factors import swing_rows
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.residuals import SWING_EQUATION
 from imubench.diagnosis.problem.rig_kinematics import HINGE
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.jets import Jet, skew
 from imubench.recording import Imu
 

@@ -22,13 +22,12 @@ from scipy.linalg import solve_triangular
 from imubench.arrays import Array
 from imubench.diagnosis.config.discrepancy import BASIS, DRIFT, TERM
 from imubench.diagnosis.config.shared import DECLARED_NOISE
-from imubench.diagnosis.criteria.score_at_size import at_best_size
-from imubench.diagnosis.criteria.score_test import each
+from imubench.diagnosis.criteria.score_test import at_best_size, each
 from imubench.diagnosis.discrepancy.candidate_terms import Maker
 from imubench.diagnosis.discrepancy.term_scores import hypothesis_of
 from imubench.diagnosis.discrepancy.terms import Term
 from imubench.diagnosis.noise.colour_bound import powers
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 

@@ -1,6 +1,6 @@
 """Terms without a name in the fit: what one gains there, its prior, its freedoms and coloured noise taken off."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,31 +8,17 @@ from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.config.discrepancy import TERM
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import Gain, predicted
-from imubench.diagnosis.criteria.score_at_size import gain_of_weights
+from imubench.diagnosis.criteria.cross_validation import predicted
+from imubench.diagnosis.criteria.score_test import gain_of_weights
 from imubench.diagnosis.discrepancy.candidate_terms import sensor_terms, torque_terms
-from imubench.diagnosis.discrepancy.term_scores import Guess, colour, hypothesis_of
+from imubench.diagnosis.discrepancy.term_scores import FittedTerm, Guess, colour, hypothesis_of
 from imubench.diagnosis.discrepancy.terms import Term
-from imubench.diagnosis.noise.nominal import rougher
+from imubench.diagnosis.noise.looser_motion import rougher
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
+from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of
 from imubench.diagnosis.solve.refit import evidence_over, information, refit
-
-
-@dataclass(frozen=True)
-class FittedTerm:
-    """A term in the fit."""
-
-    hypothesis: Hypothesis
-    term: Term
-    fit: Fit
-    freer: Fit  # the same with its motion held less smooth
-    evidence: float  # nat, colour and the number of terms taken off
-    heldout: Gain
-    louder: float  # times white noise, what is left where the term has its power
-    shape: float = -np.inf  # nat, of a slow error by its shape
-    equal: tuple[Hypothesis, ...] = ()  # names that explain as much
 
 
 def fitted_term(fit: Fit, guess: Guess, price: float) -> FittedTerm:

@@ -10,12 +10,12 @@ from contextlib import suppress
 import numpy as np
 
 from imubench.diagnosis.config.discrepancy import TERM
-from imubench.diagnosis.criteria.trial import misfit
 from imubench.diagnosis.discrepancy.fitted_terms import refit_once
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.discrepancy.terms import OWN
+from imubench.diagnosis.noise.declared_noise import misfit
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
 
 def reads_by_own_law(fit: Fit) -> bool:

@@ -8,15 +8,15 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.discrepancy import BASIS, TERM
 from imubench.diagnosis.config.shared import EVIDENCE
-from imubench.diagnosis.criteria.score_at_size import at_best_size
-from imubench.diagnosis.criteria.score_test import each
+from imubench.diagnosis.criteria.score_test import at_best_size, each
+from imubench.diagnosis.criteria.trial import Gain
 from imubench.diagnosis.discrepancy.candidate_terms import jumps, terms
 from imubench.diagnosis.discrepancy.terms import Term, Unknown, UnknownTorque, signals_of
 from imubench.diagnosis.noise.colour_bound import louder_where
 from imubench.diagnosis.noise.coloured import Spectra, noise_spectra
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import CHANNELS
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.recording import Imu
@@ -31,6 +31,21 @@ class Guess:
     evidence: float  # nat, with noise as coloured as it may be
     white: float  # nat, with white noise
     shape: float = -np.inf  # nat, of a slow error by its shape, its price taken off
+
+
+@dataclass(frozen=True)
+class FittedTerm:
+    """A term in the fit."""
+
+    hypothesis: Hypothesis
+    term: Term
+    fit: Fit
+    freer: Fit  # the same with its motion held less smooth
+    evidence: float  # nat, colour and the number of terms taken off
+    heldout: Gain
+    louder: float  # times white noise, what is left where the term has its power
+    shape: float = -np.inf  # nat, of a slow error by its shape
+    equal: tuple[Hypothesis, ...] = ()  # names that explain as much
 
 
 def promising(fit: Fit) -> tuple[list[Guess], int]:
@@ -132,4 +147,4 @@ def colour(fit: Fit, term: Term, shown: Mapping[str, Spectra] | None = None) -> 
     return louder_where(signals, {}, shown) if term.drift else louder_where(signals, shown, {})
 
 
-__all__ = ["Guess", "colour", "hypothesis_of", "promising"]
+__all__ = ["FittedTerm", "Guess", "colour", "hypothesis_of", "promising"]

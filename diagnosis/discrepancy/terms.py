@@ -13,9 +13,8 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.problem.bspline import Held, interpolated
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION
-from imubench.diagnosis.problem.residuals import CHANNELS, Rows
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.residuals import CHANNELS, SWING_EQUATION, Rows
 from imubench.effects import traits_of
 from imubench.effects.effect import Effect, Error, Parameter, Place, Reading, Scene, Values
 from imubench.jets import Jet

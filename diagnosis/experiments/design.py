@@ -13,6 +13,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.config.simulation import EXPERIMENT
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.signatures import MARK, JointInformation, joint_information, signature
 from imubench.diagnosis.experiments.motion_menu import MENU, Motion, Stage, Swing
 from imubench.diagnosis.experiments.planned_recording import (
@@ -23,12 +24,14 @@ from imubench.diagnosis.experiments.planned_recording import (
     unmeasured_recording,
 )
 from imubench.diagnosis.experiments.symmetries import same_readings
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, inertia_about_joint
+from imubench.diagnosis.problem.dynamics_factors import inertia_about_joint
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.residuals import SWING_EQUATION
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE_AXIS
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.initialize import model_of
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
-from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.effects.effect import Scene
 from imubench.jets import Jet
 from imubench.links import ZERO
@@ -127,7 +130,7 @@ def shown(fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], stage: Stage
     kept, rivals = ({x.name: x for x in some} for some in zip(*pairs, strict=True))
     recording = unmeasured_recording(fit.model.recording, stage, seconds)
     model = replace(model_of(recording, 1 / fit.model.tracks.knots.step), mounts=fit.model.mounts)
-    noise = {SWING_EQUATION: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
+    noise = {SWING_EQUATION: 1.0} | (_crossed(fit) if stage.swapped else fit.noise)
     swing = _swing(fit, recording, next(iter(kept.values()))) if stage.free else None
     still = state_of_stage(model, stage, swing)
     model = measured_model(model, still)
@@ -137,21 +140,21 @@ def shown(fit: Fit, pairs: Sequence[tuple[Hypothesis, Hypothesis]], stage: Stage
         there, values = placed(fit, h, stage, recording)
         has = extended(bare, (there,), values)
         marks[f"{MARK} {name}"] = signature(has, has.state, [there])[2]
-    others = [_carried(r, stage) for r in rivals.values()]
+    others = [_carried(r, stage, recording) for r in rivals.values()]
     begun = extended(bare, tuple(others))
     out = joint_information(begun.model, begun.state, begun, others, marks)
     factor = np.ones(len(out.prior))
     for r in others:
         if r.effect.acts("lighter"):
             factor[out.places[r.name]] = _lighter(fit.model.recording, recording)
-    places = {name: out.places[_carried(r, stage).name] for name, r in rivals.items()}
+    places = {name: out.places[_carried(r, stage, recording).name] for name, r in rivals.items()}
     places |= {name: out.places[name] for name in marks}
     return replace(out, places=places, information=out.information * np.outer(factor, factor))
 
 
 def placed(fit: Fit, h: Hypothesis, stage: Stage, recording: Recording) -> tuple[Hypothesis, dict[str, Array]]:
     """Return an effect as it is in a stage, a recording of which is given, and its fitted numbers (k,) there."""
-    there = _carried(h, stage)
+    there = _carried(h, stage, recording)
     values = {there.key(p.name): fit.state.values[h.key(p.name)] for p in h.effect.parameters}
     if h.effect.acts("lighter"):
         values = {key: 1 + (v - 1) * _lighter(fit.model.recording, recording) for key, v in values.items()}
@@ -180,7 +183,7 @@ def at_size(
         recording = unmeasured_recording(fit.model.recording, stage, seconds / len(motion.stages))
         swing = _swing(fit, recording, h, pulled=True) if stage.free else None
         there, values = placed(fit, h, stage, recording)
-        noise = {SWING_EQUATION: 1.0} | (_crossed(fit.noise) if stage.swapped else fit.noise)
+        noise = {SWING_EQUATION: 1.0} | (_crossed(fit) if stage.swapped else fit.noise)
         fine, coarse = (
             replace(model_of(recording, k / fit.model.tracks.knots.step), mounts=fit.model.mounts) for k in (2, 1)
         )
@@ -190,11 +193,11 @@ def at_size(
         model = replace(coarse, recording=readings(truth.model, truth.state))
         bare = replace(fit, model=model, state=state_of_stage(model, stage, swing), noise=noise)
         costs = []
-        for one, guess in ((there, values), (_carried(rival, stage), None)):
+        for one, guess in ((there, values), (_carried(rival, stage, recording), None)):
             begun = extended(bare, (one,), guess)
             turns = model.tracks.columns(ATTITUDE) if model.rig.turns else None
             first = None if turns is None else begun.state.coefficients[0, turns]
-            costs.append(solve(begun.model, begun.state, begun.noise, first, steps=EXPERIMENT.steps).cost)
+            costs.append(solve(begun.model, begun.state, begun.noise, first, steps=SOLVER.refit_steps).cost)
         total += costs[1] - costs[0]
     return total
 
@@ -229,17 +232,24 @@ def _swing(fit: Fit, recording: Recording, h: Hypothesis, pulled: bool = False) 
     return Swing(recording.body, fit.model.rig.base, gravity, torque)
 
 
-def _carried(h: Hypothesis, stage: Stage) -> Hypothesis:
+def _exchanged(recording: Recording) -> dict[str, str]:
+    """Return for both IMUs beside the joint the one in whose place it is where they are swapped."""
+    pair = recording.tree.pair or ()
+    return dict(zip(pair, reversed(pair), strict=True))
+
+
+def _carried(h: Hypothesis, stage: Stage, recording: Recording) -> Hypothesis:
     """Return where an effect sits in a stage: what a sensor bears goes with it."""
-    if stage.swapped and h.at in ("imu1", "imu2") and h.effect.borne:
-        return replace(h, at="imu2" if h.at == "imu1" else "imu1")
+    if stage.swapped and h.effect.borne:
+        return replace(h, at=_exchanged(recording).get(h.at, h.at))
     return h
 
 
-def _crossed(noise: dict[str, float]) -> dict[str, float]:
-    """Return the noise levels with the sensors in each other's place."""
-    other = {"imu1.": "imu2.", "imu2.": "imu1."}
-    return {other.get(name[:5], name[:5]) + name[5:]: std for name, std in noise.items()}
+def _crossed(fit: Fit) -> dict[str, float]:
+    """Return a fit's noise levels with the sensors in each other's place."""
+    other = _exchanged(fit.model.recording)
+    groups = ((*name.partition("."), std) for name, std in fit.noise.items())
+    return {other.get(at, at) + dot + part: std for at, dot, part, std in groups}
 
 
 def _lighter(before: Recording, after: Recording) -> float:

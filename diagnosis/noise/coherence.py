@@ -16,9 +16,10 @@ from scipy.stats import chi2
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.noise import COHERENCE
+from imubench.diagnosis.config.samples import TONE
 from imubench.diagnosis.config.shared import STATISTICS
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.samples.rest_noise import quiet_noise
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.recording import Imu
 
 SENSED = {"gyro": "rate", "accel": "force"}  # of a motion
@@ -84,7 +85,7 @@ def clear_of_noise(signal: Array, noise: float, sampling: float) -> float:
     `noise` is its standard deviation, in the signal's unit; `sampling` in Hz.
     """
     f, power = welch(signal, sampling, nperseg=min(256, max(len(signal) // 8, 16)), axis=0)
-    loud = power.sum(axis=1) > COHERENCE.clear_power * 3 * 2 * noise**2 / sampling
+    loud = power.sum(axis=1) > TONE.moved_power * 3 * 2 * noise**2 / sampling
     clear = f[loud & (f <= COHERENCE.most_of_rate * sampling)]
     return float(max(clear[-1], COHERENCE.least_hz)) if clear.size else COHERENCE.least_hz
 

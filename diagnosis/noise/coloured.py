@@ -17,15 +17,13 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.noise import COLOUR
 from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.noise.debias import widened_by_noise
-from imubench.diagnosis.problem.dynamics_factors import is_data
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.motion_prior import TILT
-from imubench.diagnosis.problem.residuals import Rows
+from imubench.diagnosis.problem.residuals import Rows, is_data
 from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import factored
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import Linear
-from imubench.diagnosis.solve.marginals import Marginals
-from imubench.diagnosis.solve.refit import covariance_of
+from imubench.diagnosis.solve.marginals import Marginals, covariance_of
 from imubench.diagnosis.solve.threads import one_thread
 
 

@@ -15,23 +15,25 @@ part N = E[(dL/dt dz)' (dL/dt dz)] says nothing about t. The slope less its expe
 while its own variance is I: a step is (I - N)^-1 times the slope, and t's covariance (I - N)^-1 I (I - N)^-1.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.chain_rule import chained
 from imubench.diagnosis.config.noise import DEBIAS
 from imubench.diagnosis.config.solve import ALGEBRA
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, Prior, State
-from imubench.diagnosis.problem.process_factors import law_rows, scenes
+from imubench.diagnosis.problem.process_factors import laws_on_segment, scenes
+from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.solve.block_tridiagonal import Factor
 from imubench.diagnosis.solve.bordered import Solution
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.solve.linearize import Linear, linearise
+from imubench.diagnosis.solve.linearize import Held, Linear
 from imubench.diagnosis.solve.normal_equations import Normal
-from imubench.effects.effect import Scene
+from imubench.jets import CONSTANT, Blocks, Jet, times
 
 Residuals = dict[str, Array]
 """Whitened residuals (n, m, draws) under noise, by group."""
@@ -104,24 +106,42 @@ def law_parameters(fit: Fit) -> list[tuple[Hypothesis, str, bool]]:
 def driven_by_noise(fit: Fit, solution: Solution, parts: list[Linear], names: Sequence[str]) -> NoiseOnLaws:
     """Return what noise does to laws, for all numbers of the named parameters."""
     moved, drawn = noise_draws(fit, solution.factor, parts)
-    groups = {r.name: part for r, part in zip(fit.rows, parts, strict=True)}
-    blocks, width = len(solution.factor.lower), fit.model.tracks.width
-    count = sum(len(fit.state.values[n]) for n in names)
-    columns = np.zeros((blocks, ALGEBRA.knots_per_block * width, count, DEBIAS.draws))
-    pull, corner, across = [], [], []
-    for i, (left, slope) in enumerate(_slopes(fit, names, moved, drawn)):
+    pull, slopes = [], []
+    for left, slope in _slopes(fit, names, moved, drawn):
         pull.append(float(sum(np.sum(left[group] * column) for group, column in slope.items())) / DEBIAS.draws)
-        cross = np.zeros((blocks * ALGEBRA.knots_per_block, width, DEBIAS.draws))
-        for group, column in slope.items():
-            groups[group].scatter(column, cross)
-        columns[:, :, i] = cross.reshape(blocks, -1, DEBIAS.draws)
-        corner.append(slope)
-        across.append(sum(np.einsum("nmp,nmd->pd", groups[g].border, c) for g, c in slope.items()))
-    own = np.array([[sum(np.sum(a[g] * b[g]) for g in a.keys() & b.keys()) for b in corner] for a in corner])
-    noise = solution.complements(columns, np.stack(across, axis=1), own) / DEBIAS.draws
+        slopes.append(slope)
+    own = np.array([[sum(np.sum(a[g] * b[g]) for g in a.keys() & b.keys()) for b in slopes] for a in slopes])
+    groups = {r.name: part for r, part in zip(fit.rows, parts, strict=True)}
+    noise = _seen_beside(fit, solution, groups, slopes, own) / DEBIAS.draws
     places = fit.model.parameters.places(list(names))
     whole = np.linalg.inv(np.linalg.inv(solution.schur)[np.ix_(places, places)])
     return NoiseOnLaws(np.array(pull), noise, (whole + whole.T) / 2)
+
+
+def _seen_beside(
+    fit: Fit, solution: Solution, groups: Mapping[str, Linear], slopes: Sequence[Residuals], own: Array
+) -> Array:
+    """Return the products (k, k) `own` of k numbers' slopes once all the rest has followed, summed over the draws.
+
+    Some draws at a time: the columns of all, 24 numbers of two springs, would be most of what a long fit holds.
+    """
+    blocks, width, count = len(solution.factor.lower), fit.model.tracks.width, len(slopes)
+    beside = fit.model.tracks.knots.count <= ALGEBRA.knots_beside
+    used = {group for slope in slopes for group in slope}
+    jacobians = {group: Held.of(groups[group]) if beside else groups[group] for group in sorted(used)}
+    at_once = max(2 * ALGEBRA.columns // max(count, 1), 1)
+    for some in (slice(i, min(i + at_once, DEBIAS.draws)) for i in range(0, DEBIAS.draws, at_once)):
+        draws = some.stop - some.start
+        columns, across = np.zeros((blocks, ALGEBRA.knots_per_block * width, count, draws)), []
+        for i, slope in enumerate(slopes):
+            cross = np.zeros((blocks * ALGEBRA.knots_per_block, width, draws))
+            for group, column in slope.items():
+                jacobians[group].scatter(column[:, :, some], cross)
+            columns[:, :, i] = cross.reshape(blocks, -1, draws)
+            seen = (np.tensordot(groups[g].border, c[:, :, some], axes=((0, 1), (0, 1))) for g, c in slope.items())
+            across.append(sum(seen))
+        own = solution.complements(columns, np.stack(across, axis=1), own)
+    return own
 
 
 def noise_draws(fit: Fit, factor: Factor, parts: list[Linear]) -> tuple[Array, Residuals]:
@@ -138,45 +158,78 @@ def noise_draws(fit: Fit, factor: Factor, parts: list[Linear]) -> tuple[Array, R
     return np.asarray(moved.reshape(-1, width, DEBIAS.draws)), drawn
 
 
+@dataclass(frozen=True)
+class MovedByNoise:
+    """Splines that noise has moved, their values at times that were asked for kept: every number asks for the same."""
+
+    fit: Fit
+    moved: Array  # (knots or more, width, draws)
+    known: dict[tuple[bytes, str, int], Array] = field(default_factory=dict)
+
+    def values(self, time: Array, name: str, order: int) -> Array:
+        """Return the `order`-th derivative (n, k, draws) of a spline's moves at times (n,); samples side by side."""
+        key = (time.tobytes(), name, order)
+        if key not in self.known:
+            tracks = self.fit.model.tracks
+            own = self.moved[: tracks.knots.count, tracks.columns(name)]
+            flat = tracks.knots.values(time, order, own.reshape(len(own), -1))
+            self.known[key] = flat.T.reshape(*own.shape[1:], len(time)).transpose(2, 0, 1)
+        return self.known[key]
+
+    def change(self, rows: Rows, blocks: Blocks) -> Array:
+        """Return what the moves do (n, m, draws) through some derivatives of rows, over their standard deviation."""
+        out = np.zeros((self.moved.shape[2], rows.residual.value.shape[1], len(rows.time))).transpose(2, 1, 0)
+        for (name, order), block in blocks.items():
+            if order != CONSTANT:
+                out += times(block, self.values(rows.time, name, order))
+        return out / (np.broadcast_to(rows.std, rows.residual.value.shape) * self.level(rows.name))[:, :, None]
+
+    def level(self, name: str) -> float:
+        """Return the noise level of a group of rows."""
+        return self.fit.noise.get(name, 1.0) * self.fit.loose
+
+
 def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> Iterator[tuple[Residuals, Residuals]]:
     """Yield residuals under noise, and how they change with a number, for all numbers of the parameters.
 
     A logarithm (of a stiffness, a damping, a cutoff) is in the law alone, and what the law asks of the rig stays;
-    another number (a lever arm) may be in what the law's sensor reads as well.
+    another number (a lever arm) may be in what the law's sensor reads as well. Derivatives that a number leaves as they
+    are, and rows of which it leaves all, need no product.
     """
-    model, state = fit.model, fit.state
+    model, state, noise = fit.model, fit.state, MovedByNoise(fit, moved)
     for h, own in groupby(law_parameters(fit), key=lambda one: one[0]):
         ((_, scene),) = scenes(model, state, h)
         asked = [(name, log) for _, name, log in own if name in names]
-        read = {} if all(log for _, log in asked) else _read(fit, state, h, moved)
-        left = _residual(fit, state, h, scene, moved) | {group: drawn[group] + x for group, x in read.items()}
+        law = list(laws_on_segment(model, state, h, scene))
+        read = [] if all(log for _, log in asked) else list(model.measured(state, (h.at,)))
+        left = {r.name: noise.change(r, chained(r.residual, scene.segment).blocks) for r in law}
+        left |= {r.name: drawn[r.name] + noise.change(r, r.residual.blocks) for r in read}
         for name, log in asked:
             for i, std in enumerate(model.priors[name].std):
                 value = state.values[name].copy()
                 value[i] += DEBIAS.difference * std
                 there = State(state.coefficients, state.values | {name: value})
                 ((_, seen),) = [(h, scene)] if log else scenes(model, there, h)
-                change = _residual(fit, there, h, seen, moved)
-                slope = {group: (x - left[group]) / (DEBIAS.difference * std) for group, x in change.items()}
-                if not log:
-                    change = _read(fit, there, h, moved)
-                    slope |= {group: (x - read[group]) / (DEBIAS.difference * std) for group, x in change.items()}
-                yield left, slope
+                slope = {}
+                for before, after in zip(law, laws_on_segment(model, there, h, seen), strict=True):
+                    if log:
+                        change = chained(changed(before.residual, after.residual), scene.segment)
+                    else:  # a number of a joint's may move the segment as well
+                        ends = ((before, scene), (after, seen))
+                        change = changed(*(chained(rows.residual, at.segment) for rows, at in ends))
+                    slope[before.name] = noise.change(before, change.blocks)
+                for before, after in () if log else zip(read, model.measured(there, (h.at,)), strict=True):
+                    if blocks := changed(before.residual, after.residual).blocks:
+                        slope[before.name] = noise.change(before, blocks)
+                yield left, {group: column / (DEBIAS.difference * std) for group, column in slope.items()}
 
 
-def _read(fit: Fit, state: State, h: Hypothesis, moved: Array) -> Residuals:
-    """Return what moved splines do to the whitened readings (n, m, draws) of h's sensor, by group."""
-    out = {}
-    for rows in fit.model.measured(state, (h.at,)):
-        whitened = replace(rows, std=rows.std * fit.noise[rows.name] * fit.loose)
-        out[rows.name] = linearise(whitened, fit.model.tracks, fit.model.parameters).along(moved)
-    return out
-
-
-def _residual(fit: Fit, state: State, h: Hypothesis, scene: Scene, moved: Array) -> Residuals:
-    """Return the whitened residuals (n, m, draws) of h's law, by group, where noise has moved the splines."""
-    out = {}
-    for rows in law_rows(fit.model, state, h, scene):
-        whitened = replace(rows, std=rows.std * fit.noise.get(rows.name, 1.0) * fit.loose)
-        out[rows.name] = linearise(whitened, fit.model.tracks, fit.model.parameters).along(moved)
-    return out
+def changed(before: Jet, after: Jet) -> Jet:
+    """Return the change of a residual's derivatives, without those that have not changed."""
+    blocks = {}
+    for key in before.blocks | after.blocks:
+        one, other = before.blocks.get(key), after.blocks.get(key)
+        change = other if one is None else -one if other is None else other - one
+        if change is not None and np.any(change):
+            blocks[key] = change
+    return Jet(before.value, blocks)

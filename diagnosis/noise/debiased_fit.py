@@ -13,8 +13,9 @@ from imubench.diagnosis.config.noise import DEBIAS
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.noise.debias import law_parameters, noise_pull
 from imubench.diagnosis.noise.knot_selection import coarsest, finer
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.solve.gauss_newton import factored
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, search
+from imubench.diagnosis.solve.levenberg_marquardt import search
 from imubench.diagnosis.solve.threads import one_thread
 
 

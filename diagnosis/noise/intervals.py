@@ -20,9 +20,10 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.noise import SPRING_INTERVAL
 from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.noise.coloured import parameter_std
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.gauss_newton import all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 
 DAMPING, FREQUENCY = "damping_ratio", "frequency"
 SURE_WITHIN = {DAMPING: 0.15, FREQUENCY: 0.04}  # of a number: where every axis is surer, nothing is asked

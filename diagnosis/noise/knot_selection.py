@@ -22,12 +22,13 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
 from imubench.diagnosis.noise.coherence import clear_at, clear_in
 from imubench.diagnosis.noise.debias import law_parameters
-from imubench.diagnosis.noise.reml import levels
+from imubench.diagnosis.noise.noise_levels import levels
 from imubench.diagnosis.problem.bspline import DEGREE, SUPPORT, Knots, Tracks
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.solve.initialize import model_of
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 
 
 def coarsest(fit: Fit) -> Fit:
@@ -35,6 +36,8 @@ def coarsest(fit: Fit) -> Fit:
     finest = model_of(fit.model.recording).tracks.knots.step
     step, most = fit.model.tracks.knots.step, widest_spacing(fit)
     for times in (n for n in KNOT_SELECTION.fewer if KNOT_SELECTION.change * step < n * finest < most):
+        if too_quick(fit, times * finest):
+            continue
         other = coarser(fit, times * finest / step)
         if knots_suffice(other):
             return relevelled(other)
@@ -107,10 +110,17 @@ def matrix(knots: Knots, time: Array) -> csr_array:
 
 def knots_suffice(fit: Fit) -> bool:
     """Return whether a fit's knots follow all that its recording shows; not where no IMU tells."""
-    imus = fit.model.recording.imus
-    most = KNOT_SELECTION.spared / (2 * fit.model.tracks.knots.step)
-    quick = any(clear_at(fit, imu.name) > most for imu in imus)
-    return bool(imus) and not quick and all(peak <= KNOT_SELECTION.flat_power for peak in peaks(fit))
+    enough = bool(fit.model.recording.imus) and not too_quick(fit, fit.model.tracks.knots.step)
+    return enough and all(peak <= KNOT_SELECTION.flat_power for peak in peaks(fit))
+
+
+def too_quick(fit: Fit, spacing: float) -> bool:
+    """Return whether a fit's motion is above the noise near the highest frequency that knots so many s apart follow.
+
+    A motion that is so on many knots is so on fewer: nothing need be solved to know that these do not suffice.
+    """
+    most = KNOT_SELECTION.spared / (2 * spacing)
+    return any(clear_at(fit, imu.name) > most for imu in fit.model.recording.imus)
 
 
 def peaks(fit: Fit) -> Iterator[float]:

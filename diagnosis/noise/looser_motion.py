@@ -10,9 +10,12 @@ effect without a name would hide in the looser motion.
 
 from dataclasses import replace
 
-from imubench.diagnosis.config.noise import LOOSE_FIT
+from imubench.diagnosis.config.noise import LOOSE_FIT, REML
+from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.motion_prior import START_SMOOTH
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, converged
+from imubench.diagnosis.solve.levenberg_marquardt import converged, solve
 
 TURNING_ROUGHNESS = tuple(f"smooth.{name}" for name in (ATTITUDE, HINGE))
 
@@ -25,4 +28,21 @@ def with_looser_motion(fit: Fit) -> Fit:
     return converged(replace(fit, noise=noise))
 
 
-__all__ = ["with_looser_motion"]
+def rougher_noise(fit: Fit) -> dict[str, float]:
+    """Return the noise levels of a fit with its motion, no effect's states, `LOOSE_FIT.freer` times as rough."""
+    own = {f"smooth.{name}" for name in START_SMOOTH}
+    return {name: std * (LOOSE_FIT.freer if name in own else 1.0) for name, std in fit.noise.items()}
+
+
+def rougher(fit: Fit) -> Fit:
+    """Return the fit solved again with its motion held less smooth."""
+    return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=SOLVER.steps_after_noise)
+
+
+def at_estimated_roughness(fit: Fit) -> Fit:
+    """Return the fit, not solved again, with its motion held as smooth as it was estimated to be."""
+    own = {f"smooth.{name}" for name in START_SMOOTH}
+    return replace(fit, noise={name: std / (REML.loosened if name in own else 1.0) for name, std in fit.noise.items()})
+
+
+__all__ = ["at_estimated_roughness", "rougher", "with_looser_motion"]

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.noise import MASKING
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import CHANNELS
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of, solve
+from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of, solve
 from imubench.diagnosis.windows import covered
 
 Masks = dict[str, NDArray[np.bool_]]
@@ -98,7 +100,7 @@ def shows_in_its_moments(fit: Fit, first: Fit, h: Hypothesis) -> bool:
         won += 0.5 * float(np.sum(before[rows.name].whitened[acts] ** 2) - square[acts].sum())
         left += float(square[acts].sum())
         usual += float(square[~acts].mean() * acts.sum())
-    return won > MASKING.peak_nat and left < MASKING.fits * usual
+    return won > EVIDENCE.clear_nat and left < MASKING.fits * usual
 
 
 def with_mask(fit: Fit, counted: Masks | None) -> Fit:

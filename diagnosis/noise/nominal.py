@@ -1,25 +1,30 @@
 """The fit of a recording as it was declared, begun from the recording alone."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.noise import COHERENCE, LOOSE_FIT, REML
+from imubench.diagnosis.config.noise import COHERENCE, LOOSE_FIT
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.noise.coherence import follows_motion
-from imubench.diagnosis.noise.reml import declared, fit_with_noise, with_noise
+from imubench.diagnosis.noise.declared_noise import declared
+from imubench.diagnosis.noise.looser_motion import rougher
+from imubench.diagnosis.noise.reml import fit_with_noise, with_noise
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.motion_prior import START_SMOOTH, prior_rows
-from imubench.diagnosis.problem.process_factors import equation_rows
 from imubench.diagnosis.samples.pose_correlation import GaussMarkov
+from imubench.diagnosis.solve.gauss_newton import equation_rows
 from imubench.diagnosis.solve.initialize import blind_start, model_of
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.effects import EFFECTS
-from imubench.recording import Recording
+from imubench.effects.triples import accel_ahead
+from imubench.recording import Pose, Recording
+from imubench.slope import slope_of
 
 START_NOISE = {"gyro": 0.3, "accel": 1.0, "angle": 0.01, "position": 0.01, "rotation": 0.02}  # loose: rad/s, m/s^2, ...
 
@@ -36,7 +41,11 @@ def nominal_fit(
     `masks` says which samples count, `humming` names the IMUs whose raw samples hum, with the frequency in Hz; `known`
     are effects that are known beforehand.
     """
-    model = replace(model_of(recording), masks=masks or None, humming=humming or {}, wander=wander or {})
+    smoothed = tuple(name for name in pose_names(recording) if f"{name}.rotation" in (masks or {}))
+    model = replace(
+        model_of(recording), masks=masks or None, humming=humming or {}, wander=wander or {}, smoothed=smoothed
+    )
+    known = (*known, *ahead(model))
     model = model.with_effects(known)
     start = first_fit(model.with_effects((*known, *biases(model))))
     model, anchor = start.model, start.anchor
@@ -66,14 +75,36 @@ def certain_effects(model: Model) -> tuple[str, ...]:
     return tuple(name for name, effect in EFFECTS.items() if effect.in_every_sensor) if model.wander else ()
 
 
+def ahead(model: Model) -> tuple[Hypothesis, ...]:
+    """Return by how much accelerometers are ahead of their gyroscopes, beside smoothed poses that tell both's times.
+
+    An attitude has the clock of a gyroscope, a position that of an accelerometer. One offset for both, a mount on
+    springs or a curve without a name would stand in for what two filters of one sensor differ by.
+    """
+    poses = poses_of(model.recording, model.smoothed)
+    both = {p.segment for p in poses if p.position is not None and p.quaternion is not None}
+    imus = [i for i in model.recording.imus if model.recording.carrier(i.name) in both]
+    return tuple(Hypothesis(accel_ahead(i.time - model.start, slope_of(i.accel, i.rate)), i.name) for i in imus)
+
+
+def pose_names(recording: Recording) -> tuple[str, ...]:
+    """Return how the rows of the measured poses are named, in their order."""
+    return tuple(f"pose{i + 1}" for i in range(len(recording.poses)))
+
+
+def poses_of(recording: Recording, names: Collection[str]) -> list[Pose]:
+    """Return the measured poses of some names."""
+    return [p for name, p in zip(pose_names(recording), recording.poses, strict=True) if name in names]
+
+
 def biases(model: Model) -> tuple[Hypothesis, ...]:
     """Return the biases of gyroscopes beside poses whose errors wander, to be in the fit from the start.
 
     Every gyroscope has one. Beside errors that go with the attitude a g-sensitivity of nine numbers takes its place,
     then what remains of a scale. It goes again if it predicts nothing.
     """
-    segments = {p.segment for i, p in enumerate(model.recording.poses) if f"pose{i + 1}" in model.wander}
-    known = {h.at for h in model.hypotheses if h.effect.given}
+    segments = {p.segment for p in poses_of(model.recording, model.wander)}
+    known = {h.at for h in model.hypotheses if list(h.effect.known_parts())}
     imus = [i.name for i in model.recording.imus if model.recording.carrier(i.name) in segments and i.name not in known]
     every = [effect for effect in EFFECTS.values() if effect.in_every_sensor and effect.acts("error")]
     return tuple(Hypothesis(effect, at) for effect in every for at in imus)
@@ -108,21 +139,4 @@ def with_freer_motion(fit: Fit) -> Fit:
     return freer if max(follows_motion(freer).values()) < LOOSE_FIT.unrelated else fit
 
 
-def rougher_noise(fit: Fit) -> dict[str, float]:
-    """Return the noise levels of a fit with its motion, no effect's states, `LOOSE_FIT.freer` times as rough."""
-    own = {f"smooth.{name}" for name in START_SMOOTH}
-    return {name: std * (LOOSE_FIT.freer if name in own else 1.0) for name, std in fit.noise.items()}
-
-
-def rougher(fit: Fit) -> Fit:
-    """Return the fit solved again with its motion held less smooth."""
-    return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=SOLVER.steps_after_noise)
-
-
-def at_estimated_roughness(fit: Fit) -> Fit:
-    """Return the fit, not solved again, with its motion held as smooth as it was estimated to be."""
-    own = {f"smooth.{name}" for name in START_SMOOTH}
-    return replace(fit, noise={name: std / (REML.loosened if name in own else 1.0) for name, std in fit.noise.items()})
-
-
-__all__ = ["at_estimated_roughness", "first_fit", "nominal_fit", "rougher", "with_freer_motion"]
+__all__ = ["first_fit", "nominal_fit", "with_freer_motion"]

@@ -4,9 +4,10 @@ import numpy as np
 
 from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.config.solve import SOLVER
-from imubench.diagnosis.noise.reml import declared
+from imubench.diagnosis.noise.declared_noise import declared
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.residuals import CHANNELS
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 
 BLAMED = float(np.sqrt(DECLARED_NOISE.most_power))  # times a declared level, from which on it would be called loud
 

@@ -1,13 +1,7 @@
-"""How large the noise really is: each group's level by restricted maximum likelihood.
-
-A fit with as many freedoms as samples leaves residuals smaller than the noise. With the leverage h of
-each row (the diagonal of the hat matrix), s^2 = sum r^2 / (n - sum h) is unbiased; the same rule gives the
-roughness of the motion from the rows that hold it smooth.
-"""
+"""A fit at the noise levels that it leaves: each group's own estimate, at least near the declared one."""
 
 from collections.abc import Collection
 from dataclasses import replace
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -16,75 +10,31 @@ from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
 from imubench.diagnosis.noise.debias import law_parameters, noise_pull
+from imubench.diagnosis.noise.declared_noise import declared
+from imubench.diagnosis.noise.noise_levels import levels, levels_of
 from imubench.diagnosis.problem.batch_model import Model
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, is_data
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Prior, State
+from imubench.diagnosis.problem.residuals import SWING_EQUATION
 from imubench.diagnosis.remembered import remembered
-from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import Step, factored
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, search
-from imubench.diagnosis.solve.linearize import Linear
-from imubench.diagnosis.solve.marginals import Marginals
+from imubench.diagnosis.solve.levenberg_marquardt import search
 from imubench.diagnosis.solve.threads import one_thread
-from imubench.recording import Recording
-
-Levels = tuple[dict[str, float], dict[str, Array]]
-_known: WeakKeyDictionary[Fit, Levels] = WeakKeyDictionary()
 
 
-@one_thread
-def levels(fit: Fit) -> Levels:
-    """Return the noise level of every group that `fit.noise` names, and the leverage of its rows and of all data.
-
-    Not to be written to: of a fit that is not too long they are kept as long as it is. Ten refits are held against one.
-    """
-    if fit in _known:
-        return _known[fit]
-    _, solution, parts = factored(fit.model, fit.rows)
-    found = _levels(fit, solution, parts, fit.noise.keys() | {r.name for r in fit.rows if is_data(r)})
-    if fit.model.tracks.knots.count <= ALGEBRA.knots_beside:
-        _known[fit] = found
-    return found
-
-
-def _estimated(fit: Fit, step: Step | None, names: Collection[str]) -> tuple[dict[str, float], dict[str, Prior]]:
+def _estimated(
+    fit: Fit, step: Step | None, names: Collection[str], share: float
+) -> tuple[dict[str, float], dict[str, Prior]]:
     """Return the noise levels of some groups and how laws lean, without the matrices that these are read off.
+
+    Of the pull on a law's numbers a share is taken.
 
     `step` led to the fit, where one did: its equations are as good as the fit's own, but for how laws lean.
     """
     if step and step.damping < REML.faint_damping and not law_parameters(fit):
-        return _levels(fit, step.solution, step.linear, names)[0], {}
+        return levels_of(fit, step.solution, step.linear, names)[0], {}
     normal, solution, parts = factored(fit.model, fit.rows)
-    return _levels(fit, solution, parts, names)[0], noise_pull(fit, normal, solution, parts)
-
-
-def _levels(fit: Fit, solution: Solution, parts: list[Linear], names: Collection[str]) -> Levels:
-    chosen = [(rows, part) for rows, part in zip(fit.rows, parts, strict=True) if rows.name in names]
-    covariance = Marginals.of(solution, fit.model.tracks.width)
-    out, hats = {}, {}
-    for (rows, _), hat in zip(chosen, covariance.leverages([part for _, part in chosen]), strict=True):
-        hats[rows.name] = hat
-        if rows.name in fit.noise:
-            free = max(rows.residual.value.size - float(hat.sum()), 1.0)
-            out[rows.name] = max(fit.noise[rows.name] * fit.loose * np.sqrt(2 * rows.cost / free), REML.smallest)
-    return out, hats
-
-
-def declared(model: Model) -> dict[str, float]:
-    """Return the noise levels that a model's recording declares, by group."""
-    return declared_by(model.recording)
-
-
-def declared_by(recording: Recording) -> dict[str, float]:
-    """Return the noise levels that a recording declares, by group."""
-    out: dict[str, float | None] = {}
-    for imu in recording.imus:
-        out |= {f"{imu.name}.gyro": imu.gyro_noise_std, f"{imu.name}.accel": imu.accel_noise_std}
-    for encoder in recording.encoders:
-        out["encoder.angle"] = encoder.angle_noise_std
-    for i, pose in enumerate(recording.poses):
-        out |= {f"pose{i + 1}.position": pose.position_noise_std, f"pose{i + 1}.rotation": pose.rotation_noise_std}
-    return {name: std for name, std in out.items() if std}
+    return levels_of(fit, solution, parts, names)[0], noise_pull(fit, normal, solution, parts, share=share)
 
 
 def with_noise(fit: Fit, rounds: int = REML.rounds, held: Collection[str] = ()) -> Fit:
@@ -134,11 +84,12 @@ def fit_with_noise(
     named = {n for n in noise if n not in ruled and (only is None or n in only)}
     plan = [(motion, False)] * rounds + ([(True, True)] + [(False, False)] * REML.last_rounds) * motion
     now = search(model, state, noise, anchor, steps=4)
+    share, moved = 1.0, np.zeros(1)  # a pull that turns back leads beyond: it is halved, as in `debiased_fit.settled`
     for free, last in plan:
         asked = named if free else named - rough
         fit, step = now[0], None if law_parameters(now[0]) else now[1]
         del now  # with the equations of a step that nobody asks for: memory
-        found, leaning = _estimated(fit, step, asked)
+        found, leaning = _estimated(fit, step, asked, share)
         new = noise | {n: max(found.get(n, noise[n]), floor.get(n, 0.0)) for n in asked}
         # far off they fall slowly, as a free state gives way bit by bit
         for name in slow & new.keys() if only is None else ():
@@ -152,7 +103,9 @@ def fit_with_noise(
         change = max(abs(np.log(new[name] / noise[name])) for name in noise)
         model = replace(model, tilts=leaning)
         noise, begun = new, fit.state
-        del fit, step  # with its rows: memory
+        del step  # memory
+        if model.tracks.knots.count > ALGEBRA.knots_beside:
+            del fit  # with its rows, of which the search would take those that hold: memory
         now = search(
             model,
             begun,
@@ -162,7 +115,9 @@ def fit_with_noise(
             enough=REML.fine_gain if model.tilts else SOLVER.least_gain,
         )
         after, before = now[0].state.values, begun.values
-        change = max([change, *(float(np.max(np.abs(after[n] - before[n]))) for n in model.tilts or {})])
+        move = np.concatenate([np.zeros(1), *(after[n] - before[n] for n in model.tilts or {})])
+        share, moved = share / 2 if move.size == moved.size and move @ moved < 0 else share, move
+        change = max(change, float(np.max(np.abs(move))))
         if change < REML.settled and now[0].steps < SOLVER.steps_after_noise and not free:
             break
-    return replace(now[0], noise=noise)
+    return now[0]

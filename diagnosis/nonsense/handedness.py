@@ -20,7 +20,8 @@ from scipy.stats import f as fisher
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.config.nonsense import AXIS_ORDER
-from imubench.diagnosis.config.shared import STATISTICS
+from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
+from imubench.diagnosis.config.solve import MOTION_PRIOR
 from imubench.diagnosis.nonsense.stretch import Samples
 from imubench.diagnosis.solve.initialize import integrated
 
@@ -73,7 +74,7 @@ class Handedness:
 
 def handedness(samples: Samples) -> Handedness | None:
     """Return how well each way explains an IMU's samples; none where they are too few seconds."""
-    if len(samples.time) * samples.step < AXIS_ORDER.least_s:
+    if len(samples.time) * samples.step < EVIDENCE.least_s:
         return None
     left = [_left(samples.gyro @ way.T, samples.accel, samples.step) for way in SIGNED_PERMUTATIONS]
     velocity = np.array([float(np.sqrt(np.mean(np.sum(e**2, axis=2)))) for e in left])
@@ -86,7 +87,7 @@ def _left(gyro: Array, accel: Array, step: float) -> Array:
     turn = rotations.to_matrix(integrated(gyro, step))
     force = np.einsum("nij,nj->ni", turn, accel)
     swept = np.cross(gyro[:, None], np.eye(3)[None]).transpose(0, 2, 1)  # w x e_k as columns
-    lever = AXIS_ORDER.lever_m * (turn @ swept)
+    lever = MOTION_PRIOR.unknown_position_m * (turn @ swept)
     angle = np.cumsum(turn, axis=0) * step
     width = min(round(AXIS_ORDER.window_s / step), len(gyro))
     begins = range(0, len(gyro) - width + 1, max(width // 2, 1))

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from imubench.diagnosis.config.nonsense import STRETCH
 from imubench.diagnosis.config.samples import SCREENING
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.result import Nonsense
 from imubench.recording import Recording
 
@@ -21,7 +22,7 @@ def too_few_samples(recording: Recording) -> Iterator[Nonsense]:
             what = f"{imu.name} has too few samples: {count}, where {SCREENING.least_samples} are needed"
         elif count < STRETCH.least_share * promised:
             what = f"{imu.name} has too few samples: {count} in {own:.1f} s, where {imu.rate:g} Hz are declared"
-        elif own < min(STRETCH.least_share * seconds, STRETCH.moment_s):
+        elif own < min(STRETCH.least_share * seconds, EVIDENCE.least_s):
             what = f"{imu.name} has samples of {own:.1f} s only, in a recording of {seconds:.1f} s"
         else:
             continue

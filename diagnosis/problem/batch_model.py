@@ -2,24 +2,30 @@
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.chain_rule import carrier, chained
 from imubench.diagnosis.config.solve import ALGEBRA, MOTION_PRIOR
 from imubench.diagnosis.problem.bspline import Moment, Tracks
 from imubench.diagnosis.problem.encoder_calibration import ERROR, misreads, read, spread
 from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis, Prior, State
-from imubench.diagnosis.problem.pose_factors import pose_errors, slopes
+from imubench.diagnosis.problem.kept_motions import KEPT, key_of
+from imubench.diagnosis.problem.pose_factors import Lasting, pose_errors, slopes, smoothing_std
 from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS, POSITION, SWING_AXIS, Rig, swing
 from imubench.diagnosis.samples.pose_correlation import GaussMarkov
 from imubench.effects.effect import Reading, Scene, Values
 from imubench.jets import CONSTANT, Jet, Turn, rotation, variable
 from imubench.links import Link, Motion
-from imubench.recording import Imu, Recording
+from imubench.recording import Imu, Pose, Recording
+from imubench.slope import slope_of
+
+SMOOTHING = "smoothing"
+POSE_PARTS = ("position", "rotation")
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,7 @@ class Model:
     louder: Mapping[str, Array] | None = None  # times (n,) the noise of its group that a sample has, by group; None: 1
     humming: Mapping[str, float] = field(default_factory=dict)  # IMUs whose raw samples hum, and at how many Hz
     wander: Mapping[str, GaussMarkov] = field(default_factory=dict)  # "pose1" and so on whose errors last, and how
+    smoothed: tuple[str, ...] = ()  # "pose1" and so on whose samples were smoothed
     fixed: dict[str, Array] | None = None  # parameters that are known and not to be moved
     tilts: dict[str, Prior] | None = None  # pulls on parameters (diagnosis/noise/debias.py), no knowledge about them
 
@@ -47,6 +54,15 @@ class Model:
         for h in hypotheses:
             widths |= {h.key(s.name): s.width for s in h.effect.states}
         return replace(self, hypotheses=hypotheses, tracks=Tracks(self.tracks.knots, widths))
+
+    def same_rows(self, other: "Model") -> bool:
+        """Return whether another model has the same rows, but for the priors of its parameters, at the same state."""
+        if self.tracks != other.tracks or len(self.hypotheses) != len(other.hypotheses):
+            return False
+        if any(a is not b for a, b in zip(self.hypotheses, other.hypotheses, strict=True)):
+            return False
+        parts = ("recording", "rig", "mounts", "start", "offsets", "masks", "louder", "wander", "smoothed")
+        return all(getattr(self, part) is getattr(other, part) for part in parts)
 
     @property
     def judged(self) -> tuple[Hypothesis, ...]:
@@ -68,6 +84,8 @@ class Model:
             out[f"{name}.offset"] = Prior(np.zeros(1), np.full(1, 0.05))
         if misreads(self.recording):
             out[ERROR] = Prior(np.zeros_like(spread()), spread())
+        for name in self.smoothed:
+            out[f"{name}.{SMOOTHING}"] = Prior(np.zeros(1), np.full(1, smoothing_std()))
         for h in self.hypotheses:
             for p in h.effect.parameters:
                 out[h.key(p.name)] = Prior(p.centre, np.full(p.width, p.std))
@@ -91,6 +109,19 @@ class Model:
         """The measured velocities and rates (n, 3) of poses whose errors last."""
         named = {f"pose{i + 1}": pose for i, pose in enumerate(self.recording.poses)}
         return {name: slopes(named[name]) for name in self.wander}
+
+    @cached_property
+    def bends(self) -> dict[str, tuple[Array, Array]]:
+        """How fast the rates of the segments of smoothed poses change, rad/s^2, and that in turn (n, 3)."""
+        named = {f"pose{i + 1}": pose for i, pose in enumerate(self.recording.poses)}
+        return {name: self._bends(named[name]) for name in self.smoothed}
+
+    def _bends(self, pose: Pose) -> tuple[Array, Array]:
+        imu = next(i for i in self.recording.imus if self.recording.carrier(i.name) == pose.segment)
+        change = slope_of(imu.gyro, imu.rate)
+        bends = (x @ self.mounts[imu.name].turn.T for x in (change, slope_of(change, imu.rate)))
+        first, second = (np.stack([np.interp(pose.time, imu.time, x) for x in b.T], axis=1) for b in bends)
+        return first, second
 
     @property
     def parameters(self) -> Parameters:
@@ -160,7 +191,7 @@ class Model:
         """Return the motion of one segment."""
         return self._chain(state, moment, name)[name]
 
-    def segments(self, state: State, moment: Moment) -> dict[str, Motion]:
+    def segments(self, state: State, moment: Moment) -> Mapping[str, Motion]:
         """Return the motion of every segment."""
         return self._chain(state, moment, self.rig.tree.last.name)
 
@@ -168,8 +199,13 @@ class Model:
         """Return the motion of the last segment, beyond the joint."""
         return self.segment(state, moment, self.rig.tree.last.name)
 
-    def _chain(self, state: State, moment: Moment, to: str) -> dict[str, Motion]:
-        """Return the motion of the segments up to one, each on what holds it."""
+    def _chain(self, state: State, moment: Moment, to: str) -> Mapping[str, Motion]:
+        """Return the motion of the segments up to one, each on what holds it; not to be written to: it is kept."""
+        acting = tuple(h for h in self.hypotheses if h.at in ("joint", "world"))
+        key = key_of((*self.rig.content, to), self.rig.widths, state, moment, acting)
+        return KEPT.get(key, lambda: self._moved(state, moment, to)) if key else self._moved(state, moment, to)
+
+    def _moved(self, state: State, moment: Moment, to: str) -> dict[str, Motion]:
         base = self.rig.first(moment, self.gravity(state))
         found: dict[str, Motion] = {}
         for segment in self.rig.tree.segments:
@@ -206,6 +242,7 @@ class Model:
 
     def reading(self, imu: Imu, state: State, moment: Moment, segment: Motion) -> Reading:
         """Return what an IMU would report."""
+        segment = carrier(segment)
         link = self.mount(imu, state, moment, segment)
         sensor = segment.child(link)
         reading = Reading(sensor.rate, sensor.force, moment.time)
@@ -215,7 +252,7 @@ class Model:
         errors = [h.effect.error(reading, self.values(h, state)) for h in self.at(imu.name)]
         gyro = sum((e.gyro for e in errors if e.gyro is not None), reading.gyro)
         accel = sum((e.accel for e in errors if e.accel is not None), reading.accel)
-        return Reading(gyro, accel, reading.time)
+        return Reading(chained(gyro, segment), chained(accel, segment), reading.time)
 
     def joint_angle(self, state: State, moment: Moment) -> Jet:
         """Return what an encoder of the hinge would report (n, 1) rad."""
@@ -252,27 +289,51 @@ class Model:
             residual = self.joint_angle(state, moment) - (encoder.angle + encoder.zero)[:, None]
             yield self._masked("encoder.angle", moment.time.value[:, 0], residual)
         for i, pose in enumerate(self.recording.poses):
-            moment = self.moment(state, pose.time, f"pose{i + 1}")
-            segment = self.segment(state, moment, pose.segment)
-            place = moment.time.value[:, 0]
-            name = f"pose{i + 1}"
-            lasting = (self.wander[name], self.slopes[name]) if name in self.wander else None
-            velocity = moment.track(POSITION, 1) if lasting and POSITION in self.tracks.widths else None
-            for part, residual, seen in pose_errors(pose, segment, velocity, lasting):
-                yield self._masked(f"{name}.{part}", place, residual, seen)
+            yield from self._posed(state, f"pose{i + 1}", pose)
 
-    def _masked(self, name: str, time: Array, residual: Jet, measured: Array | None = None) -> Rows:
+    def _posed(self, state: State, name: str, pose: Pose) -> Iterator[Rows]:
+        """Yield the rows of a measured pose; of samples that count nowhere, nothing is computed."""
+        masks = [(self.masks or {}).get(f"{name}.{part}", np.ones(pose.time.size, bool)) for part in POSE_PARTS]
+        asked = np.flatnonzero(masks[0] | masks[1])
+        pose = taken(pose, asked)
+        moment = self.moment(state, pose.time, name)
+        segment = self.segment(state, moment, pose.segment)
+        lasting = None
+        if name in self.smoothed:
+            window = variable((f"{name}.{SMOOTHING}", CONSTANT), state.values[f"{name}.{SMOOTHING}"])
+            first, second = (b[asked] for b in self.bends[name])
+            seen = {part: slope[asked] for part, slope in self.slopes.get(name, {}).items()}
+            lasting = Lasting(self.wander.get(name), seen, window, (first, second))
+        placed = partial(moment.track, POSITION) if POSITION in self.tracks.widths else None
+        for part, residual, seen_at in pose_errors(pose, segment, placed, lasting):
+            yield self._masked(f"{name}.{part}", moment.time.value[:, 0], residual, seen_at, asked)
+
+    def _masked(
+        self,
+        name: str,
+        time: Array,
+        residual: Jet,
+        measured: Array | None = None,
+        asked: NDArray[np.intp] | None = None,
+    ) -> Rows:
+        every = slice(None) if asked is None else asked
         mask = np.ones(len(time), dtype=bool)
         if self.masks is not None and name in self.masks:
-            mask = self.masks[name]
+            mask = self.masks[name][every]
         if measured is not None:
             mask = mask & np.isfinite(measured).all(axis=1)
         std = np.ones(residual.value.shape[1])
         if self.louder is not None and name in self.louder:
-            std = self.louder[name][mask, None] * std
+            std = self.louder[name][every][mask, None] * std
         if not mask.all():
             time, residual = time[mask], _pick(residual, mask)
         return Rows(name, time, residual, std)
+
+
+def taken(pose: Pose, asked: NDArray[np.intp]) -> Pose:
+    """Return some samples (k,) of a pose."""
+    position, quaternion = (None if x is None else x[asked] for x in (pose.position, pose.quaternion))
+    return replace(pose, time=pose.time[asked], position=position, quaternion=quaternion)
 
 
 def _pick(jet: Jet, mask: NDArray[np.bool_]) -> Jet:
@@ -290,4 +351,22 @@ def started(model: Model, state: State) -> State:
     return State(np.concatenate([state.coefficients, extra], axis=1), values)
 
 
-__all__ = ["Model", "started"]
+def middles(model: Model) -> Array:
+    """Return the middles (n,) s of the intervals between knots."""
+    knots = model.tracks.knots
+    return np.asarray(knots.start + knots.step * (np.arange(knots.count - 5) + 0.5), dtype=float)
+
+
+def inside(model: Model) -> Array:
+    """Return the middles (n,) s of the intervals between the first and the last sample, as stamped.
+
+    Only there a law is asked: before the first sample a damped spring's state grows backwards, by e^5 in the 0.3 s that
+    the splines go on, and with a phase that every change of its frequency turns; steps were a thirtieth of what they
+    are without.
+    """
+    time, stamps = middles(model), model.stamps.values()
+    first, last = min(float(t[0]) for t in stamps) - model.start, max(float(t[-1]) for t in stamps) - model.start
+    return time[(time >= first) & (time <= last)]
+
+
+__all__ = ["Model", "inside", "middles", "started"]

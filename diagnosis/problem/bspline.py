@@ -14,7 +14,7 @@ from imubench.jets import Jet, variable
 DEGREE = 5
 SUPPORT = DEGREE + 1  # coefficients that a point depends on
 KEPT_BASES = 32  # times and orders whose weights are kept: a fit asks for the same ones at every step;
-LONG_TIMES, KEPT_LONG_BASES = 5_000, 4  # times of which only those of one moment are: memory
+LONG_TIMES, KEPT_LONG_BASES = 12_000, 4  # times of which only those of one moment are: memory
 Held = NDArray[np.float32] | Array
 """Signals as a term holds them: in single precision, for twenty of them in a long recording are half a gigabyte."""
 
@@ -50,6 +50,22 @@ class Knots:
         known = self._at(time, order)
         return known.first, known.weights
 
+    @property
+    def rounding(self) -> float:
+        """By how much of an interval places within it may differ that are the same but for rounding.
+
+        A step that is read off the stamps is off by their rounding, and places by that times all intervals.
+        """
+        return 2 * self.count * float(np.spacing(float(self.count)))
+
+    def phase(self, time: Array) -> float | None:
+        """Return where in their intervals, of length 1, all times (n,) lie alike; None where they do not."""
+        return self._at(time, 0).phase
+
+    def weights_at(self, phase: float, order: int) -> Array:
+        """Return the weights (6,) of the `order`-th derivative at a place in an interval, of length 1."""
+        return _weights(np.array([phase]), order, self.step)[0]
+
     def values(self, time: Array, order: int, coefficients: Array) -> Array:
         """Return the `order`-th derivative (n, w) at times (n,) of splines with coefficients (count, w)."""
         return np.asfortranarray(self._at(time, order).matrix @ coefficients)
@@ -65,23 +81,31 @@ class Weights:
     first: NDArray[np.int64]  # (n,) coefficient
     weights: Array  # (n, 6)
     matrix: csr_array  # (n, count) the same
+    phase: float | None  # where in their intervals, of length 1, all times lie alike
+
+
+def _weights(x: Array, order: int, step: float) -> Array:
+    """Return the weights (n, 6) of the `order`-th derivative at places x (n,) in an interval of length 1."""
+    table = polynomials()
+    total = np.zeros((len(x), SUPPORT))
+    for power in range(DEGREE, order - 1, -1):
+        factor = float(np.prod(np.arange(power, power - order, -1))) if order else 1.0
+        total = total * x[:, None] + factor * table[power]
+    return np.asarray(total / step**order)
 
 
 def _weigh(knots: Knots, stamps: bytes, order: int) -> Weights:
     place = (np.frombuffer(stamps) - knots.start) / knots.step
     first = np.clip(np.floor(place).astype(np.int64), 0, knots.count - SUPPORT)
     x = place - first
-    table = polynomials()
-    total = np.zeros((len(place), SUPPORT))
-    for power in range(DEGREE, order - 1, -1):
-        factor = float(np.prod(np.arange(power, power - order, -1))) if order else 1.0
-        total = total * x[:, None] + factor * table[power]
-    weights = total / knots.step**order
+    weights = _weights(x, order, knots.step)
+    alike = len(x) > 0 and float(np.ptp(x)) < knots.rounding
     columns = (first[:, None] + np.arange(SUPPORT)).ravel()
     ends = np.arange(0, columns.size + 1, SUPPORT)
     for kept in (first, weights):
         kept.setflags(write=False)
-    return Weights(first, weights, csr_array((weights.ravel(), columns, ends), (len(place), knots.count)))
+    matrix = csr_array((weights.ravel(), columns, ends), (len(place), knots.count))
+    return Weights(first, weights, matrix, float(np.mean(x)) if alike else None)
 
 
 _weighed, _weighed_long = lru_cache(KEPT_BASES)(_weigh), lru_cache(KEPT_LONG_BASES)(_weigh)

@@ -5,7 +5,7 @@ own acceleration: I w' + w x (I w) + m c x f = torque. A hinge carries every com
 axis; a ball joint none.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,22 +16,10 @@ from imubench.diagnosis.config.solve import SWING
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.hypothesis import State
-from imubench.diagnosis.problem.residuals import Rows
+from imubench.diagnosis.problem.residuals import SWING_EQUATION, Rows
 from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
 from imubench.jets import Jet, cross
 from imubench.recording import STANDARD_GRAVITY, Body
-
-SWING_EQUATION = "swing.torque"
-
-
-def is_data(rows: Rows) -> bool:
-    """Return whether rows are samples, or the equation of motion in free swings."""
-    return rows.counts or rows.name == SWING_EQUATION
-
-
-def equation_of(rows: Iterable[Rows]) -> Rows | None:
-    """Return the equation of motion among the rows of a fit; None where nothing swings freely."""
-    return next((r for r in rows if r.name == SWING_EQUATION), None)
 
 
 def inertia_about_joint(body: Body) -> Array:

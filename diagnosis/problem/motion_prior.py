@@ -6,7 +6,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.solve import MOTION_PRIOR
-from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.batch_model import Model, inside, middles
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.residuals import Rows
@@ -15,31 +15,20 @@ from imubench.diagnosis.problem.sensor_axes import sensor_turn, turned
 from imubench.jets import CONSTANT, Jet, cross, dot, variable
 
 TILT = "tilt."
+PRIORS = ("prior.", TILT, "smooth.", "norm", "heading", "drift", "pace", "size.")
+"""How the names of rows begin that are priors: neither measurements nor laws."""
 WHITE_DERIVATIVE = {FORCE: 2}  # order of the derivative that is taken for white:
-
-
-def middles(model: Model) -> Array:
-    """Return the middles (n,) s of the intervals between knots."""
-    knots = model.tracks.knots
-    return np.asarray(knots.start + knots.step * (np.arange(knots.count - 5) + 0.5), dtype=float)
-
-
-def inside(model: Model) -> Array:
-    """Return the middles (n,) s of the intervals between the first and the last sample, as stamped.
-
-    Only there a law is asked: before the first sample a damped spring's state grows backwards, by e^5 in the 0.3 s that
-    the splines go on, and with a phase that every change of its frequency turns; steps were a thirtieth of what they
-    are without.
-    """
-    time, stamps = middles(model), model.stamps.values()
-    first, last = min(float(t[0]) for t in stamps) - model.start, max(float(t[-1]) for t in stamps) - model.start
-    return time[(time >= first) & (time <= last)]
 
 
 def states_inside(model: Model, state: State, h: Hypothesis) -> dict[str, Array]:
     """Return an effect's states (n, width) in the middle of every interval that has samples."""
     moment = Moment(model.tracks, state.coefficients, Jet(inside(model)[:, None]))
     return {s.name: moment.track(h.key(s.name)).value for s in h.effect.states}
+
+
+def is_prior(rows: Rows) -> bool:
+    """Return whether rows are a prior's: what they hold may change with the noise levels."""
+    return not rows.counts and rows.name.startswith(PRIORS)
 
 
 def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Array | None) -> Iterator[Rows]:
@@ -55,7 +44,7 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
             jet = variable((name, CONSTANT), state.values[name]) - tilt.start
             yield Rows(f"{TILT}{name}", np.zeros(1), jet, tilt.std, counts=False)
     yield from smooth_rows(model, state, noise, [name for name in model.tracks.widths if name != VELOCITY])
-    time, step = middles(model), model.tracks.knots.step
+    time = middles(model)
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     if ATTITUDE in model.tracks.widths:
         q = moment.track(ATTITUDE)
@@ -71,21 +60,47 @@ def prior_rows(model: Model, state: State, noise: dict[str, float], anchor: Arra
                 False,
             )
     yield from pace_rows(model, state)
+    yield from size_rows(model, state)
+
+
+def size_rows(model: Model, state: State) -> Iterator[Rows]:
+    """Yield the rows that hold the states of effects to a plausible size."""
+    time, step = middles(model), model.tracks.knots.step
+    moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
     for h in model.hypotheses:
         for s in h.effect.states:
             name = h.key(s.name)
             yield Rows(f"size.{name}", time, moment.track(name), np.full(s.width, s.std / np.sqrt(step)), False)
 
 
+def quadrature(model: Model) -> tuple[Array, Array]:
+    """Return times (n,) s and weights (n,), in intervals between knots, at which roughness is summed over time.
+
+    The middle of an interval stands for all of it, but for those that are not wholly between the first and the last
+    sample, which have the two points of Gauss's rule. A spline whose second derivative vanishes in every middle may
+    grow 22-fold from one interval to the next, and nothing else holds it where no samples are.
+    """
+    middle, step = middles(model), model.tracks.knots.step
+    stamps = model.stamps.values()
+    first, last = min(float(t[0]) for t in stamps) - model.start, max(float(t[-1]) for t in stamps) - model.start
+    between = (middle - step / 2 >= first) & (middle + step / 2 <= last)
+    aside = step / np.sqrt(12.0)
+    time = np.concatenate([middle[between], middle[~between] - aside, middle[~between] + aside])
+    weights = np.concatenate([np.ones(between.sum()), np.full(2 * (~between).sum(), 0.5)])
+    order = np.argsort(time)
+    return time[order], weights[order]
+
+
 def smooth_rows(model: Model, state: State, noise: dict[str, float], names: Iterable[str]) -> Iterator[Rows]:
     """Yield the rows that hold some splines as smooth as `noise` says."""
-    time, step = middles(model), model.tracks.knots.step
+    (time, weights), step = quadrature(model), model.tracks.knots.step
     moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
-    sensor = sensor_turn(model, state)
+    sensor = sensor_turn(model.rig, model.mounts, state.values)
     jumpy = {h.key(s.name) for h in model.hypotheses for s in h.effect.states if s.jumps}
     for name in names:
         density = np.full(model.tracks.widths[name], noise[f"smooth.{name}"] / np.sqrt(step))
         curved = moment.track(name, WHITE_DERIVATIVE.get(name, MOTION_PRIOR.white_derivative))
+        curved = curved * np.sqrt(weights)[:, None]
         if name == FORCE:
             curved = sensor.back(curved)
         elif name == ATTITUDE:
@@ -122,7 +137,7 @@ def pace_rows(model: Model, state: State) -> Iterator[Rows]:
     if VELOCITY in model.tracks.widths:
         time = middles(model)
         moment = Moment(model.tracks, state.coefficients, Jet(time[:, None]))
-        base, sensor = model.rig.first(moment, model.gravity(state)), sensor_turn(model, state)
+        base, sensor = model.rig.first(moment, model.gravity(state)), sensor_turn(model.rig, model.mounts, state.values)
         assert base.turn is not None
         velocity = moment.track(VELOCITY)
         gravity = base.turn.back(model.gravity(state))

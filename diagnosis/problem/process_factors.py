@@ -5,20 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.problem.batch_model import Model
+from imubench.chain_rule import carrier, chained
+from imubench.diagnosis.problem.batch_model import Model, inside
 from imubench.diagnosis.problem.bspline import Moment
-from imubench.diagnosis.problem.dynamics_factors import swing_rows
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.problem.motion_prior import inside, middles
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.effects.effect import Scene
 from imubench.jets import Jet
-
-
-def equation_rows(model: Model, state: State) -> Iterator[Rows]:
-    """Yield the rows of every law; none is a measurement."""
-    yield from state_rows(model, state)
-    yield from swing_rows(model, state, middles(model))
 
 
 def state_rows(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[Rows]:
@@ -29,14 +22,22 @@ def state_rows(model: Model, state: State, only: Hypothesis | None = None) -> It
 
 def law_rows(model: Model, state: State, h: Hypothesis, scene: Scene) -> Iterator[Rows]:
     """Yield what the states of an effect obey, with a scene that is known already."""
+    for rows in laws_on_segment(model, state, h, scene):
+        yield replace(rows, residual=chained(rows.residual, scene.segment))
+
+
+def laws_on_segment(model: Model, state: State, h: Hypothesis, scene: Scene) -> Iterator[Rows]:
+    """Yield the same, derivatives by the motion of the segment not yet taken on to the splines."""
     for law in h.effect.equations(scene, model.values(h, state)):
-        residual = law.residual
-        std = np.full(residual.value.shape[1], law.std)
-        yield Rows(h.key(law.name), inside(model), residual, std, counts=False)
+        std = np.full(law.residual.value.shape[1], law.std)
+        yield Rows(h.key(law.name), inside(model), law.residual, std, counts=False)
 
 
 def scenes(model: Model, state: State, only: Hypothesis | None = None) -> Iterator[tuple[Hypothesis, Scene]]:
-    """Yield every effect with states, or one, and what it may ask of the rig, where its law is asked."""
+    """Yield every effect with states, or one, and what it may ask of the rig, where its law is asked.
+
+    The segment moves in variables of its own (`imubench/chain_rule.py`), which `law_rows` takes on to the splines.
+    """
     hypotheses = [h for h in model.hypotheses if h.effect.states and only in (None, h)]
     if not hypotheses:
         return
@@ -44,7 +45,7 @@ def scenes(model: Model, state: State, only: Hypothesis | None = None) -> Iterat
     segments = model.segments(state, moment)
     for h in hypotheses:
         imu = next((i for i in model.recording.imus if i.name == h.at), None)
-        segment = segments[model.rig.tree.carriers.get(h.at, model.rig.tree.names[0])]
+        segment = carrier(segments[model.rig.tree.carriers.get(h.at, model.rig.tree.names[0])])
         scene = model.own(model.scene(moment, segment), h, moment)
         if imu is not None:
             link = model.mount(imu, state, moment, segment)

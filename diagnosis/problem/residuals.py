@@ -1,7 +1,7 @@
 """Measurements as rows of a least-squares problem."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,11 @@ class Rows:
     residual: Jet  # (n, m), in the unit of `std`
     std: Array  # (m,) or (n, m)
     counts: bool = True  # False: a prior, not a measurement
+    level: float = 1.0  # the noise level that `std` holds, where one is estimated
+
+    def at_level(self, level: float) -> "Rows":
+        """Return the rows at another noise level."""
+        return replace(self, std=self.std * (level / self.level), level=level)
 
     @property
     def whitened(self) -> Array:
@@ -52,3 +57,16 @@ class Parameters:
     def columns(self, name: str) -> slice:
         """Return where a parameter lies in the vector."""
         return place_of(self.widths, name)
+
+
+SWING_EQUATION = "swing.torque"
+
+
+def is_data(rows: Rows) -> bool:
+    """Return whether rows are samples, or the equation of motion in free swings."""
+    return rows.counts or rows.name == SWING_EQUATION
+
+
+def equation_of(rows: Iterable[Rows]) -> Rows | None:
+    """Return the equation of motion among the rows of a fit; None where nothing swings freely."""
+    return next((r for r in rows if r.name == SWING_EQUATION), None)

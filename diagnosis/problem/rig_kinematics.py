@@ -7,6 +7,7 @@ micrometres over metres, and to turn with every change of heading. A limb on a b
 attitude alone, a hinge one angle more, a segment on a fixed base nothing.
 """
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -60,6 +61,11 @@ class Rig:
     def ball(self) -> bool:
         """Whether the last segment turns on a ball joint."""
         return self.tree.ball is not None
+
+    @property
+    def content(self) -> tuple[Hashable, ...]:
+        """All that it is, as what is kept of it is found by."""
+        return self.tree, self.moves, self.placed, self.turns, self.base.tobytes(), self.gravity.tobytes()
 
     @property
     def widths(self) -> dict[str, int]:

@@ -3,36 +3,45 @@
 A mount is hardly held, its sensor's own attitude is: when a step turns the mount, the segment turns back.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.problem.batch_model import Model
-from imubench.diagnosis.problem.hypothesis import Hypothesis, State
+from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis
+from imubench.diagnosis.problem.rig_kinematics import Rig
 from imubench.effects import EFFECTS
 from imubench.jets import CONSTANT, Jet, Turn, rotation, skew, times, variable
 
-SENSOR = "imu1"
+Mounts = Mapping[str, Geometry]
+"""The mounts that the fit starts from, by IMU."""
 
 
-def turning() -> tuple[str, ...]:
-    """Return the names of the numbers that turn it: its declared mount's error, and what effects have it turned by."""
-    placing = (Hypothesis(effect, SENSOR) for effect in EFFECTS.values() if effect.misplaces)
-    return (f"{SENSOR}.rotation", *(h.key("rotation") for h in placing))
+def first_sensor(rig: Rig, mounts: Mounts) -> str | None:
+    """Return the name of segment 1's IMU; None where it has none."""
+    return next((imu.name for imu in rig.tree.segments[0].imus if imu.name in mounts), None)
 
 
-def sensor_turn(model: Model, state: State) -> Turn:
+def turning(sensor: str) -> tuple[str, ...]:
+    """Return the names of the numbers that turn a sensor: its mount's error, and what effects have it turned by."""
+    placing = (Hypothesis(effect, sensor) for effect in EFFECTS.values() if effect.misplaces)
+    return (f"{sensor}.rotation", *(h.key("rotation") for h in placing))
+
+
+def sensor_turn(rig: Rig, mounts: Mounts, values: Mapping[str, Array]) -> Turn:
     """Return the sensor's axes in the segment's, without what moves them.
 
     For the priors: in the segment's own axes what they leave would turn with the mount, at no cost, and Gauss-Newton
     would take that for knowledge: 0.16 rad of a turn about the hinge, of which nothing but the mount's prior knows.
     """
-    if SENSOR not in model.mounts:
+    sensor = first_sensor(rig, mounts)
+    if sensor is None:
         return Turn(np.eye(3)[None])
-    turn = Turn(model.mounts[SENSOR].turn[None])
-    for name in turning():
-        if name in state.values:
-            turn = turn @ rotation(variable((name, CONSTANT), state.values[name]))
+    turn = Turn(mounts[sensor].turn[None])
+    for name in turning(sensor):
+        if name in values:
+            turn = turn @ rotation(variable((name, CONSTANT), values[name]))
     return turn
 
 
@@ -46,11 +55,13 @@ def turned(q: Jet, by: Turn) -> Jet:
     return Jet(value, blocks | {key: times(half, d) for key, d in by.blocks.items()})
 
 
-def turns_back(model: Model, old: dict[str, Array], new: dict[str, Array]) -> tuple[Array, Array]:
+def turns_back(rig: Rig, mounts: Mounts, old: Mapping[str, Array], new: Mapping[str, Array]) -> tuple[Array, Array]:
     """Return how segment 1 turns where its sensor stays: a matrix (3, 3), and to first order a vector (3,) rad."""
-    before = after = model.mounts[SENSOR].turn
-    slope = np.zeros(3)
-    for name in turning():
+    sensor, slope = first_sensor(rig, mounts), np.zeros(3)
+    if sensor is None:
+        return np.eye(3), slope
+    before = after = mounts[sensor].turn
+    for name in turning(sensor):
         if name in new:
             slope -= before @ left_jacobian(old[name]) @ (new[name] - old[name])
             before, after = (m @ rotations.to_matrix(rotations.exp(v[name])) for m, v in ((before, old), (after, new)))

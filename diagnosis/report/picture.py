@@ -1,5 +1,6 @@
 """A still picture of a diagnosis: measured, simulated without and with what was found, and the hinge axis after it."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,7 +36,7 @@ def draw_diagnosis(path: Path, d: Diagnosis, evidence: Evidence, off: tuple[Arra
         path: of the PNG; it appears whole or not at all.
         d: a diagnosis that found something.
         evidence: shown beside it, with MuJoCo's simulations.
-        off: deg, by how much the estimated hinge axis is off at imu1 and imu2, (2,) without and (2,) with the findings.
+        off: deg, by how much the estimated hinge axis is off at each IMU, (k,) without and (k,) with the findings.
         judge: what the axis is judged by, in words.
 
     Raises:
@@ -47,11 +48,11 @@ def draw_diagnosis(path: Path, d: Diagnosis, evidence: Evidence, off: tuple[Arra
         raise InputError("pictures: expected matplotlib, got none; pip install 'imubench[plot]'") from None
     if not evidence.simulated or d.simulation is None:
         raise InputError(f"{d.recording}: expected simulations to draw, got none")
-    c = most_visible(d, evidence)
+    c, names = most_visible(d, evidence), [imu.name for imu in evidence.recording.imus]
     figure = Figure(figsize=PICTURE_INCHES, layout="constrained")
     signals, errors, axis = figure.subplots(3, 1, gridspec_kw={"height_ratios": [3, 2, 1.5]})
     draw_signals(signals, errors, c, evidence.span[0])
-    draw_axis(axis, off, judge)
+    draw_axis(axis, names, off, judge)
     found = words.listed([words.called(f.effect, f.at) for f in d.findings if f.named])
     seconds = evidence.span[1] - evidence.span[0]
     title = f"Found in {seconds:.0f} s of recording: {found}.\n{axis_change(off)}"
@@ -101,18 +102,17 @@ def draw_signals(signals: "Axes", errors: "Axes", c: Comparison, start: float) -
     errors.legend(loc="lower right", frameon=False)
 
 
-def draw_axis(axes: "Axes", off: tuple[Array, Array], judge: str) -> None:
-    """Draw by how much the hinge axis is off at both IMUs, without and with the findings, in deg."""
-    names = ("imu1", "imu2")
+def draw_axis(axes: "Axes", names: Sequence[str], off: tuple[Array, Array], judge: str) -> None:
+    """Draw by how much the hinge axis is off at every IMU, without and with the findings, in deg."""
     largest = max(float(np.max(values)) for values in off)
     rows = (
         (off[0], -0.2, BEFORE_COLOUR, "estimated from the recording as it is"),
         (off[1], 0.2, AFTER_COLOUR, "estimated with what was found taken out"),
     )
     for values, place, colour, label in rows:
-        bars = axes.barh(np.arange(2) + place, values, 0.38, color=colour, label=label)
+        bars = axes.barh(np.arange(len(names)) + place, values, 0.38, color=colour, label=label)
         axes.bar_label(bars, [f"{value:.2f} deg" for value in values], padding=4)
-    axes.set_yticks(range(2), names)
+    axes.set_yticks(range(len(names)), names)
     axes.set(xlabel=f"angle between the estimated hinge axis and {judge}, deg", xlim=(0, 1.15 * largest))
     axes.invert_yaxis()
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)

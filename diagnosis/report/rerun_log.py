@@ -1,6 +1,5 @@
-"""A diagnosis for the Rerun viewer: the recovered motion in 3D, residuals before and after, windows marked."""
+"""A diagnosis for the Rerun viewer: the rig in 3D beside both simulations of it, their signals, what the fit leaves."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,18 +8,17 @@ import rerun.blueprint as rrb
 from rerun.error_utils import catch_and_log_exceptions
 
 from imubench.atomic import atomic_file
-from imubench.diagnosis.evidence import Evidence, Played
+from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.report import headline, words
+from imubench.diagnosis.report.ghosts import DECLARED, FOUND, SOURCE, log_rig
 from imubench.diagnosis.report.numbers import rows
 from imubench.diagnosis.result import Diagnosis
 from imubench.log.blueprint import eye, series_view
-from imubench.log.scene import Scene, log_scene
+from imubench.log.scene import Scene
 from imubench.log.signals import ESTIMATED, TIMELINE, TRUE, XYZ, log_sections, log_series
-from imubench.recording import Recording
 from imubench.reference import Reference
-from imubench.rotations import from_axis_angle, multiply
 
-SOURCE = "recovered motion"
+LEGENDS = ("", "; green wires = simulated", "; wires: orange = as declared, green = with the findings")  # by ghosts
 GREY = (170, 170, 170)
 KEEP_PEAKS = rr.components.AggregationPolicy.MinMax  # zoomed out, the mean of many samples would hide a residual
 
@@ -41,9 +39,8 @@ def log_diagnosis(path: Path, d: Diagnosis, evidence: Evidence, reference: Refer
 
 
 def _log_all(rec: rr.RecordingStream, d: Diagnosis, evidence: Evidence, reference: Reference | None) -> None:
-    rig = with_fitted_mounts(evidence)
-    scene = log_scene(rec, rig, None, None, as_reference(evidence.motion), None, "")
-    scene = replace(scene, source=SOURCE)
+    scene = log_rig(rec, evidence, reference)
+    _log_simulated(rec, evidence)
     for trace in evidence.traces:
         base = f"residual/{trace.at}/{trace.part}"
         sides = (("before", trace.whitened), ("after", trace.whitened_after))
@@ -63,22 +60,16 @@ def _log_all(rec: rr.RecordingStream, d: Diagnosis, evidence: Evidence, referenc
     rec.send_blueprint(layout(evidence, scene, angles, bool(d.where)), make_active=True, make_default=True)
 
 
-def with_fitted_mounts(evidence: Evidence) -> Recording:
-    """Return the recording with its mounts where the fit has them."""
-    imus = [
-        replace(imu, mount_position=pose.position, mount_quaternion=pose.quaternion, mount_position_std=0.0)
-        for imu in evidence.recording.imus
-        if (pose := evidence.mounts[imu.name])
-    ]
-    return replace(evidence.recording, imus=tuple(imus))
-
-
-def as_reference(motion: Played) -> Reference:
-    """Return a recovered motion in the shape of a record of the segments' poses."""
-    second = None
-    if motion.hinge_angle is not None:
-        second = multiply(motion.quaternion1, from_axis_angle([0.0, 1.0, 0.0], motion.hinge_angle))
-    return Reference(motion.time, motion.hinge_angle, motion.quaternion1, second, motion.position)
+def _log_simulated(rec: rr.RecordingStream, evidence: Evidence) -> None:
+    """Log every channel as measured, as MuJoCo plays it without and with the findings, and by how much that is off."""
+    for c in evidence.simulated:
+        channel = c.channel.replace(".", "/")
+        sides = [(DECLARED, c.before, ESTIMATED), (FOUND, c.after, TRUE)]
+        log_series(rec, f"simulated/{channel}/measured", c.time, c.measured, [f"measured ({c.unit})"], [GREY], 1.0)
+        for name, values, colour in sides if len(evidence.posed) > 1 else sides[1:]:
+            for root, drawn in (("simulated", values), ("off", c.measured - values)):
+                path = f"{root}/{channel}/{name.replace(' ', '_')}"
+                log_series(rec, path, c.time, drawn, [f"{name} ({c.unit})"], [colour], 1.0)
 
 
 def _log_angles(rec: rr.RecordingStream, evidence: Evidence, reference: Reference | None) -> bool:
@@ -95,28 +86,26 @@ def _log_angles(rec: rr.RecordingStream, evidence: Evidence, reference: Referenc
 
 
 def layout(evidence: Evidence, scene: Scene, angles: bool, marked: bool) -> rrb.Blueprint:
-    """Return the layout: rig and verdict on the left, residuals before and after on the right."""
+    """Return the layout: rig and verdict on the left; simulated signals and what the fit leaves on the right."""
     span = evidence.span
-    plots = []
-    for trace in evidence.traces:
-        base, name = f"/residual/{trace.at}/{trace.part}", f"{trace.at} {trace.part}: residual over noise"
-        height = max(5.0, float(np.quantile(np.abs(trace.whitened), 0.999)))  # the same for both
-        one = [series_view(f"{name}, as declared", [f"{base}/before"], span, height)]
-        if trace.after is not None:
-            one.append(series_view(f"{name}, with the findings", [f"{base}/after"], span, height))
-        plots.append(rrb.Horizontal(*one))
-    shares = [1.0] * len(plots)
+    residuals = _residuals(evidence)
+    shares = [1.0] * len(residuals)
     if angles:
-        plots.append(series_view("hinge angle (rad)", ["/hinge_angle/**"], span))
+        residuals.append(series_view("hinge angle (rad)", ["/hinge_angle/**"], span))
         shares.append(1.0)
     if marked or evidence.heldout_s:
-        plots.append(rrb.StateTimelineView(origin="/windows", name="where most of the misfit is"))
+        residuals.append(rrb.StateTimelineView(origin="/windows", name="where most of the misfit is"))
         shares.append(0.5 + 0.35 * (marked + bool(evidence.heldout_s)))
+    right: rrb.Container = rrb.Vertical(*residuals, row_shares=shares, name="what the motion fit leaves")
+    if evidence.simulated:
+        beside = rrb.Vertical(*_channels(evidence, "simulated"), name="simulated and measured")
+        off = rrb.Vertical(*_channels(evidence, "off"), name="measured minus simulated")
+        right = rrb.Tabs(*((beside, off) if evidence.rolled_out else (off, beside)), right, active_tab=0)
     left = rrb.Vertical(
         rrb.Spatial3DView(
             origin=scene.frame,
             contents="/world/**",
-            name=f"rig ({scene.source})",
+            name=f"rig ({scene.source}{LEGENDS[len(evidence.posed)]})",
             eye_controls=eye(scene),
             line_grid=rrb.LineGrid3D(visible=True, spacing=0.1),
         ),
@@ -124,11 +113,34 @@ def layout(evidence: Evidence, scene: Scene, angles: bool, marked: bool) -> rrb.
         row_shares=[0.55, 0.45],
     )
     return rrb.Blueprint(
-        rrb.Horizontal(left, rrb.Vertical(*plots, row_shares=shares), column_shares=[0.36, 0.64]),
+        rrb.Horizontal(left, right, column_shares=[0.36, 0.64]),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="paused"),
     )
+
+
+def _residuals(evidence: Evidence) -> list[rrb.Container | rrb.View]:
+    """Return the views of what the motion fit leaves of every sensor, without and with the findings side by side."""
+    out: list[rrb.Container | rrb.View] = []
+    for trace in evidence.traces:
+        base, name = f"/residual/{trace.at}/{trace.part}", f"{trace.at} {trace.part}: residual over noise"
+        height = max(5.0, float(np.quantile(np.abs(trace.whitened), 0.999)))  # the same for both
+        one = [series_view(f"{name}, as declared", [f"{base}/before"], evidence.span, height)]
+        if trace.after is not None:
+            one.append(series_view(f"{name}, with the findings", [f"{base}/after"], evidence.span, height))
+        out.append(rrb.Horizontal(*one))
+    return out
+
+
+def _channels(evidence: Evidence, root: str) -> list[rrb.Container | rrb.View]:
+    """Return the views of what is logged of every channel below `root`, a sensor's triple side by side."""
+    rows: dict[str, list[rrb.View]] = {}
+    for i, c in enumerate(evidence.simulated):
+        at, part = c.channel.split(".")
+        view = series_view(f"{at} {part} ({c.unit})", [f"/{root}/{at}/{part}/**"], evidence.span, legend=i == 0)
+        rows.setdefault(f"{at}.{part.rpartition('_')[0]}", []).append(view)
+    return [rrb.Horizontal(*views) for views in rows.values()]
 
 
 def summary(d: Diagnosis, evidence: Evidence) -> str:

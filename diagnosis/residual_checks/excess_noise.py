@@ -10,13 +10,15 @@ from imubench.diagnosis.config.shared import CONFIDENCE, DECLARED_NOISE, STATIST
 from imubench.diagnosis.config.solve import SWING
 from imubench.diagnosis.discrepancy.terms import channels_of
 from imubench.diagnosis.noise.coloured import Spectra, noise_spectra
-from imubench.diagnosis.noise.reml import declared, levels, with_noise
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, equation_of
-from imubench.diagnosis.problem.residuals import Rows
+from imubench.diagnosis.noise.declared_noise import declared
+from imubench.diagnosis.noise.noise_levels import levels
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.residuals import SWING_EQUATION, Rows, equation_of
 from imubench.diagnosis.residual_checks.localize import shares
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
-from imubench.diagnosis.samples.check_findings import UNIT_OF_PART, called
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.samples.check_findings import called
+from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault
 

@@ -9,13 +9,14 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.evidence import Comparison, Level, Played, Pose, Trace
-from imubench.diagnosis.noise.reml import levels
+from imubench.diagnosis.noise.noise_levels import levels
+from imubench.diagnosis.problem.batch_model import SMOOTHING
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.residuals import Rows
 from imubench.diagnosis.problem.rig_kinematics import FORCE, HINGE
 from imubench.diagnosis.residual_checks.fitted_effects import fitted_effects
 from imubench.diagnosis.result import NOT_KNOWN, Noise
 from imubench.diagnosis.samples.rest_noise import quietest
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.format1.profile_noise import by_profile
 from imubench.recording import Recording
 
@@ -185,3 +186,18 @@ def mounts(fit: Fit) -> dict[str, Pose]:
         turn = base.turn @ rotations.to_matrix(rotations.exp(fit.state.values[f"{imu.name}.rotation"]))
         out[imu.name] = Pose(base.position + fit.state.values[f"{imu.name}.translation"], rotations.from_matrix(turn))
     return out
+
+
+def beside_motion(fit: Fit) -> tuple[str, ...]:
+    """Return in words the numbers of a fit that are of its sensors' timing, and no findings."""
+    values, out = fit.state.values, []
+    for h in fit.model.hypotheses:
+        if h.effect.given and h.effect.phrase:
+            numbers = ((p, float(values[h.key(p.name)][0])) for p in h.effect.parameters)
+            size = ", ".join(f"{p.name} {1e3 * x:+.2f} m{p.unit}" for p, x in numbers)
+            out.append(f"The fit has {h.effect.phrase.format(imu=h.at)}: {size}.")
+    for name in fit.model.smoothed:
+        variance = 2 * float(values[f"{name}.{SMOOTHING}"][0])
+        if variance > 0:
+            out.append(f"The samples of {name} are smoothed, by a window of {1e3 * np.sqrt(variance):.1f} ms (std).")
+    return tuple(out)

@@ -6,8 +6,8 @@ from imubench.arrays import Array
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.evidence import FittedEffect
 from imubench.diagnosis.problem.bspline import Moment
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.jets import Jet
 
 PARTS_OF_A_TERM = ("gyro", "accel", "torque")  # that a term without a name may add to

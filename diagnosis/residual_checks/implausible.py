@@ -6,9 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from imubench.diagnosis.config.residuals import EXCESS_NOISE
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.residual_checks.excess_noise import unexplained
 from imubench.diagnosis.result import Finding, Where
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
 
 def implausible_places(fit: Fit) -> set[str]:

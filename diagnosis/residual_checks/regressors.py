@@ -4,9 +4,9 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.residuals import LOCALIZE
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.rig_kinematics import HINGE
 from imubench.diagnosis.residual_checks.localize import Regressors
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
 
 def regressors(fit: Fit) -> dict[str, Regressors]:

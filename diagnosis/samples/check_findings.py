@@ -10,16 +10,14 @@ from imubench.diagnosis.config.samples import SCREENING
 from imubench.diagnosis.config.shared import CONFIDENCE, DECLARED_NOISE, STATISTICS
 from imubench.diagnosis.samples.impacts import Knocks
 from imubench.diagnosis.samples.noise_floor import Level, Rest
-from imubench.diagnosis.samples.sample_faults import Lost, Mask, more_than_odd
+from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART, Lost, Mask, more_than_odd
 from imubench.diagnosis.samples.tones import Line
+from imubench.diagnosis.windows import Windows
 from imubench.effects import EFFECTS
 from imubench.effects.traits import Fault
 from imubench.recording import Imu
 
 Value = tuple[Array, Array, str]
-Windows = tuple[tuple[float, float], ...]
-
-UNIT_OF_PART = {"gyro": "rad/s", "accel": "m/s^2"}
 
 
 @dataclass(frozen=True)

@@ -20,13 +20,14 @@ import numpy as np
 from imubench.diagnosis.config.samples import SCREENING
 from imubench.diagnosis.samples import check_findings as said
 from imubench.diagnosis.samples import sample_faults
-from imubench.diagnosis.samples.check_findings import UNIT_OF_PART, RawFinding, Windows
+from imubench.diagnosis.samples.check_findings import RawFinding
 from imubench.diagnosis.samples.even_grid import stretches
 from imubench.diagnosis.samples.impacts import knocks
 from imubench.diagnosis.samples.noise_floor import Level, rests, white_level
 from imubench.diagnosis.samples.rest_noise import rest_noise
-from imubench.diagnosis.samples.sample_faults import Mask
+from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART, Mask
 from imubench.diagnosis.samples.tones import line
+from imubench.diagnosis.windows import Windows
 from imubench.recording import Encoder, Imu
 
 

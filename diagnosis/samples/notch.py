@@ -10,6 +10,7 @@ that diffuses by D rad^2/s. Of a loud hum they are louder than the noise for som
 for a soft mount.
 """
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -19,9 +20,10 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.samples import NOTCH, TONE
 from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.samples.even_grid import stretches
-from imubench.diagnosis.samples.noise_floor import MEDIAN_OVER_MEAN, densities
+from imubench.diagnosis.samples.noise_floor import MEDIAN_OVER_MEAN, densities, white_level
 from imubench.diagnosis.samples.sample_faults import Mask
 from imubench.diagnosis.samples.tones import contrast
+from imubench.diagnosis.samples.tones import line as loudest_line
 from imubench.recording import Imu
 
 
@@ -52,6 +54,26 @@ def without_hum(imu: Imu, frequency: float, skip: Mask) -> tuple[Array, Array]:
             for out, x in ((gyro, s.gyro), (accel, s.accel)):
                 out[s.source[own]] -= sosfiltfilt(sos, x, axis=0)[own]
     return gyro, accel
+
+
+def without_further_hums(imu: Imu, skip: Mask) -> Imu:
+    """Return an IMU without the bands about all further lines with which its gyroscope hums, too.
+
+    What shakes a segment shakes it at several frequencies, and at their images. Each that is taken out is louder than
+    all noise of the accelerometer; a fainter one may be the skirt of another, and takes noise with it.
+    """
+    rate = 1 / float(np.median(np.diff(imu.time)))
+    while True:
+        pieces = stretches(imu.time, imu.gyro, imu.accel, skip)
+        levels = {part: white_level(pieces, part, rate, skip) for part in ("gyro", "accel")}
+        noise = {part: level.std for part, level in levels.items() if level is not None}
+        found = loudest_line(pieces, rate, skip, noise)
+        if found is None or float(np.mean(found.amplitude**2)) / 2 <= noise.get("accel", np.inf) ** 2:
+            return imu
+        if not turns_with_hum(imu, found.frequency, skip):
+            return imu
+        gyro, accel = without_hum(imu, found.frequency, skip)
+        imu = replace(imu, gyro=gyro, accel=accel)
 
 
 def with_steady_hum(imu: Imu, frequency: float, skip: Mask) -> Array:
@@ -133,4 +155,4 @@ def about(frequency: float, reach: float, rate: float) -> Array:
     return np.asarray(butter(2, band, btype="bandpass", fs=rate, output="sos"))
 
 
-__all__ = ["turns_with_hum", "with_steady_hum", "without_hum"]
+__all__ = ["turns_with_hum", "with_steady_hum", "without_further_hums", "without_hum"]

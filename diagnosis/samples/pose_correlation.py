@@ -4,8 +4,9 @@ An optical record is smoothed by its maker, and often given more densely than it
 with one another to micrometres, and are a tenth of a millimetre wrong. Beside a gyroscope this shows: between samples
 i and i + k the pose turns by conj(q_i) q_(i + k), the gyroscope's integral by c, and::
 
-    e_k = log(conj(c) conj(q_i) q_(i + k)) = r_(i + k) - r_i,  less what is linear in log(c), in the change of the rate,
-                                                               and constant: mount, scale, clock and bias
+    e_k = log(conj(c) conj(q_i) q_(i + k)) = r_(i + k) - r_i,  less what is linear in log(c), in the change of the rate
+                                                               and of its slope, and constant: mount, scale, clock,
+                                                               smoothing and bias
 
 For independent errors r the RMS of e_k, less the gyroscope's declared noise, is the same for every k; it grows with k
 while they last. Samples that are closer than that count once.
@@ -20,8 +21,9 @@ from scipy.interpolate import CubicSpline
 
 from imubench.arrays import Array
 from imubench.jets import Jet
-from imubench.recording import Imu, Pose, Recording
+from imubench.recording import OWN_IMUS, Imu, Pose, Recording
 from imubench.rotations import conjugate, exp, log, multiply
+from imubench.slope import slope_of
 
 POSE_ERRORS_LAST = 1.1  # times as large half a second apart as where they were taken to be independent: they are not
 POSE_ERRORS_GROW = 1.2  # times as large at twice the distance: the errors last
@@ -55,12 +57,13 @@ class GaussMarkov:
 
 def correlated_poses(recording: Recording) -> tuple[dict[str, NDArray[np.bool_]], dict[str, GaussMarkov]]:
     """Return which samples (n,) of every measured pose count whose errors last, and of those that wander how."""
-    imus = {f"segment{imu.name[-1]}": imu for imu in recording.imus}
+    imus = {recording.carrier(imu.name): imu for imu in recording.imus}
+    first = recording.carrier((recording.tree.imus or OWN_IMUS)[0])  # whose pose is what the splines describe
     masks: dict[str, NDArray[np.bool_]] = {}
     wander: dict[str, GaussMarkov] = {}
     for i, pose in enumerate(recording.poses):
         imu = imus.get(pose.segment)
-        every, how = apart(pose, imu) if imu is not None else (1, None)
+        every, how = apart(pose, imu, pose.segment == first) if imu is not None else (1, None)
         if every > 1:
             counts = np.arange(pose.time.size) % every == 0
             masks |= {f"pose{i + 1}.{part}": counts for part in ("position", "rotation")}
@@ -69,18 +72,19 @@ def correlated_poses(recording: Recording) -> tuple[dict[str, NDArray[np.bool_]]
     return masks, wander
 
 
-def apart(pose: Pose, imu: Imu) -> tuple[int, GaussMarkov | None]:
-    """Return how many samples apart the errors of a pose count, and how they wander."""
+def apart(pose: Pose, imu: Imu, may_wander: bool) -> tuple[int, GaussMarkov | None]:
+    """Return how many samples apart the errors of a pose count, and how they wander, where they may."""
     step = float(np.median(np.diff(pose.time)))
     spans, k = errors(pose, imu, POSE_LASTING_S), 1
     told = pose.rotation_noise_std
     if told and spans and spans[0] < POSE_FAR_FROM_DECLARED * told and spans[0] > told / POSE_FAR_FROM_DECLARED:
         return 1, None
-    for now, later in pairwise(spans):
-        if later <= POSE_ERRORS_GROW * now or 2 * k * step > POSE_SPACING_S:
+    for i, (now, later) in enumerate(pairwise(spans)):
+        if later > POSE_ERRORS_GROW * now and 2 ** (i + 1) * step <= POSE_SPACING_S:
+            k = 2 ** (i + 1)
+        elif i:  # between the nearest two lies what samples were resampled by, too
             break
-        k *= 2
-    return (k, None) if k == 1 or pose.segment != "segment1" else wandering(spans, step, k)
+    return (k, None) if k == 1 or not may_wander else wandering(spans, step, k)
 
 
 def wandering(spans: list[float], step: float, k: int) -> tuple[int, GaussMarkov | None]:
@@ -108,6 +112,7 @@ def errors(pose: Pose, imu: Imu, longest: float) -> list[float]:
     rate = CubicSpline(imu.time, imu.gyro)
     step, noise = float(np.median(np.diff(time))), imu.gyro_noise_std or 0.0
     steps, faster = np.diff(rate.antiderivative()(time), axis=0), np.diff(rate(time), axis=0)
+    bending = CubicSpline(imu.time, slope_of(imu.gyro, float(imu.rate)))(time)
     k = max(round(POSE_MATCHED_S / step), 1)
     turned = over(exp(steps), k)
     error = between(turned, q, k)
@@ -115,9 +120,9 @@ def errors(pose: Pose, imu: Imu, longest: float) -> list[float]:
     if good.sum() < POSE_PAIRS:
         return []
     quicker = np.cumsum(np.vstack([np.zeros(3), faster]), axis=0)
-    known = np.column_stack([log(turned), quicker[k:] - quicker[:-k], np.ones(len(error))])
+    known = np.column_stack([log(turned), quicker[k:] - quicker[:-k], bending[k:] - bending[:-k], np.ones(len(error))])
     law = np.linalg.lstsq(known[good], error[good], rcond=None)[0]
-    turned = exp(steps + np.column_stack([steps, faster, np.full(len(steps), 1 / k)]) @ law)
+    turned = exp(steps + np.column_stack([steps, faster, np.diff(bending, axis=0), np.full(len(steps), 1 / k)]) @ law)
     out: list[float] = []
     k = 1
     while k * step <= longest and len(turned) >= POSE_PAIRS:

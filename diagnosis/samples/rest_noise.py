@@ -16,8 +16,9 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.samples import QUIET_MOMENTS
-from imubench.diagnosis.samples.check_findings import UNIT_OF_PART, Windows
 from imubench.diagnosis.samples.quiet_moments import quiet_level
+from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
+from imubench.diagnosis.windows import Windows
 from imubench.recording import Imu, Recording
 
 MOST_REST_STD = {"gyro": 0.03, "accel": 0.3}

@@ -11,6 +11,8 @@ from imubench.diagnosis.config.samples import DROPOUT, LATTICE
 from imubench.diagnosis.config.shared import STATISTICS
 
 Mask = np.ndarray[tuple[int], np.dtype[np.bool_]]
+UNIT_OF_PART = {"gyro": "rad/s", "accel": "m/s^2"}
+"""The triples of an IMU, with the units that they are in."""
 
 # (a rounded parabola falls 3 steps over half a plateau's length, a fourth power 15)
 
@@ -167,7 +169,9 @@ def _sure(time: Array, x: Array, here: Mask, step: float, noise: float) -> bool:
     reach = max(1, round(LATTICE.drop_s / float(np.median(np.diff(time)))))
     plateaus, count = label(here)
     stay = float(erf(step / (2 * np.sqrt(2) * max(LATTICE.least_noise * noise, 1e-12))))
-    if np.bincount(plateaus)[1:].max(initial=0) > np.log(x.size / LATTICE.plateau_chance) / max(-np.log(stay), 1e-12):
+    if np.bincount(plateaus)[1:].max(initial=0) > np.log(x.size / STATISTICS.false_alarm_of_one) / max(
+        -np.log(stay), 1e-12
+    ):
         return True
     kinks = 0
     for i in range(1, count + 1):

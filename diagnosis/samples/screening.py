@@ -11,7 +11,7 @@ from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.result import Finding, Interval, Parameter
 from imubench.diagnosis.samples import checks as raw
 from imubench.diagnosis.samples.check_findings import RawFinding
-from imubench.diagnosis.samples.notch import turns_with_hum, with_steady_hum, without_hum
+from imubench.diagnosis.samples.notch import turns_with_hum, with_steady_hum, without_further_hums, without_hum
 from imubench.diagnosis.samples.pose_correlation import GaussMarkov, correlated_poses
 from imubench.diagnosis.samples.rest_noise import MOST_REST_STD
 from imubench.effects import traits_of
@@ -51,7 +51,7 @@ class SampleChecks:
             hum = self.humming.get(imu.name)
             if hum is not None and turns_with_hum(imu, hum, skip):
                 gyro, accel = without_hum(imu, hum, skip)
-                imu = replace(imu, gyro=gyro, accel=accel)
+                imu = without_further_hums(replace(imu, gyro=gyro, accel=accel), skip)
             elif hum is not None:
                 imu = replace(imu, accel=with_steady_hum(imu, hum, skip))
             imus.append(imu)

@@ -1,13 +1,16 @@
 """What of a round comes into the fit: asked of data that it has not seen."""
 
-from collections.abc import Generator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, replace
 
 from imubench.diagnosis.config.criteria import ADMISSION
-from imubench.diagnosis.criteria.cross_validation import Gain, by_halves, heldout_gain
-from imubench.diagnosis.criteria.trial import Kept, Passed, Trial
+from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.cross_validation import by_halves, heldout_gain
+from imubench.diagnosis.criteria.trial import Gain, Kept, Passed, Trial
 from imubench.diagnosis.noise.masking import with_mask
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.search.dynamic_candidates import CLEARLY
+from imubench.diagnosis.search.moves.add import next_plain, of_a_clock
 from imubench.diagnosis.search.moves.move import (
     Answer,
     Foretells,
@@ -15,31 +18,33 @@ from imubench.diagnosis.search.moves.move import (
     Proposal,
     Proposals,
     Refused,
+    Round,
     RoundMemory,
     SearchState,
     told,
 )
-from imubench.diagnosis.search.rounds import CLEARLY, Round, akin, asked, try_round, with_a_clock
 from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of
 from imubench.progress import tell
 
+SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
+AKIN = 0.9  # of the best's evidence, from which on one at its place tells what the best does
 
+
+@dataclass(frozen=True)
 class Add:
-    """One round: what explains most comes in, where data that it has not seen bear it out.
+    """One round: what explains most comes in if it predicts samples that it was not fitted to.
 
-    Where what is akin to the best predicts and the best only seems to, something of their kind is there, and the best
-    is its name: nine numbers of a g-sensitivity were lost in blocks of 2 s (30 nat, -18 to 68), three of a bias not.
-    What shows in a moment is in one block, and no other tells of it: there it must be what its law says
-    (`shows_in_its_moments`). A slip that predicts nothing is not asked for again: a loud moment of anything promises
-    one, and hides the rest.
+    If something akin to the best predicts them and the best only seems to, an effect of that kind is there, and the
+    best is its name: an effect of many numbers is hard to show on short blocks, one of few is not. An effect of a
+    single moment shows in one block only, so it is judged by its law instead (`shows_in_its_moments`). A slip that
+    predicts nothing is not asked for again: any loud moment promises a slip, and that hides the other effects.
     """
+
+    tries: Callable[[SearchState, Callable[[str], None]], Round]  # what a round tries
 
     def propose(self, state: SearchState) -> Proposals:
         """Yield what may come in, best first until one does; then what comes with it; last what the next round asks."""
-        rounds = state.rounds
-        everything = list(state.everything if rounds.asked is None else rounds.asked)
-        now = try_round(state.fit, everything, tell, rounds.vain, rounds.heard, state.use)
-        begun = state
+        now, begun = self.tries(state, tell), state
         refused: Refused = ()
         first: Gain | None = None  # what the best gains
         for trial, least in asked(now.tried):
@@ -121,11 +126,11 @@ def one_more(state: SearchState, trial: Trial) -> Proposal:
 def all_together(
     state: SearchState, now: Round, refused: Refused
 ) -> Generator[Proposal, Answer, tuple[SearchState, Refused]]:
-    """Yield effects that were found one after the other, each alone refused: they may predict together.
+    """Yield effects that were found one after the other and each refused alone: they may predict together.
 
-    A slip that is not known spoils what a scale foretells of other seconds, and the other way round. So does a clock's
-    skew: a misalignment of 1,145 nat, the best beside it, gained 819 on held-out data and might as well have lost.
-    Return the state with them, and what is refused then.
+    A slip that is not in the fit spoils what a scale predicts elsewhere, and the scale what the slip predicts. A
+    clock's skew does the same to every other effect. Return the state with them, and the effects that are still
+    refused.
     """
     rule, together = "add-together", now.together if state.use.on("add-together") else []
     if not together and state.use.on("clock-beside-best"):
@@ -175,6 +180,36 @@ def well_heard(now: Round) -> frozenset[str]:
     """Return the filters that were worth much in a round, whatever came in instead."""
     worth = (t for t in now.tried if t.evidence > CLEARLY)
     return frozenset(t.hypothesis.name for t in worth if t.hypothesis.effect.filters)
+
+
+def asked(tried: list[Trial]) -> list[tuple[Trial, float]]:
+    """Return the trials that held-out data are asked about until one is not refused, and the nat each must gain there.
+
+    The best, and the best without states, which a spline that takes in everything hides; with those as good as it. One
+    that is less good must gain of what it promises as large a share. Last the best with states, if it was not the best.
+    What is nearly as good (`akin`) must only gain: it is asked for what is so like the best.
+    """
+    plain = [t for t in tried if not t.hypothesis.effect.states]
+    out = [(t, 0.0) for t in tried[:1]]
+    for t in (t for t in plain if t is not tried[0]):
+        if t.evidence > plain[0].evidence - EVIDENCE.needed_nat or akin(t, plain[0]):
+            out.append((t, 0.0))
+        elif t.evidence > SECOND * plain[0].evidence:
+            out.append((t, SECOND * t.evidence))
+    return out + [(t, 0.0) for t in tried[1:] if t.hypothesis.effect.states and t.evidence > EVIDENCE.needed_nat][:1]
+
+
+def akin(trial: Trial, best: Trial) -> bool:
+    """Return whether a trial explains at its place nearly as much as the best does."""
+    return trial.hypothesis.at == best.hypothesis.at and trial.evidence > AKIN * best.evidence
+
+
+def with_a_clock(now: Round, say: Callable[[str], None]) -> list[Trial]:
+    """Return the clock's error that explains much beside a round's best, if that has no states and explains much."""
+    if not now.tried or now.tried[0].hypothesis.effect.states or now.tried[0].evidence < CLEARLY:
+        return []
+    found = next_plain(now.first, [h for h in now.plain if of_a_clock(h)], say)
+    return [found] if found and found.evidence > CLEARLY else []
 
 
 __all__ = ["Add"]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.diagnosis.criteria.cross_validation import Gain
+from imubench.diagnosis.criteria.trial import Gain
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 
 SOFT = 2.0  # nat, how fast confidence grows beyond what is needed; not yet calibrated

@@ -5,15 +5,17 @@ from collections.abc import Collection
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.noise import COHERENCE
 from imubench.diagnosis.config.shared import EVIDENCE
-from imubench.diagnosis.criteria.trial import Trial, kind, misfit
+from imubench.diagnosis.criteria.trial import Trial, kind
 from imubench.diagnosis.noise.coherence import follows_motion
+from imubench.diagnosis.noise.declared_noise import misfit
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over
 
 HINTED = 30.0  # nat that a screening must promise where nothing else says that a sensor moves on its own
-SHARE = 0.08  # of what is left
-TWICE = 2.0  # times what effects without states explain: from there a spline without a law comes before them
+CLEARLY = 100.0  # nat: of springs, from which on a spline without a law is tried too; of a name to ask with a clock's
+LEAST_SHARE_OF_MISFIT = 0.08  # of what is left
+FREE_FACTOR = 2.0  # times what effects without states explain: from there a spline without a law comes before them
 
 
 def stateful(
@@ -21,13 +23,13 @@ def stateful(
 ) -> list[Hypothesis]:
     """Return the effects with states that a round tries: all where something seems to have a motion of its own.
 
-    Else those that obey a law: a mount on stiff springs leaves 1.05 of the noise, and goes with the motion no more than
-    what is misaligned does. Springs alone where they have a rival without states: they seem to be one, gyroscope scales
-    of 40 nat for a rocking mount of 79. None beside another at an IMU, which leaves more than its law says: foam had a
-    soft mount of 28 nat beside the rocking one of 47,000. No filter beside a clock's offset that leaves little: it
-    would take the delay too, and is held against it in the end (diagnosis/search/moves/swap_clock_for_filter.py); but
-    those `heard`, worth much beside it before something else came in, are. None beside a torque that jumps either,
-    while little is left: a spline rounds the corners of such a motion as a filter would its readings.
+    Otherwise only those with a law: a mount on stiff springs leaves little more than noise, which goes with the motion
+    no more than the residuals of a misalignment do. Of these only springs where they have a rival without states
+    (`rivalled`), and none where another effect with states is at an IMU, because what that leaves is more than its law
+    allows. No filter beside a clock's offset that leaves little, because the filter would take the delay too; the two
+    are compared at the end (`swap_clock_for_filter`). Filters in `heard` are the exception: they were worth much before
+    something else came in. No filter beside a torque that jumps either, while little is left: the spline rounds the
+    corners of such a motion as a filter would round its readings.
     """
     delayed = (
         any(h.effect.late_by or h.effect.torque_jumps for h in fit.model.hypotheses)
@@ -46,13 +48,12 @@ def stateful(
 def promised_by_law(fit: Fit) -> float:
     """Return the nat that springs must promise, and be worth, beside a pose whose errors wander: a share of the misfit.
 
-    What the IMUs leave is a half a number, whatever it is, for their noise is not known. On real segments springs took
-    2 to 4 % of it where the IMU is screwed on and 18 to 33 % on foam. Quick turns of a screwed-on one promised 2,000
-    nat of a rocking mount that was worth 506 once fitted, with no damping that was known.
+    There the noise of the IMUs is estimated, so the residuals cost a half per number whatever is left out. Quick turns
+    of a screwed-on IMU promise a few percent of that to springs, foam several times as much (lab/019).
     """
     imus = {i.name for i in fit.model.recording.imus}
     left = sum(r.cost for r in fit.measured if r.name.split(".")[0] in imus)
-    return SHARE * left if fit.model.wander else 0.0
+    return LEAST_SHARE_OF_MISFIT * left if fit.model.wander else 0.0
 
 
 def suspicious(fit: Fit) -> bool:
@@ -72,7 +73,9 @@ def suspicious(fit: Fit) -> bool:
 def before_plain(lively: Trial, fit: Fit, further: Fit) -> bool:
     """Return whether an effect with states explains more than those without that made `further` of the fit."""
     plainly = evidence_over(fit, further)
-    return lively.evidence > max(EVIDENCE.needed_nat, plainly if lively.hypothesis.effect.lawful else TWICE * plainly)
+    return lively.evidence > max(
+        EVIDENCE.needed_nat, plainly if lively.hypothesis.effect.lawful else FREE_FACTOR * plainly
+    )
 
 
-__all__ = ["HINTED", "before_plain", "promised_by_law", "stateful", "suspicious"]
+__all__ = ["CLEARLY", "HINTED", "before_plain", "promised_by_law", "stateful", "suspicious"]

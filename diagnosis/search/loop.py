@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from imubench.diagnosis.budget import OutOfTime, check
-from imubench.diagnosis.criteria.cross_validation import Gain
+from imubench.diagnosis.criteria.trial import Gain
 from imubench.diagnosis.rules import Decision, known
 from imubench.diagnosis.search.moves.move import Above, Answer, Foretells, Holds, Move, Proposal, SearchState
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError

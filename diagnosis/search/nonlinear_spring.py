@@ -1,28 +1,22 @@
-"""Springs whose stiffness is not the same however far they are pushed: named, but not by what the table has.
+"""Springs whose stiffness depends on how far they are pushed: an effect that is found but has no name in the table.
 
 A law of straight springs, f + 2 z w x' + w^2 x = 0, holds only up to the noise that the fit gives it; foam that
 stiffens leaves more, and the springs' state takes it in as a spline would. So each is fitted once more with a force of
 w^2 x (1 + b (q - 1)), q about x^2 / s^2, on every axis, s the size of its state: w is the frequency at a usual push.
 Where that predicts the samples better than straight springs do, at the noise that each leaves, the law has left
-something out: 331 and 72 nat on two hardening mounts (242 and 63 promised before), 0 and -3 on two straight ones (1).
+something out.
 
-Left-out data are foretold by one linear step, and freedoms that springs of another frequency give are tens of nat: a
-mount that hardens within 1.7 mm, its b 13 standard deviations from 0, was worth 16 nat and lost 25. So b's own distance
-from 0 (Savage and Dickey) counts if it is more, where the samples are no worse for it: of 12 straight mounts one had 46
-nat by it, its price not taken off, in a fit that was worth -70; the others 9 at most. A free body's mount had b = 0.5
-(0.1) on every axis, 31 nat, worth 1 and -29 on left-out data.
+Left-out data are predicted by one linear step, and the freedoms that springs of another frequency give are worth tens
+of nat, so a mount that hardens may still lose there. So the distance of b from 0 (Savage and Dickey) counts instead if
+it is more and the samples are no worse for it.
 
-What a bend promises is half a chi-square of 3 where the springs are straight. Three mounts that harden, 3.5 to 5
-standard deviations from the nearest straight one, promised 7.6 to 39 nat and could not be shown to bend; no straight
-one can be shown not to. From `UNSURE` on their name is in doubt. From `LIKELY` on, which straight ones reach in two of
-a thousand, a soft mount's bend is said as well, and not surely: of five mounts that harden, and could not be shown to,
-four promised as much, of thirteen straight ones none (5.1 and 7.0 were the most). One that rocks, and was straight,
-promised 380 in a fit that had not settled: of these no more than the doubt is said.
+What a bend promises is half a chi-square with 3 degrees of freedom where the springs are straight. From `UNSURE` on
+their name is in doubt: some mounts that harden promise little more, and no straight one can be shown to be straight.
+From `LIKELY` on, which straight springs reach in two of a thousand, a soft mount's bend is reported as well, with low
+confidence. A rocking mount's is only doubted: it promises much also where a fit has not settled.
 
-What a fit's springs lean on its noise by (diagnosis/noise/debiased_fit.py) looks like a bend too: straight ones of 30
-Hz, taken for 23, promised 55 nat, and 1.8 once pulled off it. Six mounts that harden promised the same either way (25
-to 70) and bent as much; one that was taken for a rocking one was worth 8 nat, and 30 once pulled, of 47 and 43
-promised.
+The bias of springs by noise (`debiased_fit`) looks like a bend too, so the promise is the smaller one of before and
+after it is removed; a bend is fitted after. The figures behind this are in lab/019.
 """
 
 from collections.abc import Callable, Mapping
@@ -34,10 +28,12 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import Gain, predicted
-from imubench.diagnosis.criteria.trial import misfit
+from imubench.diagnosis.criteria.cross_validation import predicted
+from imubench.diagnosis.criteria.trial import Gain
 from imubench.diagnosis.noise.debiased_fit import debiased
+from imubench.diagnosis.noise.declared_noise import misfit
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import states_inside
 from imubench.diagnosis.problem.residuals import CHANNELS
@@ -47,9 +43,9 @@ from imubench.diagnosis.result import Finding, Parameter, Where
 from imubench.diagnosis.search.confidence import confidence, nameless
 from imubench.diagnosis.search.moves.drop import at_centre
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.gauss_newton import all_rows, factored
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, at_noise_of
-from imubench.diagnosis.solve.refit import extended, information, refit
+from imubench.diagnosis.solve.gauss_newton import all_rows, extended, factored
+from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of
+from imubench.diagnosis.solve.refit import information, refit
 from imubench.effects.effect import Effect
 
 PROMISED = 10.0  # nat, before they are fitted
@@ -58,7 +54,7 @@ LIKELY = 7.5  # nat that a bend of a soft mount promises, from which on it is sa
 NEEDED = 20.0  # nat, before springs are believed to bend; what they gain on held-out data only has to be a gain
 LIKELY_SURE = 0.6  # confidence
 CLEAR = 25.0  # nat by which b is not 0: so much needs no left-out data
-ROUNDS = 4  # of the noise's estimation, the law's own with it
+BEND_NOISE_ROUNDS = 4  # of the noise's estimation, the law's own with it
 
 
 @dataclass(frozen=True)
@@ -130,8 +126,8 @@ def bending(fit: Fit, h: Hypothesis, springs: Effect) -> NonlinearSprings:
     """Return a fit with springs that bend, and what it is worth over the one with straight ones."""
     curved, everything = in_place(fit, h, springs)
     tried = refit(fit, everything)
-    better = with_noise(tried, ROUNDS)
-    before = with_noise(fit, ROUNDS)
+    better = with_noise(tried, BEND_NOISE_ROUNDS)
+    before = with_noise(fit, BEND_NOISE_ROUNDS)
     heldout = predicted(at_noise_of(before, better), better, np.random.default_rng(HELD_OUT.bootstrap_seed))
     bend = curved.key("bend")
     covariance, std = information(better)
@@ -158,7 +154,7 @@ def suspected_findings(unsure: Mapping[Hypothesis, float], fit: Fit) -> list[Fin
 def unheld(fit: Fit) -> list[Hypothesis]:
     """Return the springs of a fit that leaves more than noise can be: their law is not all there is to them.
 
-    Straight ones left 0.8 to 1.3 of the noise in eight unseen trials, others 1.4 to 12 in six, at either sensor.
+    Straight ones leave about the noise.
     """
     springs = [h for h, _ in straight(fit)]
     return springs if springs and misfit(fit, at_least=True) > ADMISSION.unexplained_misfit else []

@@ -1,8 +1,9 @@
 """What rounding may be taken for: its error is regular where noise does not blur the steps.
 
-A reading that stays on a step while the sensor turns slowly is off by what goes with the motion, no white noise: on one
-rounded to 0.6 m/s^2 springs were worth 228 nat that were not there. Noise of std s blurs steps of d: of what is regular
-in their error exp(-2 (pi s / d)^2) is left. Where most of it is, three names in 25 rounded recordings were all of it.
+A reading that stays on a step while the sensor turns slowly is off by what goes with the motion, which is no white
+noise: springs may seem to explain it. Noise of standard deviation s blurs steps of d, and leaves exp(-2 (pi s / d)^2)
+of what is regular in their error. Where that is most of it, effects with states that are found there may be rounding
+alone.
 """
 
 from collections.abc import Collection, Iterable
@@ -54,8 +55,7 @@ def sharp(findings: Iterable[Finding], recording: Recording) -> dict[str, float]
 class RoundedStates:
     """The fit without states that gain no more than rounding has, by place.
 
-    A rocking mount of a gyroscope rounded to 0.028 rad/s had numbers that no mount has (415 nat), and the scale beside
-    it, which was there, was doubted for that.
+    They would follow the steps with numbers that no mount has, and cast doubt on the effects beside them.
     """
 
     def propose(self, state: SearchState) -> Proposals:
@@ -78,9 +78,9 @@ def beside_rounding(
 ) -> tuple[Finding, ...]:
     """Return named findings, motions of an IMU or beside a lone one doubted where rounding may be all they explain.
 
-    So are slips that are told by their moment alone (-51 nat on held-out data: a reading leaves a step there), and hums
-    that no raw samples have (`heard`: the IMUs whose samples hum), up to the most that a regular error of
-    rounding has at one frequency: 0.10 m/s^2 of 93 nat on a swing rounded to 0.64.
+    So are slips that are told by their moment alone, which lose on held-out data (a reading leaves a step there), and
+    hums that no raw samples have (`heard`: the IMUs whose samples hum), up to the largest amplitude that a regular
+    error of rounding has at one frequency.
     """
     rounded = roundings(named, recording)
 

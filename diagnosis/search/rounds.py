@@ -1,41 +1,40 @@
 """One round of the search: what could come into the fit next, the best of it refitted exactly."""
 
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection
+from dataclasses import replace
 
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.followed_sensor import at_levels, nearer_to_declared, uncertain_levels
-from imubench.diagnosis.criteria.trial import Trial, misfit
+from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.discrepancy.input_nonlinearity import reads_by_own_law
+from imubench.diagnosis.noise.declared_noise import misfit
 from imubench.diagnosis.noise.masking import mask_beside, shows_in_its_moments, with_mask
 from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.rules import RuleUse
-from imubench.diagnosis.search.dynamic_candidates import HINTED, before_plain, promised_by_law, stateful, suspicious
-from imubench.diagnosis.search.moves.add import next_plain, of_a_clock, plain_scores, plain_trials
+from imubench.diagnosis.search.dynamic_candidates import (
+    CLEARLY,
+    HINTED,
+    before_plain,
+    promised_by_law,
+    stateful,
+    suspicious,
+)
+from imubench.diagnosis.search.moves.add import next_plain, plain_scores, plain_trials
 from imubench.diagnosis.search.moves.add_dynamic import explained, state_trials
-from imubench.diagnosis.search.moves.move import Promises
+from imubench.diagnosis.search.moves.move import Promises, Round, SearchState
 from imubench.diagnosis.search.moves.swap_states_for_law import states_to_law
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
-CLEARLY = 100.0  # nat: of springs, from which on a spline without a law is tried too; of a name to ask with a clock's
 AHEAD = 3  # effects without states that are tried together before one with states is
-SECOND = 0.5  # of the best's evidence: from there one is asked where the best is refused
-AKIN = 0.9  # of the best's evidence, from which on one at its place tells what the best does
 LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
 
 
-@dataclass(frozen=True)
-class Round:
-    """What was tried."""
-
-    fit: Fit  # without it, on the samples that count
-    tried: list[Trial]  # the one that explains most first
-    first: Fit  # with that one, at the noise levels that it leaves
-    together: list[Trial]  # what comes in with it, one after the other
-    lively: bool  # whether effects with states were looked at
-    brief: bool = False  # whether the first one shows in a moment, as its law says
-    plain: Sequence[Hypothesis] = ()  # effects without states, at their starts
+def next_round(state: SearchState, say: Callable[[str], None]) -> Round:
+    """Return what could come into the fit of a search next, of what its last round has left to ask."""
+    rounds = state.rounds
+    everything = list(state.everything if rounds.asked is None else rounds.asked)
+    return try_round(state.fit, everything, say, rounds.vain, rounds.heard, state.use)
 
 
 def try_round(
@@ -77,7 +76,7 @@ def try_round(
     lively = [
         t for t in dynamic_trials(fit, left, alive, say, least, vain, use) if t.evidence > promised_by_law(further)
     ]
-    led = states_to_law(fit, further, lively, plain, say) if use.on("law-for-states") else None
+    led = states_to_law(fit, further, lively, plain, say, next_plain) if use.on("law-for-states") else None
     if led and use.holds("law-for-states", lambda: True):
         others = [t for t in lively if t.hypothesis != led[0].hypothesis]
         return Round(fit, [led[0], *others, *tried], led[0].fit, led[1:], True)
@@ -97,8 +96,7 @@ def dynamic_trials(
 ) -> list[Trial]:
     """Return the refits with states; where springs alone were asked and explain much, beside what has no law.
 
-    A pivot that shakes left a lone IMU no more than 1.4 times its noise power, and 477 nat for a soft mount: itself it
-    is worth 1,326.
+    A pivot that shakes may leave a lone IMU little more than its noise, and springs then stand in for it.
     """
     tried = state_trials(fit, alive, say, least, vain)
     use = use or RuleUse()
@@ -110,28 +108,6 @@ def dynamic_trials(
     freely = state_trials(fit, free, say, least, vain)
     use.holds("free-beside-springs", lambda: bool(freely))
     return sorted([*freely[:1], *tried[:1]], key=lambda t: -explained(t)) + tried[1:]
-
-
-def asked(tried: list[Trial]) -> list[tuple[Trial, float]]:
-    """Return the trials that held-out data are asked about until one is not refused, and the nat each must gain there.
-
-    The best, and the best without states, which a spline that takes in everything hides; with those as good as it. One
-    that is less good must gain of what it promises as large a share. Last the best with states, if it was not the best.
-    What is nearly as good (`akin`) must only gain: it is asked for what is so like the best.
-    """
-    plain = [t for t in tried if not t.hypothesis.effect.states]
-    out = [(t, 0.0) for t in tried[:1]]
-    for t in (t for t in plain if t is not tried[0]):
-        if t.evidence > plain[0].evidence - EVIDENCE.needed_nat or akin(t, plain[0]):
-            out.append((t, 0.0))
-        elif t.evidence > SECOND * plain[0].evidence:
-            out.append((t, SECOND * t.evidence))
-    return out + [(t, 0.0) for t in tried[1:] if t.hypothesis.effect.states and t.evidence > EVIDENCE.needed_nat][:1]
-
-
-def akin(trial: Trial, best: Trial) -> bool:
-    """Return whether a trial explains at its place nearly as much as the best does."""
-    return trial.hypothesis.at == best.hypothesis.at and trial.evidence > AKIN * best.evidence
 
 
 def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], None]) -> list[Trial]:
@@ -153,12 +129,4 @@ def ahead(fit: Fit, better: Fit, plain: list[Hypothesis], say: Callable[[str], N
     return out
 
 
-def with_a_clock(now: Round, say: Callable[[str], None]) -> list[Trial]:
-    """Return the clock's error that explains much beside a round's best, if that has no states and explains much."""
-    if not now.tried or now.tried[0].hypothesis.effect.states or now.tried[0].evidence < CLEARLY:
-        return []
-    found = next_plain(now.first, [h for h in now.plain if of_a_clock(h)], say)
-    return [found] if found and found.evidence > CLEARLY else []
-
-
-__all__ = ["Round", "akin", "asked", "try_round", "with_a_clock"]
+__all__ = ["next_round", "try_round"]

@@ -1,25 +1,22 @@
 """Which effects the fit needs: score all, refit the best few exactly, keep what predicts, drop what it does without."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Mapping
+from dataclasses import replace
 
 from imubench.diagnosis.candidates.both_mounts import gives_way
 from imubench.diagnosis.config.criteria import ADMISSION
-from imubench.diagnosis.criteria.dynamic_aic import law_levels, with_tight_laws
+from imubench.diagnosis.criteria.dynamic_aic import with_tight_laws
+from imubench.diagnosis.criteria.plausible_fit import law_levels, natural
 from imubench.diagnosis.criteria.trial import Kept, kind
-from imubench.diagnosis.noise.debiased_fit import debiased
 from imubench.diagnosis.noise.knot_selection import finer
-from imubench.diagnosis.noise.looser_motion import with_looser_motion
 from imubench.diagnosis.noise.masking import weighed_beside
 from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
-from imubench.diagnosis.problem.batch_model import Model
-from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.search.admission import Add
 from imubench.diagnosis.search.dynamic_candidates import suspicious
-from imubench.diagnosis.search.loop import Repeat, Rule, Search, Stage, search
-from imubench.diagnosis.search.moves.drop import Drop, changed, firmly, natural
+from imubench.diagnosis.search.loop import Repeat, Rule, Stage, search
+from imubench.diagnosis.search.moves.drop import Drop, firmly
 from imubench.diagnosis.search.moves.merge import Merge
 from imubench.diagnosis.search.moves.move import RoundMemory, SearchState, Step
 from imubench.diagnosis.search.moves.swap_clock_for_backlash import ClocksToBacklash
@@ -28,61 +25,23 @@ from imubench.diagnosis.search.moves.swap_for_one_triple import FilterOfOneTripl
 from imubench.diagnosis.search.moves.swap_for_rival import RivalForEffect
 from imubench.diagnosis.search.moves.swap_friction import FrictionMixture, together
 from imubench.diagnosis.search.rounding import RoundedStates
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, converged
-from imubench.effects import possible
+from imubench.diagnosis.search.rounds import next_round
+from imubench.diagnosis.search.selected import DROP_NEEDLESS, Selection, candidates
+from imubench.diagnosis.solve.levenberg_marquardt import converged
 from imubench.progress import tell
 
-SETTLED = 8  # rounds at most, of a law that the fit ends with
+MOST_LAW_ROUNDS = 8  # rounds at most, of a law that the fit ends with
 FURTHER = "further effects"
 WITHOUT = "whether each finding is needed"
 OTHERWISE = "other readings of the findings: one effect for two, a filter for a delay"
 SETTLING = "the last digits of the findings' numbers"
 
 
-@dataclass(frozen=True)
-class Selection:
-    """What was found, and the fit with it."""
-
-    fit: Fit
-    kept: tuple[Kept, ...]
-    rejected: tuple[tuple[Hypothesis, float], ...]  # nat on held-out data, or of evidence where that was enough
-    not_tried: tuple[str, ...] = ()  # stages of the search that the time limit did not allow
-
-    @cached_property
-    def numbers(self) -> Fit:
-        """The fit that the numbers are read off; where springs predict best, and not where they cost least."""
-        return self.fit if gives_way(self.fit) else debiased(with_looser_motion(self.fit))
-
-    def on_with(self, rules: Sequence[Rule | Repeat], use: RuleUse) -> "Selection":
-        """Return what is found once some more rules were asked.
-
-        Raises:
-            OutOfTime: where the time limit stops them.
-        """
-        begun = SearchState(self.fit, self.kept, refused=self.rejected, weighed=self.fit, use=use)
-        under_way = Search(begun)
-        under_way.apply(rules)
-        found = under_way.state
-        if found is begun:
-            return self
-        return replace(self, fit=found.fit, kept=found.kept, rejected=(*found.refused, *found.dropped))
-
-    @property
-    def springs_refused(self) -> frozenset[str]:
-        """Return the places at which springs explained much and foretold nothing."""
-        return frozenset(h.at for h, _ in self.rejected if h.effect.on_springs)
-
-
-def candidates(model: Model) -> list[Hypothesis]:
-    """Return every effect at every place of a recording where it could act."""
-    return [Hypothesis(effect, at) for effect, at in possible(model.recording) if effect.parameters or effect.states]
-
-
 def laws_of_filters(fit: Fit) -> list[str]:
     """Return the noise levels of filters' laws, which have settled once the filter is in.
 
-    A sensor's slow noise behind its filter looks like noise of the law. Round by round more of it went there (0.13 to
-    0.33 times the law's standard deviation, and no end), until a motion a little later explained what was left.
+    A sensor's slow noise behind its filter looks like noise of the law: in every further round more of it would go
+    there, without end.
     """
     return law_levels(fit, [h for h in fit.model.hypotheses if h.effect.filters])
 
@@ -96,8 +55,7 @@ def on_finer_knots(state: SearchState) -> SearchState:
 def searched_anew(state: SearchState) -> SearchState:
     """Return the state from which the search goes on without the states that were dropped, where much is left.
 
-    An effect with states that is dropped in the end hid what it stood for: a filter of both triples took what a soft
-    mount did (1,591 nat for 1,257), and was none once a scale and a drift were in.
+    An effect with states that is dropped at the end has hidden what it stood for.
     """
     hollow = {kind(h) for h, _ in state.dropped if h.effect.states}
     if not (hollow and suspicious(state.fit)):
@@ -112,7 +70,7 @@ def settled_laws(state: SearchState) -> SearchState:
     if not state.fit.model.tilts:
         return state
     tell("settling springs and dampers")
-    return replace(state, fit=with_tight_laws(with_noise(state.fit, SETTLED, laws_of_filters(state.fit))))
+    return replace(state, fit=with_tight_laws(with_noise(state.fit, MOST_LAW_ROUNDS, laws_of_filters(state.fit))))
 
 
 def weighed_moments(state: SearchState) -> SearchState:
@@ -160,10 +118,9 @@ def unnatural(state: SearchState) -> bool:
     return bool(state.fit.model.tilts) and not all(natural(state.fit, k.hypothesis) for k in state.kept)
 
 
-DROP_NEEDLESS = Rule("drop", Drop(), when=changed)
 ADD_ROUNDS = Repeat(
     (
-        Rule("add", Add()),
+        Rule("add", Add(next_round)),
         Rule("rival-for-effect", RivalForEffect(), when=came_in),
         Rule("filter-of-one-triple", FilterOfOneTriple(), when=came_in),
         Rule("friction-mixture", FrictionMixture(), when=rubs),
@@ -249,4 +206,4 @@ def select(
     return Selection(found.fit, found.kept, (*found.refused, *found.dropped), found.not_tried)
 
 
-__all__ = ["STAGES", "Selection", "candidates", "select"]
+__all__ = ["STAGES", "select"]

@@ -7,7 +7,7 @@ looks like slow terms: what is left of the residuals' colour after the refit div
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,10 +15,11 @@ from imubench.diagnosis.candidates.both_mounts import gives_way
 from imubench.diagnosis.config.discrepancy import TERM
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.discrepancy.best_term import best_term
-from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm
+from imubench.diagnosis.discrepancy.term_scores import FittedTerm
 from imubench.diagnosis.discrepancy.terms import Term, Unknown, channels_of, signals_of
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.noise.pooled import with_pooled_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks.excess_noise import excess_noise, left_over, off_its_equation
 from imubench.diagnosis.residual_checks.implausible import implausible_places, lawless
@@ -37,21 +38,12 @@ from imubench.diagnosis.search.nonlinear_spring import (
     suspected_findings,
     unheld,
 )
+from imubench.diagnosis.search.unnamed import Unknowns
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import information
 
 LATER_SURE = 0.6  # of what explains as much as a misalignment, a little later: 13 of 14 in 900 blind trials were none
 UNITS = {"gyro": "rad/s", "accel": "m/s^2", "torque": "N m"}
-
-
-@dataclass(frozen=True)
-class Unknowns:
-    """What has no name."""
-
-    findings: tuple[Finding, ...]
-    fit: Fit  # with terms for it; without the names that only stood in for them
-    doubted: tuple[Hypothesis, ...]  # names that something without one explains as well
 
 
 def unknowns(
@@ -109,9 +101,8 @@ def unknowns(
 def superseded(before: Fit, new: FittedTerm, terms: Sequence[Term], say: Callable[[str], None] = lambda _: None) -> Fit:
     """Return the fit with a new term and without the effects that only stood in for terms which it has now.
 
-    `before` is the fit without that term. A curve holds a misalignment too: what explained more than ten times as much
-    before the term came did not stand in for it (a hinge turns a gyroscope about one axis, and beside a term of 140 nat
-    nothing was left of a misalignment of 12,700).
+    `before` is the fit without that term. A curve holds a misalignment too, so that it leaves little for it: an effect
+    that explains more than ten times as much as the term before the term comes in is not a stand-in for it.
     """
     fit = new.fit
     named = [h for h in fit.model.judged if not isinstance(h.effect, Unknown)]
@@ -127,8 +118,7 @@ def superseded(before: Fit, new: FittedTerm, terms: Sequence[Term], say: Callabl
 def negligible_names(fit: Fit, say: Callable[[str], None] = lambda _: None) -> list[Hypothesis]:
     """Return the names of a fit that are worth less than what it leaves: beside that they explain next to nothing.
 
-    A bias of 34 nat and a drift of 12 at the other IMU gained 1,174 on held-out data of an accelerometer that rectifies
-    its shaking, of which 16,600 were left.
+    Where much is left, almost any name gains on held-out data.
     """
     most, out = left_over(fit), []
     for h in [h for h in fit.model.judged if not isinstance(h.effect, Unknown)]:
@@ -187,4 +177,4 @@ def place(found: FittedTerm) -> Where:
     return Where(term.at, shares(dict(zip(names, power, strict=True))), (), (), term.goes_with, 1.0)
 
 
-__all__ = ["Unknowns", "unknowns"]
+__all__ = ["unknowns"]

@@ -1,9 +1,9 @@
 """A series without a name, held against the laws whose series it may be: the filters and springs of its IMU.
 
 To second order in its time a filter or a spring adds the slope and the bend of what goes in. A weak one leaves so
-little that the search does not ask for it, or predicts too little, and the series is found instead. What is left out is
-followed by the motion, and a law leaves the motion less freedom to follow noise there: it is asked for what it gains on
-left-out data and those freedoms (a mount of 12 Hz that was worth 404 nat, a series 96, lost 49 and spared 644).
+little that the search does not ask for it, or predicts too little, and the series is found instead. The motion follows
+what is left out; with a law it has less freedom to follow noise there. So a law is judged by what it gains on left-out
+data plus the freedoms that it spares.
 """
 
 from contextlib import suppress
@@ -14,23 +14,23 @@ import numpy as np
 
 from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
 from imubench.diagnosis.criteria.conditional_aic import aic_gain, aic_gain_and_freedoms
-from imubench.diagnosis.criteria.cross_validation import Gain, heldout_gain
-from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
+from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.dynamic_score import screen
-from imubench.diagnosis.criteria.trial import Kept, Trial
+from imubench.diagnosis.criteria.plausible_fit import holds_its_law
+from imubench.diagnosis.criteria.trial import Gain, Kept, Trial
 from imubench.diagnosis.discrepancy.terms import SERIES, Unknown
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.loop import Rule
-from imubench.diagnosis.search.moves.add_dynamic import MORE
+from imubench.diagnosis.search.moves.add_dynamic import MORE_ROUNDS
 from imubench.diagnosis.search.moves.drop import SPLINES
-from imubench.diagnosis.search.moves.dynamic_refits import ROUNDS, refit_from_screening
+from imubench.diagnosis.search.moves.dynamic_refits import STATE_NOISE_ROUNDS, refit_from_screening
 from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.search.moves.term_rivals import NEARLY
-from imubench.diagnosis.search.selection import DROP_NEEDLESS, Selection, candidates
-from imubench.diagnosis.search.unknown import Unknowns
+from imubench.diagnosis.search.selected import DROP_NEEDLESS, Selection, candidates
+from imubench.diagnosis.search.unnamed import Unknowns
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit, refit_without
 from imubench.progress import tell
 
@@ -39,9 +39,9 @@ from imubench.progress import tell
 class LawForSeries:
     """The filter or the spring that is worth more than a series without a name at its IMU.
 
-    Beside a pose whose errors wander a series is theirs, and so would be a law's (a filter of 825 nat, and no offset).
-    What the series took the place of is not in the way, and comes back to be weighed beside the law: of a gyroscope's
-    filter of 0.34 ms half was a clock's offset.
+    Beside a pose whose errors wander a series belongs to the pose, and so would a law. Effects whose place the series
+    took are left out at first, and come back to be weighed beside the law: part of a filter's delay may be a clock's
+    offset.
     """
 
     term: Hypothesis  # the series
@@ -93,7 +93,7 @@ def laws_for_series(chosen: Selection, strange: Unknowns) -> list[Rule]:
 def as_good(best: Trial, won: Gain, fit: Fit, series: Fit) -> bool:
     """Return whether a law is worth more than a series, or nearly as much and gains more on left-out data.
 
-    Its states follow some noise, and pay for it: a filter was worth 185 nat for 212, and gained 235 for 215.
+    The states of a law follow some noise, and pay for it.
     """
     other = aic_gain(fit, series)
     if best.evidence >= other:
@@ -112,14 +112,14 @@ def by_law(fit: Fit, at: str) -> Trial | None:
     trials = []
     for some in screen(fit, [h for h in asked if h.effect.variant != "isotropic"])[: ADMISSION.refits]:
         with suppress(NotPositiveDefiniteError):
-            trials.append(refit_from_screening(fit, [some], rounds=ROUNDS + MORE))
+            trials.append(refit_from_screening(fit, [some], rounds=STATE_NOISE_ROUNDS + MORE_ROUNDS))
     return max((t for t in trials if holds_its_law(t) and rings(t)), key=lambda t: t.evidence, default=None)
 
 
 def rings(trial: Trial) -> bool:
     """Return whether samples show springs swing, on an axis at least: what gives way without is the series itself.
 
-    A real IMU, screwed on, had springs of 24, 46 and 92 Hz at 40 samples a second.
+    Springs swing too fast to be seen above half the sampling rate.
     """
     h, fit = trial.hypothesis, trial.fit
     swing = [np.exp(fit.state.values[h.key(p.name)]).min() for p in h.effect.parameters if p.unit == "Hz"]

@@ -1,10 +1,9 @@
 """Something without a name, held against effects of its IMU as small as it is.
 
-The search prices an effect's numbers by how large they may be: six numbers of a misalignment that are a hundredth
-of that cost 33 nat, and one that explained 32 was not asked for. A term's weights are as large as they explain most,
-and the term was found. So each effect gets such a size as well (`own_size`). Which of all effects it is costs the
-logarithm of their number. One that comes near the term without taking its place is what it may be all the same, as far
-as the recording tells: its equal.
+The search prices an effect's numbers by how large they may be, so an effect of many numbers that are far smaller may
+cost more than it explains. A term's weights are as large as they explain most, and the term is found instead. So each
+effect gets such a size as well (`own_size`). Which of all effects it is costs the logarithm of their number. One that
+comes near the term without taking its place is what it may be all the same, as far as the recording tells: its equal.
 """
 
 from dataclasses import dataclass, replace
@@ -22,8 +21,8 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import UNKNOWN, Rejected
 from imubench.diagnosis.search.loop import Rule
 from imubench.diagnosis.search.moves.move import Foretells, Proposal, Proposals, SearchState, told
-from imubench.diagnosis.search.selection import DROP_NEEDLESS, Selection, candidates
-from imubench.diagnosis.search.unknown import Unknowns
+from imubench.diagnosis.search.selected import DROP_NEEDLESS, Selection, candidates
+from imubench.diagnosis.search.unnamed import Unknowns
 from imubench.diagnosis.solve.refit import refit, refit_without
 from imubench.diagnosis.solve.schur import Base
 from imubench.progress import tell

@@ -8,7 +8,7 @@ of each effect, with its source). So in B, before B is seen::
 
     z_B ~ N(z_A, S_A + D)
 
-and the nominal fit of B has z_B in it (`KnownErrors`): what it leaves is new. An effect of one of these names that the
+and the nominal fit of B has z_B in it (`known_errors`): what it leaves is new. An effect of one of these names that the
 search then finds adds to z_B, and its numbers are the change.
 
 What is the sensor's own but acts on no single sample (a filter), or shows in the raw samples alone (rounding, noise
@@ -46,7 +46,7 @@ from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.sensor_errors.baseline_change import allowed, changed, differ
 from imubench.diagnosis.sensor_errors.own_errors import ranges_of, samplewise
 from imubench.effects import EFFECTS
-from imubench.effects.known import KnownErrors
+from imubench.effects.known import known_errors
 from imubench.errors import InputError
 from imubench.recording import Recording
 
@@ -128,7 +128,7 @@ class Learned:
     def hypotheses(self) -> tuple[Hypothesis, ...]:
         """The errors of every IMU as the nominal model of another recording has them."""
         return tuple(
-            Hypothesis(KnownErrors([EFFECTS[own.effect] for own in s.errors], s.value, _prior(s)), s.at)
+            Hypothesis(known_errors([EFFECTS[own.effect] for own in s.errors], s.value, _prior(s)), s.at)
             for s in self.sensors
         )
 

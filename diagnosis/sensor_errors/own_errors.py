@@ -14,12 +14,12 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.problem.batch_model import Model, started
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import TILT
 from imubench.diagnosis.result import Own, Parameter, SensorErrors
 from imubench.diagnosis.solve.gauss_newton import all_rows, factored
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.solve.refit import covariance_of
+from imubench.diagnosis.solve.marginals import covariance_of
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.effects import possible
 from imubench.effects.effect import Effect
@@ -43,7 +43,7 @@ class _Part:
 @one_thread
 def own_errors(fit: Fit) -> tuple[SensorErrors, ...]:
     """Return what a fit says of the errors of every IMU that it has."""
-    given = {h.at for h in fit.model.hypotheses if h.effect.given}
+    given = {h.at for h in fit.model.hypotheses if list(h.effect.known_parts())}
     names = {h.name for h in fit.model.hypotheses}
     every = [
         Hypothesis(effect, at)
@@ -107,7 +107,7 @@ def _parts(every: Sequence[Hypothesis], here: Sequence[Hypothesis]) -> list[_Par
             count += p.width
     parts = []
     for h in here:
-        if h.effect.given:
+        if h.effect.given and list(h.effect.known_parts()):
             matrix, offset = np.zeros((count, h.effect.numbers)), np.zeros(count)
             for effect, p, share, expected in h.effect.known_parts():
                 at = places[Hypothesis(effect, h.at).key(p.name)]

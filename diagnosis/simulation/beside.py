@@ -15,18 +15,20 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
 from imubench.diagnosis.config.solve import SOLVER
-from imubench.diagnosis.evidence import Comparison, Played, Swing, Trace
-from imubench.diagnosis.noise.reml import levels
+from imubench.diagnosis.evidence import Comparison, Played, Posed, Swing, Trace
+from imubench.diagnosis.noise.noise_levels import levels
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import Simulation
-from imubench.diagnosis.simulation.channels import Channel, channels
+from imubench.diagnosis.simulation.channels import Channel, judged_channels
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, with_laws_held
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
 from imubench.diagnosis.simulation.swing_windows import free
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
-from imubench.diagnosis.solve.refit import extended, refit_without
+from imubench.diagnosis.solve.gauss_newton import extended
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import refit_without
 from imubench.recording import Recording
 
 
@@ -40,6 +42,7 @@ class Beside:
     windows: tuple[Swing, ...]  # that a replay rolls out, with the states of the whole fit
     added: tuple[Trace, ...] = ()  # by triple of a sensor: what all findings add, of one motion and one start
     motion: Played | None = None  # that a replay prescribes, as smooth as it is estimated; None: that of the fit
+    posed: tuple[Posed, ...] = ()  # the declared model, and the one with all findings, or only that one
 
 
 def beside(
@@ -65,7 +68,7 @@ def beside(
     """
     if not all(playable(best, h) for h in named(best)):
         return None
-    measured = channels(recording)
+    measured = judged_channels(recording, noise)
     judge = Judge(recording, measured, counting(measured, best), noise, parts(best), ((), ()))
     found, told = named(best), best
     if found:
@@ -73,11 +76,12 @@ def beside(
     after = learned(best, judge.parts)
     of_half = [[part for part in judge.parts if part.half == half] for half in (0, 1)]
     started = [rolled(judge, one.fit, sim_model(one.fit), own) for one, own in zip(after, of_half, strict=True)]
-    first, second = (tuple((w.start, w.end) for w in windows) for windows in started)
-    judge = replace(judge, windows=(first, second))
+    spans = [tuple((w.start, w.end) for w in windows) for windows in started]
+    judge = replace(judge, windows=(spans[0], spans[1]))
     before = learned(declared, judge.parts) if found else after
-    with_all = judge.whole(after, started)
-    without = judge.whole(before) if found else with_all
+    last = judge.whole(after, started)
+    first = judge.whole(before) if found else last
+    with_all, without = last.channels, first.channels
     fitted = judge.fitted(after)
     return Beside(
         Simulation(
@@ -96,6 +100,7 @@ def beside(
         unbroken(judge, best, [w for half in started for w in half]),
         added(judge, after, with_all, started) if found else (),
         None if best is told else motion_of(told, best),
+        (first.posed, last.posed) if found else (last.posed,),
     )
 
 
@@ -146,7 +151,7 @@ def parts(fit: Fit) -> tuple[Part, ...]:
 
 
 def unbroken(judge: Judge, fit: Fit, started: Sequence[Swing]) -> tuple[Swing, ...]:
-    """Return the windows that a replay rolls out: whole swings, or as they `started` where one met its horizon.
+    """Return the windows that a replay rolls out: whole swings, or those that `started` where one met its horizon.
 
     A swing may be declared beyond the samples; a replay ends with them.
     """
@@ -158,7 +163,7 @@ def unbroken(judge: Judge, fit: Fit, started: Sequence[Swing]) -> tuple[Swing, .
     for swing in ((max(start, first), min(end, last)) for start, end in free(fit)):
         own = [w for w in started if swing[0] <= w.start < swing[1]]
         whole = all(any(np.isclose(w.end, end) for end in (swing[1], *ends)) for w in own)
-        out += [judge.started(fit, model, swing)] if whole else own
+        out += [judge.started(fit, model, span) for span in ([swing] if whole else [(w.start, w.end) for w in own])]
     return tuple(sorted(out, key=lambda w: w.start))
 
 
@@ -172,7 +177,7 @@ def of_finding(
     """Return the channels in which an effect matters most, simulated without it and with it."""
     other = others.get((h.effect.name, h.at))
     halves = (without(after[0], (h,)), without(after[1], (h,))) if other is None else learned(other, judge.parts)
-    gone = judge.whole(halves)
+    gone = judge.whole(halves).channels
     shown = sorted(judge.channels, key=lambda c: -judge.gain(c, gone[c.name], with_all[c.name]))
     return tuple(judge.compared(c, gone, with_all, (*halves, *after)) for c in shown[: SIMULATED_BESIDE.channels])
 
@@ -192,7 +197,7 @@ def added(
         started: the windows that are rolled out, by half.
     """
     bare = [without(one, one.fit.model.hypotheses) for one in after]
-    gone = judge.whole((bare[0], bare[1]), started)
+    gone = judge.whole((bare[0], bare[1]), started).channels
     groups: dict[str, list[Channel]] = {}
     for c in judge.channels:
         groups.setdefault(c.group, []).append(c)

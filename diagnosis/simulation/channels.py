@@ -1,6 +1,6 @@
 """What every sensor of a recording would read of a simulation, and how far that is from what it did read."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +9,7 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.correction.sensor_chain import angle_read, at_place, read_by
 from imubench.diagnosis.config.correction import REPLAY
-from imubench.diagnosis.evidence import Swing
+from imubench.diagnosis.evidence import Posed, Swing
 from imubench.diagnosis.problem.encoder_calibration import read
 from imubench.diagnosis.residual_checks.fit_summary import CHANNELS_WITH_UNIT
 from imubench.diagnosis.simulation.sim_model import SimModel
@@ -29,6 +29,14 @@ class Channel:
     unit: str
     time: Array  # (n,) s
     measured: Array  # (n,)
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """What is seen of one simulation."""
+
+    channels: Mapping[str, Array]  # (n,) by channel, what every sensor reads at its stamps
+    posed: Posed
 
 
 def channels(recording: Recording) -> tuple[Channel, ...]:
@@ -55,13 +63,23 @@ def channels(recording: Recording) -> tuple[Channel, ...]:
     return tuple(out)
 
 
-def dense_rate(recording: Recording) -> float:
-    """Return how many rows a second of a simulation there are, whole ones to each sample of the quickest sensor."""
+def judged_channels(recording: Recording, noise: Mapping[str, float]) -> tuple[Channel, ...]:
+    """Return the measured channels of the groups that have a `noise`: a sensor that clips throughout has none."""
+    return tuple(c for c in channels(recording) if c.group in noise)
+
+
+def quickest(recording: Recording) -> float:
+    """Return the rate in Hz of the sensor with most samples a second."""
     rates = [i.rate for i in recording.imus]
     clocks = [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     rates += [1 / float(np.median(np.diff(time))) for time in clocks]
-    quickest = max(rates)
-    return quickest * max(1, int(np.ceil(REPLAY.least_rate_hz / quickest)))
+    return max(rates)
+
+
+def dense_rate(recording: Recording) -> float:
+    """Return how many rows a second of a simulation there are, whole ones to each sample of the quickest sensor."""
+    rate = quickest(recording)
+    return rate * max(1, int(np.ceil(REPLAY.least_rate_hz / rate)))
 
 
 def read_out(model: SimModel, recording: Recording, truth: Truth, zero: float) -> dict[str, Array]:
@@ -96,10 +114,21 @@ def read_out(model: SimModel, recording: Recording, truth: Truth, zero: float) -
     return out
 
 
-def simulated(model: SimModel, recording: Recording, windows: Sequence[Swing]) -> dict[str, Array]:
-    """Return every channel of a recording as a model plays it: rolled out in the windows, prescribed elsewhere."""
+def posed(truth: Truth, zero: float, rate: float) -> Posed:
+    """Return where a simulation, whose rows begin at `zero` s, has the rig, at about `rate` Hz."""
+    step = truth.time[1] - truth.time[0]
+    rows = np.arange(0, truth.time.size, max(1, round(1 / (step * rate))))
+    return Posed(
+        zero + truth.time[rows],
+        {s.name: (s.position[rows], s.quaternion[rows]) for s in truth.segments},
+        {s.name: (s.position[rows], s.quaternion[rows]) for s in truth.sensors},
+    )
+
+
+def simulated(model: SimModel, recording: Recording, windows: Sequence[Swing]) -> Simulated:
+    """Return a recording as a model plays it: rolled out in the windows, prescribed elsewhere."""
     assert model.motion is not None
     start, end = span_of(recording)
     rate = dense_rate(recording)
     truth, first = played(model.rig, model.motion, model.effects, (start, end), rate, windows)
-    return read_out(model, recording, truth, first)
+    return Simulated(read_out(model, recording, truth, first), posed(truth, first, quickest(recording)))

@@ -1,7 +1,8 @@
 """A recording that simulations are held against: where they are rolled out, from which states, how far they are off."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,15 +10,15 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.budget import check
 from imubench.diagnosis.config.simulation import ROLL_OUT, SIMULATED_BESIDE
-from imubench.diagnosis.evidence import Comparison, Swing
+from imubench.diagnosis.evidence import Comparison, Posed, Swing
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.result import SimulatedChannel
-from imubench.diagnosis.simulation.channels import Channel, channels, dense_rate, read_out, simulated
+from imubench.diagnosis.simulation.channels import Channel, Simulated, channels, dense_rate, read_out, simulated
 from imubench.diagnosis.simulation.learned import Learned, Part, half_at
 from imubench.diagnosis.simulation.rollout import Misfit, can_swing, horizon, refined
 from imubench.diagnosis.simulation.sim_model import SimModel, sim_model, state_at
 from imubench.diagnosis.simulation.splice import rolled_truth
 from imubench.diagnosis.simulation.swing_windows import free
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.subset import cut
 from imubench.diagnosis.windows import Window, covered
 from imubench.recording import Recording
@@ -67,29 +68,54 @@ class Judge:
         inside = [int(mask.size) for mask in counts.values()]
         if min(inside) > 1:
             part = cut(self.recording, low, high)
-            return part, [(c, counts[c.name]) for c in channels(part)]
+            return part, [(c, counts[c.name]) for c in channels(part) if c.name in counts]
         whole = [(c, self.counts[c.name] & (c.time >= low) & (c.time <= high)) for c in self.channels]
         return self.recording, whole
 
-    def played(self, one: Learned, half: int, started: Sequence[Swing] | None = None) -> dict[str, Array]:
-        """Return every channel as one half's model plays it, from the states in `started` where they are known."""
+    def played(self, one: Learned, half: int, started: Sequence[Swing] | None = None) -> Simulated:
+        """Return the recording as one half's model plays it, from the states in `started` where they are known."""
         check()
         model = sim_model(one.fit)
         if started is None:
             started = [self.started(one.fit, model, span) for span in self.windows[half]]
         return simulated(model, self.recording, tuple(started))
 
-    def started(self, fit: Fit, model: SimModel, span: Window) -> Swing:
-        """Return a window with the fitted state at its start."""
+    def begun(self, fit: Fit, model: SimModel, span: Window) -> Swing:
+        """Return a window with the state at its start that its first second shows."""
         return refined(model.rig, Swing(*span, state_at(fit, span[0])), self.misfit(model))
 
-    def whole(self, halves: tuple[Learned, Learned], started: Sequence[Sequence[Swing]] = ()) -> dict[str, Array]:
-        """Return every channel, each half of the recording as it is played for that."""
+    def started(self, fit: Fit, model: SimModel, span: Window) -> Swing:
+        """Return a window that ends by its horizon with the state at its start, a chaotic limb's from all of it."""
+        begun = self.begun(fit, model, span)
+        if model.rig.tree.hinge is not None:
+            return begun
+        return refined(model.rig, begun, self.misfit(model), span[1] - span[0])
+
+    def whole(self, halves: tuple[Learned, Learned], started: Sequence[Sequence[Swing]] = ()) -> Simulated:
+        """Return the recording, each half of it as it is played for that."""
         known = started or (None, None)
-        both = [self.played(one, half, known[half]) for half, one in enumerate(halves)]
-        return {
-            c.name: np.where(half_at(self.parts, c.time) == 0, both[0][c.name], both[1][c.name]) for c in self.channels
+        first, second = (self.played(one, half, known[half]) for half, one in enumerate(halves))
+        read = {
+            c.name: np.where(half_at(self.parts, c.time) == 0, first.channels[c.name], second.channels[c.name])
+            for c in self.channels
         }
+        return Simulated(read, self.joined(first.posed, second.posed))
+
+    def joined(self, first: Posed, second: Posed) -> Posed:
+        """Return where two simulations have the rig, each in the half of the recording that it is played for."""
+        own = [half_at(self.parts, one.time) == half for half, one in enumerate((first, second))]
+        time = np.concatenate([first.time[own[0]], second.time[own[1]]])
+        order = np.argsort(time)
+
+        def both(a: Mapping[str, tuple[Array, Array]], b: Mapping[str, tuple[Array, Array]]) -> dict[str, Any]:
+            return {
+                name: tuple(
+                    np.concatenate([x[own[0]], y[own[1]]])[order] for x, y in zip(a[name], b[name], strict=True)
+                )
+                for name in a
+            }
+
+        return Posed(time[order], both(first.segments, second.segments), both(first.sensors, second.sensors))
 
     def judged(self) -> tuple[Window, ...]:
         """Return the windows that are judged: those that are rolled out, or everything where none is."""
@@ -168,11 +194,16 @@ def rolled(
         for part in (p for p in parts if p.swings):
             start, end = max(part.start, swing[0]), min(part.end, swing[1])
             while end - start >= ROLL_OUT.least_s:
-                window = judge.started(fit, model, (start, end))
-                until = horizon(model.rig, window, misfit)
-                out.append(replace(window, end=until if end - until >= ROLL_OUT.least_s else end))
+                until = horizon(model.rig, judge.begun(fit, model, (start, end)), misfit)
+                out.append(judge.started(fit, model, (start, cut_by(until, start, end))))
                 start = out[-1].end
     return tuple(out)
+
+
+def cut_by(horizon: float, start: float, end: float) -> float:
+    """Return where a window that may last from `start` to `end`, s, is cut: by its horizon, leaving no remnant."""
+    cut = min(horizon, end - ROLL_OUT.least_s)
+    return end if horizon >= end or cut - start < ROLL_OUT.least_s else cut
 
 
 def counting(measured: Sequence[Channel], fit: Fit) -> dict[str, NDArray[np.bool_]]:

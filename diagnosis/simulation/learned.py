@@ -25,11 +25,12 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
 from imubench.diagnosis.criteria.cross_validation import half_step
-from imubench.diagnosis.problem.dynamics_factors import is_data
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.process_factors import law_rows, scenes
+from imubench.diagnosis.problem.residuals import is_data
 from imubench.diagnosis.solve.gauss_newton import all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.retract import moved

@@ -13,17 +13,17 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.correction.read_model import read_model
 from imubench.diagnosis.evidence import Swing
+from imubench.diagnosis.noise.declared_noise import declared_by
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import declared_by
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import UNKNOWN, Simulation
 from imubench.diagnosis.samples.screening import check_samples
-from imubench.diagnosis.simulation.channels import channels, dense_rate, read_out
+from imubench.diagnosis.simulation.channels import dense_rate, judged_channels, read_out
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Part
 from imubench.diagnosis.simulation.sim_model import SimModel, sim_model
 from imubench.diagnosis.simulation.splice import rolled_truth
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.errors import InputError
 from imubench.progress import Step, silent
 from imubench.recording import Recording, span_of
@@ -80,7 +80,7 @@ def of_folder(folder: Path, recording: Recording) -> tuple[str, SimModel]:
 def beside_declared(fit: Fit, found: SimModel, noise: dict[str, float], told: str) -> Simulation:
     """Return how far the declared model and one that was `found` elsewhere are from a recording's free swings."""
     recording = fit.model.recording
-    measured = channels(recording)
+    measured = judged_channels(recording, noise)
     parts = tuple(Part(start, end, 0, True) for start, end in sorted(recording.free_swings))
     judge = Judge(recording, measured, counting(measured, fit), noise, parts, ((), ()))
     started = rolled(judge, fit, found, parts, found.rig.dry_friction)

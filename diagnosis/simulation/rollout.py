@@ -16,7 +16,10 @@ limb of 25 cm, in which hundreds of samples tell two or six numbers, and frictio
 What is left unknown of the state grows. With J(t) the derivatives of what the sensors read, over their noise, by the
 state, and P = (J' J)^-1 from the first second, the roll-out is uncertain by sqrt(J(t) P J(t)') times the noise. A hinge
 has one degree of freedom and is never chaotic. A limb on a ball joint may be, without friction: there it grows tenfold
-in two seconds, and beyond its `horizon` no model foretells anything. The roll-out then starts anew.
+in two seconds, and beyond its `horizon` no model foretells anything. The roll-out then starts anew. What the
+first second leaves unknown of such a limb's start, and what wrong numbers of its mount make of it there, would be most
+of what it is off by at its horizon: its start is the one that fits all of the window best, six numbers of some hundred
+samples.
 """
 
 from collections.abc import Callable
@@ -121,9 +124,9 @@ def state_beside(rig: Rig, state: Start, step: Array) -> Start:
     return replace(state, quaternion=turned, rate=state.rate + step[3:])
 
 
-def refined(rig: Rig, window: Swing, misfit: Misfit) -> Swing:
-    """Return a window with the state at its start that fits its first second best, from a state that is near."""
-    brief = replace(window, end=min(window.end, window.start + ROLL_OUT.start_s))
+def refined(rig: Rig, window: Swing, misfit: Misfit, seconds: float = ROLL_OUT.start_s) -> Swing:
+    """Return a window with the state at its start that fits its first `seconds` best, from a state that is near."""
+    brief = replace(window, end=min(window.end, window.start + seconds))
     found = misfit(brief)[1]
     back = np.linalg.pinv(slopes(rig, brief, misfit), rcond=ROLL_OUT.unseen)
     for _ in range(ROLL_OUT.rounds):

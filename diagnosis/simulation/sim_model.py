@@ -6,19 +6,18 @@ import numpy as np
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.correction.export import plays
 from imubench.correction.found_chain import chain_of
 from imubench.correction.found_rig import rig_of
-from imubench.correction.sensor_chain import Effects
+from imubench.correction.sensor_chain import Effects, plays
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.evidence import Played
 from imubench.diagnosis.problem.encoder_calibration import ERROR
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.rig_kinematics import HINGE
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.result import Finding, Interval
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
-from imubench.diagnosis.verdict.findings import parameters
+from imubench.diagnosis.verdict.effect_parameters import parameters
 from imubench.sim.rigs import Rig
 from imubench.sim.swing import Start
 

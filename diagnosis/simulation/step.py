@@ -8,12 +8,12 @@ import numpy as np
 from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Evidence
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.residual_checks.localize import locate
 from imubench.diagnosis.residual_checks.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Simulation, Where
 from imubench.diagnosis.simulation.beside import beside
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.errors import InputError
 
 UNPLAYED = "the simulation beside the recording"
@@ -59,6 +59,7 @@ def judged_by_simulation(
         motion=found.motion if found.motion is not None and not nameless else evidence.motion,
         simulated=found.channels,
         comparisons=tuple(found.findings.get((f.effect, f.at), ()) for f in findings),
+        posed=found.posed,
         rolled_out=found.windows,
     )
     return found.simulation, evidence, locate(found.added, regressors(best), noise=0.0)

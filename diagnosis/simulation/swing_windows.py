@@ -15,9 +15,9 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.simulation import ROLL_OUT, SWING_WINDOW
 from imubench.diagnosis.config.solve import SWING
 from imubench.diagnosis.problem.dynamics_factors import missing_torque, whirl
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
 from imubench.diagnosis.simulation.sim_model import named
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.windows import Window, cut_out
 from imubench.recording import STANDARD_GRAVITY
 

@@ -1,47 +1,30 @@
 """The motion fit: Levenberg-Marquardt on splines and parameters together, noise levels estimated on the way."""
 
-from dataclasses import dataclass, field
+from contextlib import suppress
+from weakref import WeakValueDictionary
+
+import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.budget import check
 from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.bspline import Tracks
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import State
+from imubench.diagnosis.problem.motion_prior import pace_rows
 from imubench.diagnosis.problem.residuals import Rows
+from imubench.diagnosis.problem.rig_kinematics import VELOCITY
 from imubench.diagnosis.remembered import remembered
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.gauss_newton import Step, all_rows
-from imubench.diagnosis.solve.retract import followed, moved, settled, with_centre_velocity
+from imubench.diagnosis.solve.gauss_newton import Step, all_rows, assemble, at_other_levels, own_rows
+from imubench.diagnosis.solve.narrow_band import eased
+from imubench.diagnosis.solve.retract import moved, shifted
 from imubench.diagnosis.solve.threads import one_thread
+from imubench.jets import derivatives_by
 
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """A model, its best state, and what the noise was taken to be; one is another's equal only if it is that."""
-
-    model: Model
-    state: State
-    noise: dict[str, float]  # std of each group of rows, in its unit
-    cost: float
-    steps: int
-    anchor: Array | None = None
-    loose: float = 1.0
-    rows: list[Rows] = field(default_factory=list, repr=False)
-
-    @property
-    def knots(self) -> int:
-        """How many knots the splines have."""
-        return self.model.tracks.knots.count
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last time of the measurements, in s on the splines."""
-        return min(float(r.time.min()) for r in self.measured), max(float(r.time.max()) for r in self.measured)
-
-    @property
-    def measured(self) -> list[Rows]:
-        """The rows of measurements."""
-        return [r for r in self.rows if r.counts]
+_solved: WeakValueDictionary[int, Fit] = WeakValueDictionary()
+"""A solution that ended at a state, by the state's identity, as long as somebody has it."""
 
 
 def at_noise_of(fit: Fit, other: Fit) -> Fit:
@@ -90,7 +73,7 @@ def search(
     With a `damping` below the usual one it takes long steps in what moves together, and the splines follow these.
     """
     taken, follow, step = 0, damping < ALGEBRA.damped, None
-    rows = all_rows(model, state, noise, anchor)
+    rows = _rows_at(model, state, noise, anchor)
     cost = sum(r.cost for r in rows)
     least = enough * sum(r.residual.value.size for r in rows if r.counts)
     while taken < steps:
@@ -125,16 +108,82 @@ def search(
         gained = before - cost
         if gained < least or (step and abs(gained - step.promised) < SOLVER.foretold * least):
             break
-    return Fit(model, state, noise, cost, taken, anchor, rows=rows), step
+    fit = Fit(model, state, noise, cost, taken, anchor, rows=rows)
+    if _known(model, state) is None:
+        _solved[id(state)] = fit
+    return fit, step
+
+
+def _rows_at(model: Model, state: State, noise: dict[str, float], anchor: Array | None) -> list[Rows]:
+    """Return all rows at a state; where a fit is still there that ended at it, those of its that hold."""
+    known = _known(model, state)
+    if known is None:
+        return all_rows(model, state, noise, anchor)
+    return at_other_levels(model, state, known.rows, noise, anchor)
+
+
+def _known(model: Model, state: State) -> Fit | None:
+    """Return a solution that ended at a state and has the rows of a model."""
+    known = _solved.get(id(state))
+    return known if known is not None and known.state is state and known.model.same_rows(model) else None
 
 
 def _arrived(
     model: Model, state: State, noise: dict[str, float], anchor: Array | None
 ) -> tuple[State, list[Rows], float]:
     """Return where a step has led once what follows from the rest is solved for, with its rows and its cost."""
-    state = settled(model, with_centre_velocity(model, state), noise, anchor)
+    state = settled(model, with_centre_velocity(model, state), noise)
     rows = all_rows(model, state, noise, anchor)
     return state, rows, sum(r.cost for r in rows)
 
 
-__all__ = ["Fit", "at_noise_of", "converged", "search", "solve"]
+def followed(model: Model, state: State, rows: list[Rows], damping: float) -> State:
+    """Return a state whose splines follow the parameters that a step led to: what it left of second order is gone.
+
+    What a step leaves of second order may exceed what it gains, as of a mount's turn beside a skin that slides. Where
+    nothing holds a spline all stay.
+    """
+    normal, _ = assemble(model, rows)
+    normal.damp(damping)
+    with suppress(NotPositiveDefiniteError):
+        x = normal.band.factor().solve(-normal.gradient[:, :, None])
+        return moved(model, state, x[:, :, 0], np.zeros(model.parameters.count))
+    return state
+
+
+def with_centre_velocity(model: Model, state: State) -> State:
+    """Return the state with the joint centre's velocity solved for everything else as it is.
+
+    It is an integral of attitude and force, held tightly, and linear: what a step leaves of second order in it cost
+    more than the step had gained, so that steps were cut to fifths.
+    """
+    if VELOCITY not in model.tracks.widths:
+        return state
+    only = Tracks(model.tracks.knots, {VELOCITY: model.tracks.widths[VELOCITY]})
+    with derivatives_by(only.widths):
+        rows = list(pace_rows(model, state))
+    return shifted(model, state, only, eased(only, rows, ALGEBRA.damped))
+
+
+def settled(model: Model, state: State, noise: dict[str, float], loose: float = 1.0) -> State:
+    """Return the state with the effects' own splines solved for everything else as it is.
+
+    A spring's law is tight and nearly linear in what hangs on it, but not in both it and the spring's constants:
+    without this a step in a frequency breaks the law and is taken back.
+    """
+    own = {h.key(s.name): s.width for h in model.hypotheses for s in h.effect.states}
+    if not own:
+        return state
+    only = Tracks(model.tracks.knots, own)
+    size = np.concatenate([np.full(s.width, s.std) for h in model.hypotheses for s in h.effect.states])
+    places = {h.at for h in model.hypotheses if h.effect.states}
+    alone = places if places <= {imu.name for imu in model.recording.imus} else ()  # a joint's states move all sensors
+    for _ in range(ALGEBRA.spline_solves):
+        change = eased(only, own_rows(model, state, noise, loose, alone, own), ALGEBRA.damped)
+        state = shifted(model, state, only, change)
+        if np.max(np.abs(change) / size) < ALGEBRA.moved:
+            break
+    return state
+
+
+__all__ = ["at_noise_of", "converged", "search", "settled", "solve"]

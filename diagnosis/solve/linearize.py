@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.solve import ALGEBRA
-from imubench.diagnosis.problem.bspline import SUPPORT, Tracks
+from imubench.diagnosis.problem.alike_rows import alike, run
+from imubench.diagnosis.problem.bspline import SUPPORT, Knots, Tracks
 from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.solve.threads import side_by_side
 from imubench.jets import CONSTANT
@@ -35,6 +37,8 @@ class Linear:
     blocks: tuple[tuple[slice, int, Array], ...]  # of the splines: columns of a knot, order, derivative (n or 1, m, k)
     weights: dict[int, Array]  # (n, 6) of every order
     width: int  # numbers per knot
+    knots: Knots
+    phase: float | None = None  # where in their intervals, of length 1, all samples lie alike; None: they do not
 
     def of(self, some: Some) -> Linear:
         """Return some of the samples' rows."""
@@ -42,17 +46,32 @@ class Linear:
         blocks = tuple((at, order, d[some] if len(d) == n else d) for at, order, d in self.blocks)
         weights = {order: w[some] for order, w in self.weights.items()}
         border, residual, scale = (x[some] for x in (self.border, self.residual, self.scale))
-        return Linear(self.first[some], border, residual, scale, blocks, weights, self.width)
+        return replace(
+            self,
+            first=self.first[some],
+            border=border,
+            residual=residual,
+            scale=scale,
+            blocks=blocks,
+            weights=weights,
+        )
 
-    def local(self, some: Some) -> Array:
-        """Return the Jacobian (k, m, 6 width) of some samples by the splines that they touch."""
+    @cached_property
+    def touched(self) -> slice:
+        """The numbers of a knot from the first to the last on which the rows depend."""
+        columns = [at for at, _, _ in self.blocks]
+        return slice(min((at.start for at in columns), default=0), max((at.stop for at in columns), default=0))
+
+    def local(self, some: Some, own: slice) -> Array:
+        """Return the Jacobian (k, m, 6, w) of some samples by some numbers of the knots that they touch."""
         n, m = self.residual.shape
         scale = self.scale[some].T
-        out = np.zeros((m, SUPPORT, self.width, scale.shape[1]))  # samples next to each other, as in jets
+        out = np.zeros((m, SUPPORT, own.stop - own.start, scale.shape[1]))  # samples next to each other, as in jets
         for columns, order, block in self.blocks:
             slope = (block[some] if len(block) == n else block).transpose(1, 2, 0) * scale[:, None]
-            out[:, :, columns] += slope[:, None] * self.weights[order][some].T[None, :, None]
-        return out.reshape(m, SUPPORT * self.width, -1).transpose(2, 0, 1)
+            at = slice(columns.start - own.start, columns.stop - own.start)
+            out[:, :, at] += slope[:, None] * self.weights[order][some].T[None, :, None]
+        return out.transpose(3, 0, 1, 2)
 
     def along(self, knots: Array) -> Array:
         """Return J times columns of the splines (knots, width, r), as (n, m, r)."""
@@ -62,8 +81,11 @@ class Linear:
         reach = np.arange(SUPPORT)
         for begin in range(0, len(out), ALGEBRA.piece_samples):
             some = slice(begin, begin + ALGEBRA.piece_samples)
-            near = knots[self.first[some, None] + reach].reshape(-1, SUPPORT * self.width, knots.shape[2])
-            out[some] = np.matmul(np.ascontiguousarray(self.local(some)), near)
+            near = knots[self.first[some, None] + reach]
+            for columns, order, block in self.blocks:
+                slope = (block[some] if len(block) == len(out) else block) * self.scale[some][:, :, None]
+                value = np.einsum("ns,nskr->nkr", self.weights[order][some], near[:, :, columns])
+                out[some] += np.matmul(slope, value)
         return out
 
     def by_knot(self, columns: Array) -> Iterator[tuple[int, Array]]:
@@ -138,12 +160,12 @@ def linearise(rows: Rows, tracks: Tracks, parameters: Parameters) -> Linear:
         for (name, order), block in rows.residual.blocks.items()
         if order != CONSTANT and name in tracks.widths
     )
-    first: Whole = np.zeros(n, dtype=np.int64)
+    first, phase = np.zeros(n, dtype=np.int64), None
     if tracks.width:
-        first, _ = tracks.knots.weights(rows.time, 0)
+        first, phase = tracks.knots.weights(rows.time, 0)[0], tracks.knots.phase(rows.time)
     weights = {order: tracks.knots.weights(rows.time, order)[1] for order in {order for _, order, _ in blocks}}
     residual = np.broadcast_to(rows.residual.value, (n, m)) * scale
-    return Linear(first, border, residual, scale, blocks, weights, tracks.width)
+    return Linear(first, border, residual, scale, blocks, weights, tracks.width, tracks.knots, phase)
 
 
 @dataclass(frozen=True)
@@ -176,37 +198,62 @@ class Order:
         return some, self.knot[low:high] - begin, self.slot[low:high]
 
 
+def chunk_knots(width: int) -> int:
+    """Return at how many knots, of so many numbers each, rows are put together at once: whole blocks of them."""
+    blocks = ALGEBRA.chunk_numbers // ((SUPPORT * max(width, 1)) ** 2 * ALGEBRA.knots_per_block)
+    return max(blocks, 1) * ALGEBRA.knots_per_block
+
+
 class Stack:
-    """Rows of several kinds, by knots: those that start at some knots are one tall matrix for each of these."""
+    """Rows of several kinds, by knots: those that start at some knots are one tall matrix for each of these.
+
+    At every knot each kind has its rows, and behind all of these come those of a second sample of a kind, and a third.
+    """
 
     def __init__(self, parts: Sequence[Linear]) -> None:
+        self.chunk = chunk = chunk_knots(parts[0].width)
         self.parts = [(part, Order.of(part.first)) for part in parts]
+        self.alike = alike(parts)
+        self.quick = {i for group in self.alike for i in group.members}
+        self.starts = [0] * len(parts)  # of each kind's rows
+        self.rows = 0
+        for i in [*(i for group in self.alike for i in group.members), *set(range(len(parts))) - self.quick]:
+            self.starts[i] = self.rows
+            self.rows += parts[i].residual.shape[1]
         self.knots = max((order.knots for _, order in self.parts), default=0)
         first = min((int(order.knot[0]) for _, order in self.parts if len(order.knot)), default=0)
-        self.begins = range(
-            first - first % ALGEBRA.chunk_knots, self.knots, ALGEBRA.chunk_knots
-        )  # the first knots of the pieces
+        self.begins = range(first - first % chunk, self.knots, chunk)  # the first knots of the pieces
 
     def piece(self, begin: int) -> tuple[Array, list[tuple[Whole | slice, Place]]]:
         """Return the rows at some knots from one of `begins` on, (knots, rows, 6 width + p + 1), the residual last.
 
         With them for each kind which of its samples these are, and where their rows lie: knot and row, (k, m).
         """
-        end = min(begin + ALGEBRA.chunk_knots, self.knots)
-        chosen = [(part, *order.among(begin, end)) for part, order in self.parts]
-        filled = np.zeros(end - begin, dtype=np.int64)  # rows at every knot so far: where two samples meet, a few more
-        rows = []
-        for part, _, knot, slot in chosen:
-            m = part.residual.shape[1]
-            rows.append((filled[knot] + slot * m)[:, None] + np.arange(m))
-            filled += m * np.bincount(knot, minlength=len(filled))
-        wide, p = SUPPORT * self.parts[0][0].width, self.parts[0][0].border.shape[2]
+        end = min(begin + self.chunk, self.knots)
+        chosen = [order.among(begin, end) for _, order in self.parts]
+        filled = np.full(end - begin, self.rows, dtype=np.int64)  # rows at every knot so far
+        places: list[tuple[Whole | slice, Place]] = []
+        for (part, _), (some, knot, slot), start in zip(self.parts, chosen, self.starts, strict=True):
+            m, more = part.residual.shape[1], slot > 0
+            row = np.full(len(knot), start)
+            if more.any():
+                row[more] = filled[knot[more]] + (slot[more] - 1) * m
+                filled += m * np.bincount(knot[more], minlength=len(filled))
+            places.append((some, (knot[:, None], row[:, None] + np.arange(m))))
+        width, p = self.parts[0][0].width, self.parts[0][0].border.shape[2]
+        wide = SUPPORT * width
         tall = np.zeros((end - begin, int(filled.max(initial=0)), wide + p + 1))
-        places = []
-        for (part, some, knot, _), row in zip(chosen, rows, strict=True):
-            place = (knot[:, None], row)
-            tall[(*place, slice(0, wide))] = part.local(some)
-            tall[(*place, slice(wide, wide + p))] = part.border[some]
-            tall[(*place, wide + p)] = part.residual[some]
-            places.append((some, place))
+        by_knot = tall[:, :, :wide].reshape(*tall.shape[:2], SUPPORT, width)
+        for group in self.alike:
+            group.fill(tall[:, :, :wide], [part for part, _ in self.parts], [(some, knot) for some, knot, _ in chosen])
+        for i, (some, (knot, row)) in enumerate(places):
+            part, m = self.parts[i][0], self.parts[i][0].residual.shape[1]
+            single = int(row[:, 0].max(initial=0)) < self.rows
+            at = (run(knot[:, 0]), slice(self.starts[i], self.starts[i] + m)) if single else (knot, row)
+            if i not in self.quick and part.blocks:
+                own = part.touched
+                by_knot[(*at, slice(None), own)] = part.local(some, own)
+            if any(part.border.strides):
+                tall[(*at, slice(wide, wide + p))] = part.border[some]
+            tall[(*at, wide + p)] = part.residual[some]
         return tall, places

@@ -8,10 +8,11 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.solve import ALGEBRA
+from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import SUPPORT
 from imubench.diagnosis.solve.block_tridiagonal import Factor
 from imubench.diagnosis.solve.bordered import Solution
-from imubench.diagnosis.solve.linearize import Linear, Stack
+from imubench.diagnosis.solve.linearize import Linear, Stack, chunk_knots
 from imubench.diagnosis.solve.threads import side_by_side
 
 
@@ -39,7 +40,7 @@ def windows(diagonal: Array, right: Array, after: Array | None, width: int) -> A
 
 def inverse_windows(factor: Factor, width: int) -> Iterator[Array]:
     """Yield the same of a factored matrix' inverse, by so many knots as rows are stacked by, the last ones first."""
-    blocks, at_once = factor.inverse(), ALGEBRA.chunk_knots // ALGEBRA.knots_per_block
+    blocks, at_once = factor.inverse(), chunk_knots(width) // ALGEBRA.knots_per_block
     after = None
     for begin in reversed(range(0, len(factor.lower), at_once)):
         some = list(islice(blocks, min(at_once, len(factor.lower) - begin)))[::-1]
@@ -73,9 +74,7 @@ class Marginals:
         width, p = self.reach.shape[1:]
         wide = SUPPORT * width
         stack = Stack(parts)
-        beyond = -(-len(self.reach) // ALGEBRA.chunk_knots) - -(
-            -stack.knots // ALGEBRA.chunk_knots
-        )  # where no row begins
+        beyond = -(-len(self.reach) // stack.chunk) - -(-stack.knots // stack.chunk)  # where no row begins
         inverse = islice(inverse_windows(self.factor, width), beyond, None)
 
         def fill(at: tuple[int, Array]) -> None:
@@ -91,3 +90,15 @@ class Marginals:
         for _ in side_by_side(fill, zip(reversed(stack.begins), inverse, strict=False)):  # down to the first row
             pass
         return out
+
+
+def covariance_of(model: Model, schur: Array) -> Array:
+    """Return the covariance (p, p) of all parameters from what solving for the splines leaves of their information.
+
+    With D the priors' standard deviations no eigenvalue of D S D is below 1, for each prior is in S. Where a sensor is
+    nearly exact S is a small difference of large matrices, and rounding may leave less than the priors alone.
+    """
+    std = np.concatenate([p.std for p in model.priors.values()])
+    values, vectors = np.linalg.eigh(schur * np.outer(std, std))
+    wide = std[:, None] * vectors / np.sqrt(np.maximum(values, 1.0))
+    return np.asarray(wide @ wide.T, dtype=float)

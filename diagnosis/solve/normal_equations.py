@@ -49,14 +49,15 @@ class Normal:
 
     def add(self, parts: list[Linear]) -> None:
         """Add the products of the rows, gathered by the knot they start at."""
-        for part in parts:
+        for part in (part for part in parts if any(part.border.strides)):
             shared = part.border.reshape(part.residual.size, part.border.shape[-1])  # a fold may have no row
             self.corner += shared.T @ shared
             self.corner_gradient += shared.T @ part.residual.reshape(-1)
-        if not self.diagonal.size:
+        touching = [part for part in parts if part.blocks]
+        if not self.diagonal.size or not touching:
             return
         wide = SUPPORT * parts[0].width
-        stack = Stack(parts)
+        stack = Stack(touching)
 
         def products(begin: int) -> Array:
             tall, _ = stack.piece(begin)

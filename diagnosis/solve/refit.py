@@ -7,66 +7,34 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.solve import START
-from imubench.diagnosis.problem.batch_model import Model, started
+from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Tracks
-from imubench.diagnosis.problem.dynamics_factors import is_data
-from imubench.diagnosis.problem.hypothesis import Hypothesis, State
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import TILT
-from imubench.diagnosis.problem.process_factors import equation_rows
-from imubench.diagnosis.problem.residuals import Parameters, Rows
-from imubench.diagnosis.solve.gauss_newton import all_rows, factored
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.problem.residuals import Parameters, Rows, is_data
+from imubench.diagnosis.solve.gauss_newton import all_rows, extended, factored
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.linearize import linearise
+from imubench.diagnosis.solve.marginals import covariance_of
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.threads import one_thread
 
 _known: WeakKeyDictionary[Fit, float] = WeakKeyDictionary()
 
 
-def extended(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Array] | None = None) -> Fit:
-    """Return the fit's state in a model with these effects, parameters at `guess` or their start, not yet solved."""
-    model = fit.model.with_effects(hypotheses)
-    state = started(model, _kept(fit, model))
-    state = State(state.coefficients, state.values | (guess or {}))
-    noise = dict(fit.noise)
-    for h in hypotheses:
-        for s in h.effect.states:
-            noise.setdefault(
-                f"smooth.{h.key(s.name)}",
-                START.lawful_state_roughness * s.std if h.effect.lawful else START.free_state_roughness,
-            )
-    for rows in equation_rows(model, state):
-        noise.setdefault(rows.name, START.law_level)
-    return replace(fit, model=model, state=state, noise=noise)
-
-
-def _kept(fit: Fit, model: Model) -> State:
-    """Return the state with the splines and parameters that `model` still has, in its order."""
-    old = fit.model.tracks
-    kept = [fit.state.coefficients[:, old.columns(n)] for n in model.tracks.widths if n in old.widths]
-    values = {n: v for n, v in fit.state.values.items() if n in model.priors}
-    return State(np.concatenate(kept, axis=1), values)
-
-
-def refit(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Array] | None = None, steps: int = 6) -> Fit:
+def refit(
+    fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Array] | None = None, steps: int = SOLVER.refit_steps
+) -> Fit:
     """Return the solved fit with these effects, at the noise levels that `fit` has."""
     begun = extended(fit, hypotheses, guess)
     return solve(begun.model, begun.state, begun.noise, fit.anchor, steps=steps)
 
 
-def refit_without(fit: Fit, gone: Collection[Hypothesis], steps: int = 6) -> Fit:
+def refit_without(fit: Fit, gone: Collection[Hypothesis], steps: int = SOLVER.refit_steps) -> Fit:
     """Return the solved fit without some effects, at the noise levels that `fit` has."""
     return refit(fit, tuple(h for h in fit.model.hypotheses if h not in gone), steps=steps)
-
-
-def guess_of(h: Hypothesis, estimate: Array) -> dict[str, Array]:
-    """Return a score's estimate (k,) by parameter name."""
-    out, at = {}, 0
-    for p in h.effect.parameters:
-        out[h.key(p.name)] = estimate[at : at + p.width]
-        at += p.width
-    return out
 
 
 @one_thread
@@ -128,18 +96,6 @@ def noise_density(rows: Rows) -> float:
     return -float(np.sum(np.log(np.broadcast_to(rows.std, rows.residual.value.shape))))
 
 
-def covariance_of(model: Model, schur: Array) -> Array:
-    """Return the covariance (p, p) of all parameters from what solving for the splines leaves of their information.
-
-    With D the priors' standard deviations no eigenvalue of D S D is below 1, for each prior is in S. Where a sensor is
-    nearly exact S is a small difference of large matrices, and rounding may leave less than the priors alone.
-    """
-    std = np.concatenate([p.std for p in model.priors.values()])
-    values, vectors = np.linalg.eigh(schur * np.outer(std, std))
-    wide = std[:, None] * vectors / np.sqrt(np.maximum(values, 1.0))
-    return np.asarray(wide @ wide.T, dtype=float)
-
-
 @one_thread
 def information(fit: Fit) -> tuple[Array, dict[str, Array]]:
     """Return the covariance (p, p) of all parameters, and every parameter's standard deviations."""
@@ -149,4 +105,4 @@ def information(fit: Fit) -> tuple[Array, dict[str, Array]]:
     return covariance, {name: std[fit.model.parameters.columns(name)] for name in fit.model.priors}
 
 
-__all__ = ["evidence_over", "extended", "guess_of", "information", "log_evidence", "refit", "states_log_det"]
+__all__ = ["evidence_over", "information", "log_evidence", "refit", "states_log_det"]

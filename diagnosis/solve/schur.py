@@ -1,15 +1,16 @@
 """Further columns beside a fit: what they would explain once motion, geometry and effects have followed."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.solve import ALGEBRA
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import Step
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import Held, Linear
 from imubench.diagnosis.solve.threads import one_thread
 
@@ -90,3 +91,17 @@ def promise(information: Array, gradient: Array, prior: Array) -> Promise:
     price = 0.5 * float(np.sum(np.log(values)))
     bound = prior * np.sqrt(np.sum(vectors**2 / values, axis=1))
     return Promise(step * prior, -0.5 * float(step @ pull), price, bound)
+
+
+def together(candidates: Iterable[Hypothesis], most: int) -> Iterator[list[Hypothesis]]:
+    """Yield effects so many at a time that they have `most` numbers, or one that has more."""
+    some: list[Hypothesis] = []
+    count = 0
+    for h in candidates:
+        if some and count + h.effect.numbers > most:
+            yield some
+            some, count = [], 0
+        some.append(h)
+        count += h.effect.numbers
+    if some:
+        yield some

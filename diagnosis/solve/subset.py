@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.solve import START
+from imubench.diagnosis.problem.batch_model import middles
 from imubench.diagnosis.problem.bspline import SUPPORT, Knots, Moment, Tracks
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import State
-from imubench.diagnosis.problem.motion_prior import middles
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE
 from imubench.diagnosis.solve.gauss_newton import all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.jets import Jet
 from imubench.recording import Recording
 

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.noise.masking import Masks, weighed_beside
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.result import Finding
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit_without
 
 

@@ -30,9 +30,9 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.verdict import SHIFT
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS
 from imubench.diagnosis.result import Move
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.verdict.reference_motion import angle_difference, mean_angle, rms
 from imubench.recording import Recording
 from imubench.rotations import angle_between

@@ -8,8 +8,9 @@ from imubench.diagnosis.candidates.begin import Beginning
 from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Trace
+from imubench.diagnosis.noise.declared_noise import declared, declared_by
 from imubench.diagnosis.noise.nominal import certain_effects
-from imubench.diagnosis.noise.reml import declared, declared_by
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.residual_checks.excess_noise import refuted
 from imubench.diagnosis.residual_checks.fit_summary import Weighed, traces, weighed
 from imubench.diagnosis.residual_checks.localize import locate
@@ -18,12 +19,12 @@ from imubench.diagnosis.result import UNKNOWN, Finding, Pair, Rejected, Where
 from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.search.rounding import beside_rounding
-from imubench.diagnosis.search.selection import Selection
-from imubench.diagnosis.search.unknown import Unknowns, unknowns
+from imubench.diagnosis.search.selected import Selection
+from imubench.diagnosis.search.unknown import unknowns
 from imubench.diagnosis.search.unknown_against_laws import laws_for_series
 from imubench.diagnosis.search.unknown_against_small import effects_for_terms, with_equals
+from imubench.diagnosis.search.unnamed import Unknowns
 from imubench.diagnosis.sensor_errors.baseline import Learned
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.verdict.findings import findings, rejected
 from imubench.diagnosis.verdict.impacts import unseen_knocks
 from imubench.diagnosis.verdict.nameless_equivalents import with_equivalents, with_refused_equivalents

@@ -2,25 +2,24 @@
 
 import numpy as np
 
-from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import CONFIDENCE, EVIDENCE
 from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.criteria.equivalence import Rival, equivalents
-from imubench.diagnosis.criteria.trial import Kept, Passed, misfit
+from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.experiments.design import separation
 from imubench.diagnosis.noise.coloured import parameter_std
+from imubench.diagnosis.noise.declared_noise import misfit
 from imubench.diagnosis.noise.intervals import with_spring_intervals
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.problem.motion_prior import states_inside
 from imubench.diagnosis.residual_checks.excess_noise import left_over
 from imubench.diagnosis.residual_checks.implausible import implausible_places
-from imubench.diagnosis.result import Finding, Interval, Parameter, Rejected
+from imubench.diagnosis.result import Finding, Interval, Rejected
 from imubench.diagnosis.search.confidence import MOST_SURE, confidence
-from imubench.diagnosis.search.moves.swap_for_rival import SHARE, TIE
-from imubench.diagnosis.search.selection import Selection
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.search.selected import Selection
 from imubench.diagnosis.solve.refit import information
+from imubench.diagnosis.verdict.effect_parameters import parameters
 from imubench.diagnosis.verdict.unobservable import seen_of, unseen_in_words, widened, with_directions
 from imubench.effects import EFFECTS
 from imubench.recording import Recording
@@ -80,8 +79,8 @@ def _rival(r: Rival, recording: Recording) -> Hypothesis:
 
 def laws_as_good(kept: Kept) -> list[Passed]:
     """Return the other laws of its IMU that were worth as much as the kept one: soft springs for rocking ones."""
-    h, least = kept.hypothesis, kept.evidence - max(TIE, SHARE * kept.evidence)
-    laws = [t for t in kept.rivals if t.hypothesis.effect.lawful and t.hypothesis.at == h.at and t.evidence > least]
+    h = kept.hypothesis
+    laws = [t for t in kept.rivals if t.hypothesis.effect.lawful and t.hypothesis.at == h.at and t.evidence > kept.near]
     return [t for t in laws if h.effect.lawful and t.hypothesis.effect.name != h.effect.name]
 
 
@@ -107,45 +106,6 @@ def weakly_held(fit: Fit) -> list[Hypothesis]:
     return [h for h in fit.model.hypotheses if h.effect.states and not (h.effect.lawful and lawful)]
 
 
-def parameters(
-    h: Hypothesis, fit: Fit, std: dict[str, Array], measured: Recording | None = None
-) -> dict[str, Parameter]:
-    """Return an effect's parameters, as its law has them in time, of the shapes that it declares, with their stds."""
-    out, recording = {}, measured or fit.model.recording
-    values = {p.name: fit.state.values[h.key(p.name)] for p in h.effect.parameters}
-    changing = h.effect.changing(values, recording.imu(h.at)) if h.effect.place == "imu" else {}
-    told = h.effect.in_time(values, fit.model.tracks.knots.step)
-    for p in h.effect.parameters:
-        if p.reported:
-            value, error = told[p.name], np.hypot(std[h.key(p.name)], changing.get(p.name, 0.0))
-            if p.log:
-                value = np.exp(value)
-                error = error * value
-            out[p.name] = Parameter(value.reshape(p.shape), error.reshape(p.shape), p.unit)
-    if h.effect.found:
-        states = states_inside(fit.model, fit.state, h)
-        read = h.effect.read(values, states, fit.model.tracks.knots.step)
-        units = {f.name: f.unit for f in h.effect.found}
-        errors = h.effect.read_error(values, states, fit.model.tracks.knots.step)
-        if not h.effect.states:
-            errors = propagated_std(h, values, std, fit.model.tracks.knots.step) | errors
-        for name, value in read.items():
-            out[name] = Parameter(value, errors.get(name, np.abs(value) * FINDINGS.read_off_std), units[name])
-    return out
-
-
-def propagated_std(h: Hypothesis, values: dict[str, Array], std: dict[str, Array], step: float) -> dict[str, Array]:
-    """Return the standard deviations of what is read off fitted numbers, each of these moved by a part of its own."""
-    told = h.effect.read(values, {}, step)
-    variance = {name: np.zeros_like(value) for name, value in told.items()}
-    for key, value in values.items():
-        for i, own in enumerate(std[h.key(key)]):
-            moved = value + FINDINGS.difference * own * (np.arange(value.size) == i)
-            for name, x in h.effect.read(values | {key: moved}, {}, step).items():
-                variance[name] += ((x - told[name]) / FINDINGS.difference) ** 2
-    return {name: np.sqrt(v) for name, v in variance.items()}
-
-
 def rejected(selection: Selection) -> tuple[Rejected, ...]:
     """Return what was tried and not kept, with what it gains in nat."""
     kept = {k.hypothesis.name for k in selection.kept}
@@ -157,4 +117,4 @@ def rejected(selection: Selection) -> tuple[Rejected, ...]:
     return tuple(Rejected(name, at, float(v)) for (name, at), v in lost.items())
 
 
-__all__ = ["findings", "laws_as_good", "overshadowed", "parameters", "rejected"]
+__all__ = ["findings", "laws_as_good", "overshadowed", "rejected"]

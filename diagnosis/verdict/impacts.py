@@ -17,13 +17,14 @@ from imubench.diagnosis.config.criteria import IMPACT_TEST
 from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.config.verdict import KNOCK
 from imubench.diagnosis.criteria.impact_test import counted, knocks, solved
-from imubench.diagnosis.noise.nominal import at_estimated_roughness
+from imubench.diagnosis.noise.looser_motion import at_estimated_roughness
 from imubench.diagnosis.problem.dynamics_factors import turning
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.result import Finding, Interval, Parameter
-from imubench.diagnosis.samples.check_findings import UNIT_OF_PART, called, joined
+from imubench.diagnosis.samples.check_findings import called, joined
 from imubench.diagnosis.samples.faint_impacts import faint_knocks
+from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
 from imubench.diagnosis.search.confidence import DOUBTFUL
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.windows import Window, covered
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault

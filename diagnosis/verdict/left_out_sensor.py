@@ -10,11 +10,11 @@ from contextlib import suppress
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.residuals import Parameters, Rows
 from imubench.diagnosis.residual_checks.fit_summary import CHANNELS_WITH_UNIT, Weighed
 from imubench.diagnosis.result import CHANNEL_UNIT, Change
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.linearize import Linear, linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.threads import one_thread

@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.shared import CONFIDENCE, EVIDENCE
 from imubench.diagnosis.config.solve import SWING
 from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.discrepancy.terms import LATE
@@ -146,7 +146,7 @@ def not_observable(recording: Recording) -> tuple[Unseen, ...]:
         )
     stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
     seconds = max(t[-1] for t in stamps) - min(t[0] for t in stamps)
-    if seconds < FINDINGS.short_s:
+    if seconds < EVIDENCE.least_s:
         out.append(Unseen(f"anything that takes longer than {seconds:.1f} s to show", "20 s or more of motion"))
     if recording.imus and all(np.sqrt(np.mean(np.sum(i.gyro**2, axis=1))) < SWING.still_rad_s for i in recording.imus):
         out.append(Unseen("mounts, scales and everything that shows with motion", "turns about every axis, 2 rad/s"))

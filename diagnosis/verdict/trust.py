@@ -24,13 +24,14 @@ from imubench.diagnosis.config.verdict import SHIFT, TRUST
 from imubench.diagnosis.criteria.cross_validation import block_of
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.noise.coloured import parameter_std
-from imubench.diagnosis.problem.dynamics_factors import is_data
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.residuals import is_data
 from imubench.diagnosis.residual_checks.fit_summary import Weighed
 from imubench.diagnosis.result import TOLERANCE, Doubt, Pair, is_material
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.bordered import solve_arrow
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
+from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.refit import information

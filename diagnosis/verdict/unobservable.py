@@ -12,10 +12,10 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.directions import Directions, directions, in_words
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.rig_kinematics import HINGE_AXIS
 from imubench.diagnosis.result import Parameter
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.effects.effect import Parameter as Number
 from imubench.models.tree import BALL, FREE, HINGE
 

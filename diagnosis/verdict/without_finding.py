@@ -30,14 +30,17 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.verdict import SHIFT
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.problem.batch_model import Model
-from imubench.diagnosis.problem.dynamics_factors import equation_of
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.residuals import equation_of
 from imubench.diagnosis.result import UNKNOWN, Finding, Move, Pair, is_material
-from imubench.diagnosis.samples.check_findings import UNIT_OF_PART, declared
+from imubench.diagnosis.samples.check_findings import declared
+from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
 from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
-from imubench.diagnosis.solve.refit import extended, refit_without
+from imubench.diagnosis.solve.gauss_newton import extended
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import refit_without
 from imubench.diagnosis.verdict.estimate_shift import Estimates, estimates_of, moves_between, times
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault

@@ -60,9 +60,11 @@ def run_blueprint(
 
 
 def series_view(
-    name: str, contents: Sequence[str], span: tuple[float, float], height: float | None = None
+    name: str, contents: Sequence[str], span: tuple[float, float], height: float | None = None, legend: bool = True
 ) -> rrb.TimeSeriesView:
     """Return a plot of these paths over all of `span`, in s, from -`height` to `height` or as they need.
+
+    Without `legend` names show only where the pointer is, as beside another plot of the same colours.
 
     A span of no length, that of a single sample, is made a second long.
     """
@@ -73,7 +75,7 @@ def series_view(
         origin="/",
         contents=list(contents),
         name=name,
-        plot_legend=rrb.PlotLegend("RightTop"),
+        plot_legend=rrb.PlotLegend("RightTop", visible=legend),
         axis_y=None if height is None else rrb.ScalarAxis(range=(-height, height)),
         axis_x=rrb.TimeAxis(view_range=rrb.TimeRange(start=start, end=end)),  # by itself a minute at most shows
     )

@@ -1,9 +1,11 @@
 """The 3D scene of a run in Rerun: segments, IMUs, the true and the estimated joint."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import rerun as rr
+from rerun.components import FillMode
 
 from imubench.arrays import Array
 from imubench.estimate import Estimate
@@ -19,6 +21,7 @@ FLAT_CASE = (0.058, 0.034, 0.015)  # m, an MTw along the sensor axes, of an IMU 
 JOINT = (70, 75, 85)
 TRAVEL = 0.3  # m; a joint that travels farther is followed
 SHORTEST = 0.12  # m, of a segment without an IMU
+AT_REST = "no pose measured: drawn at rest"
 SEGMENT_COLOURS = {"segment1": (115, 140, 165), "segment2": (165, 178, 128)}
 RADII = {True: 0.018, False: 0.045}  # m, of a segment on a hinge, or of a limb
 
@@ -85,7 +88,7 @@ def segment_motions(
         turn = from_axis_angle(recording.tree.hinge.axis, encoder.angle[rows] + encoder.zero)
         found[recording.tree.last.name] = Motion(encoder.time[rows], np.zeros((rows.size, 3)), multiply(base, turn))
         return found, "hinge angle from the encoder"
-    return found, "no pose measured: drawn at rest"
+    return found, AT_REST
 
 
 def _seen(time: Array, position: Array | None, quaternion: Array | None) -> Motion | None:
@@ -162,6 +165,40 @@ def log_scene(
     return _log_frame(rec, recording.tree, source, motions.get(first, STILL), longest, first_mount)
 
 
+def log_ghost(
+    rec: rr.RecordingStream,
+    path: str,
+    tree: Tree,
+    segments: Mapping[str, Motion],
+    sensors: Mapping[str, Motion],
+    colour: tuple[int, int, int],
+) -> None:
+    """Log a rig as wires of one colour, to be seen beside another.
+
+    Args:
+        rec: where it goes.
+        path: of the ghost, below the world.
+        tree: the rig.
+        segments: their poses in the world, by name.
+        sensors: the IMUs' poses in the world, by name.
+        colour: red, green, blue, 0 to 255.
+    """
+    reach = dict.fromkeys(segments, SHORTEST)
+    for name, sensor in sensors.items():
+        site = tree.sites[name]
+        if (carrier := tree.carriers[name]) in segments:
+            away = np.linalg.norm(sensor.position[0] - segments[carrier].position[0])
+            reach[carrier] = max(reach[carrier], float(away) + 0.06)
+        log_motion(rec, f"{path}/{name}", sensor)
+        case = rr.Boxes3D(
+            sizes=[site.case or FLAT_CASE], colors=[colour], fill_mode=FillMode.TransparentFillMajorWireframe
+        )
+        rec.log(f"{path}/{name}/case", case, static=True)
+    for name, motion in segments.items():
+        log_motion(rec, f"{path}/{name}", motion)
+        _log_limb(rec, f"{path}/{name}/body", tree, name, reach[name], colour, FillMode.TransparentFillMajorWireframe)
+
+
 def _log_frame(rec: rr.RecordingStream, tree: Tree, source: str, base: Motion, longest: float, mount: Array) -> Scene:
     """Log a frame that travels with a joint that travels far, and return what a camera must know."""
     hangs = tree.ball is not None
@@ -183,7 +220,22 @@ def _log_case(rec: rr.RecordingStream, path: str, size: tuple[float, float, floa
 
 
 def _log_segment(rec: rr.RecordingStream, tree: Tree, name: str, reach: float) -> None:
-    path, colour = f"world/{name}/body", SEGMENT_COLOURS.get(name, (150, 150, 150))
+    path = f"world/{name}/body"
+    _log_limb(rec, path, tree, name, reach, SEGMENT_COLOURS.get(name, (150, 150, 150)), FillMode.Solid)
+    if (tree.hinge or tree.ball) and name == tree.names[0]:
+        rec.log(f"{path}/joint", _joint_shape(tree), static=True)
+
+
+def _log_limb(
+    rec: rr.RecordingStream,
+    path: str,
+    tree: Tree,
+    name: str,
+    reach: float,
+    colour: tuple[int, int, int],
+    fill: FillMode,
+) -> None:
+    """Log a segment's shape: a capsule from its joint to its IMU, or a box where nothing says where it goes."""
     along = {segment.name: segment.along for segment in tree.segments}.get(name)
     if along is None:
         rec.log(path, rr.Boxes3D(sizes=[(0.1, 0.1, 0.04)], colors=[colour]), static=True)
@@ -196,11 +248,9 @@ def _log_segment(rec: rr.RecordingStream, tree: Tree, name: str, reach: float) -
         translations=[(0.02 * x, 0.02 * y, 0.02 * z)],
         quaternions=[half_way / np.linalg.norm(half_way)],
         colors=[colour],
-        fill_mode="solid",
+        fill_mode=fill,
     )
     rec.log(path, capsule, static=True)
-    if name == tree.names[0]:
-        rec.log(f"{path}/joint", _joint_shape(tree), static=True)
 
 
 def _joint_shape(tree: Tree) -> rr.Cylinders3D | rr.Ellipsoids3D:

@@ -7,12 +7,13 @@ from imubench.diagnosis.config.noise import COHERENCE
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.cross_validation import gain, held_out
 from imubench.diagnosis.criteria.score_test import score
-from imubench.diagnosis.criteria.trial import misfit
 from imubench.diagnosis.noise.coherence import follows_motion
+from imubench.diagnosis.noise.declared_noise import declared, misfit
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import declared
-from imubench.diagnosis.search.selection import candidates, select
-from imubench.diagnosis.solve.refit import guess_of, information, log_evidence, refit
+from imubench.diagnosis.search.selected import candidates
+from imubench.diagnosis.search.selection import select
+from imubench.diagnosis.solve.gauss_newton import guess_of
+from imubench.diagnosis.solve.refit import information, log_evidence, refit
 from imubench.format1 import read
 from imubench.jets import rotation
 from imubench.proof.case import make_case

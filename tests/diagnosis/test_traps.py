@@ -10,14 +10,13 @@ from scipy.stats import chi2
 import imubench.diagnosis.noise.nominal as nominal
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.criteria.score_test import score
-from imubench.diagnosis.criteria.trial import misfit
+from imubench.diagnosis.noise.declared_noise import declared, misfit
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import declared
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.residual_checks.localize import locate
 from imubench.diagnosis.residual_checks.regressors import regressors
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.selected import candidates
 from imubench.diagnosis.solve.gauss_newton import Step, all_rows
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import solve

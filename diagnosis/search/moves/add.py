@@ -9,19 +9,19 @@ from imubench.diagnosis.candidates.grids import placed_at_best_start
 from imubench.diagnosis.candidates.mount_start import better_start
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.criteria.plausible_fit import natural
 from imubench.diagnosis.criteria.score_test import Score, score
 from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.drop import natural
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import log_evidence, refit
 from imubench.diagnosis.solve.schur import Base
 from imubench.diagnosis.solve.threads import side_by_side
 from imubench.effects.effect import Effect
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
-BESIDE = 0.5  # s of recording on either side of a moment; without them it was so all along
+MARGIN_S = 0.5  # s of recording on either side of a moment; without them it was so all along
 HALF = 0.5  # of the best's evidence, from which a clock's error is refitted too
 
 
@@ -35,10 +35,9 @@ def plain_scores(fit: Fit, left: list[Hypothesis]) -> tuple[list[Hypothesis], li
 def plain_trials(
     fit: Fit, scores: list[Score], say: Callable[[str], None], most: int = ADMISSION.refits
 ) -> list[Trial]:
-    """Return exact refits of the best scores, at `most` so many, best evidence first; and of clocks half as good.
+    """Return exact refits of the best scores, at most `most` of them, best evidence first; and of clocks half as good.
 
-    A score takes the readings for straight over a clock's error: a skew that comes to 18 ms promised 256 nat and was
-    worth 612, beside a moving centre of 460.
+    A score is linear in a clock's error, and so promises too little of a large one.
     """
     best = max((s.evidence for s in scores), default=0.0)
     likely = [s for s in scores if s.evidence > max(EVIDENCE.needed_nat, NEAR * best)]
@@ -59,7 +58,7 @@ def plain_trials(
 def heard_first(trials: list[Trial], humming: Collection[str]) -> list[Trial]:
     """Return trials, a hum at an IMU whose raw samples hum before one elsewhere that is worth as much.
 
-    A motion that is free carries a hum from one IMU to the other: 154 nat where it was heard, 155 where it was not.
+    A free motion carries a hum from one IMU to the other, so the likelihood alone cannot tell them apart.
     """
     if not trials or not trials[0].hypothesis.effect.tone or trials[0].hypothesis.at in humming:
         return trials
@@ -89,7 +88,7 @@ def dated(fit: Fit, h: Hypothesis) -> bool:
     """Return whether an effect's moment, where it has one, has recording before and after it."""
     start, end = fit.span
     moments = [fit.state.values[h.key(p.name)] for p in h.effect.parameters if p.name == "time"]
-    return all(bool(np.all((t > start + BESIDE) & (t < end - BESIDE))) for t in moments)
+    return all(bool(np.all((t > start + MARGIN_S) & (t < end - MARGIN_S))) for t in moments)
 
 
 __all__ = ["heard_first", "next_plain", "plain_scores", "plain_trials"]

@@ -8,31 +8,33 @@ import numpy as np
 
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import EVIDENCE
-from imubench.diagnosis.criteria.dynamic_aic import holds_its_law, trial_beside
+from imubench.diagnosis.criteria.dynamic_aic import trial_beside
 from imubench.diagnosis.criteria.dynamic_score import Screened, screen
-from imubench.diagnosis.criteria.trial import Trial, breaks_its_law, misfit
+from imubench.diagnosis.criteria.plausible_fit import holds_its_law
+from imubench.diagnosis.criteria.trial import Trial
+from imubench.diagnosis.noise.declared_noise import breaks_its_law, misfit
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_order import pairs, promising, softer
 from imubench.diagnosis.search.moves.dynamic_refits import (
-    ROUNDS,
+    STATE_NOISE_ROUNDS,
     on_whole_recording,
     refit_beside,
     refit_from_screening,
 )
 from imubench.diagnosis.search.moves.move import Promises
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.subset import excerpt, loudest
 from imubench.diagnosis.solve.threads import side_by_side
 
-MORE = 2  # rounds for the best of them on the whole recording
+MORE_ROUNDS = 2  # rounds for the best of them on the whole recording
 FREE = 0.75  # of what a state without a law explains, that one with a law must
-BROKEN = 0.5  # of what a filter explains that breaks its law
+BROKEN_LAW_SHARE = 0.5  # of what a filter explains that breaks its law
 TWO, MORE_OF_TWO = 30.0, 0.1  # nat, and of what the best alone is worth, that two must be worth more
 SHORT = 0.5  # of what a screening promised: springs that are worth less are begun anew
 HOPELESS = -150.0  # nat: from a refit worth less no softer start leads anywhere (of 14, one from -185 to -42)
-TWICE = 2  # refits that were worth nothing
+MOST_IN_VAIN = 2  # refits that were worth nothing
 
 
 def state_trials(
@@ -42,13 +44,13 @@ def state_trials(
     least: float = EVIDENCE.needed_nat,
     vain: Promises | None = None,
 ) -> list[Trial]:
-    """Return refits with effects that have a life of their own, best evidence first; none where none is needed.
+    """Return refits with effects that have states, best evidence first; none where none is needed.
 
-    They are screened and, where that promises more than `least` nat (of a motion that follows the law, not one that
-    goes against it, as in a free body with nothing wrong), tried on the seconds that leave most unexplained;
-    only the best is fitted to all, first in the list. What the others gained is scaled to the length of the whole.
-    `vain` has what each promised when it was refitted for nothing, in this round or before: `TWICE` is enough (beside a
-    dead band rocking mounts took 50 to 60 s of every round, three times for nothing), unless it promises more then.
+    They are screened. Those that promise more than `least` nat of a motion that follows their law (not of one that goes
+    against it, as in a free body with nothing wrong) are tried on the seconds with the largest residuals. Only the best
+    is fitted to the whole recording, and comes first. The gains of the others are scaled to the length of the whole.
+    `vain` has what each promised when a refit was worth nothing, in this round or before. After `MOST_IN_VAIN` such
+    refits an effect is not asked again, unless it promises more than it did then.
     """
     vain = {} if vain is None else vain
     if not stateful:
@@ -88,18 +90,18 @@ def state_trials(
 def worth_asking(one: Screened, vain: Promises) -> bool:
     """Return whether a screened effect was not refitted for nothing often enough, or promises more than it did."""
     promised = vain.get(one.hypothesis.name, [])
-    return len(promised) < TWICE or one.evidence > max(promised)
+    return len(promised) < MOST_IN_VAIN or one.evidence > max(promised)
 
 
 def explained(trial: Trial) -> float:
-    """Return what a trial is worth beside others, in nat: a state without a law does what a spring does, and more.
+    """Return what a trial is worth beside others, in nat.
 
-    So does a filter that breaks its law, with what its readings owe to another (of a rocking mount, a bias and a
-    g-sensitivity 4,417 nat, its law broken by 3.5 times its std, for the mount's 2,726).
+    Less for states without a law, which do what a spring does and more; less also for a filter that breaks its law,
+    because its readings have taken in what belongs to another effect.
     """
     h = trial.hypothesis
     broken = h.effect.filters and breaks_its_law(trial.fit, h)
-    return trial.evidence * (FREE if not h.effect.lawful else BROKEN if broken else 1.0)
+    return trial.evidence * (FREE if not h.effect.lawful else BROKEN_LAW_SHARE if broken else 1.0)
 
 
 def _one_by_one(
@@ -108,7 +110,7 @@ def _one_by_one(
     """Return the screenings that were refitted last, and all refits.
 
     The next are tried where none was any good, where the best has no law (it explains what any other would), and where
-    it leaves much: a rocking mount of 1,221 nat stood for a soft one of 4,100 else.
+    the best leaves much: it may stand for a better one.
     """
 
     def refitted(one: Screened) -> tuple[Trial, list[Screened]] | None:
@@ -139,7 +141,7 @@ def _on_all(fit: Fit, best: Trial, some: list[Screened]) -> Trial | None:
         ways.append(on_whole_recording(fit, best))
     if not ways or ways[0].evidence < best.evidence:
         with suppress(NotPositiveDefiniteError):
-            ways.append(refit_from_screening(fit, some, rounds=ROUNDS + MORE))
+            ways.append(refit_from_screening(fit, some, rounds=STATE_NOISE_ROUNDS + MORE_ROUNDS))
     found = max(ways, key=lambda t: t.evidence, default=None)
     return found if found is not None and holds_its_law(found) else None
 
@@ -149,10 +151,10 @@ def _paired(
 ) -> list[tuple[Trial, list[Screened]]]:
     """Return the best refit with two, begun where one of them alone had come to, or as both were screened.
 
-    One way is enough where something else alone explains more than that, and none is needed where the better one of
-    them leaves nothing that the other would explain. Two that share what was left are worth several times one of them
-    (4,200 nat and 1,300 on foam); one beside another that is worth little can be found in a later round, on its own,
-    and what it takes of a law that does not quite hold (41 of 1,590 nat) does not pass there.
+    One way is enough where something else alone explains more than that. None is needed where the better one leaves
+    nothing that the other would explain. Two that share what was left are worth several times one of them. One that is
+    worth little beside another can be found in a later round, alone; what it takes from a law that holds only
+    approximately is not accepted there.
     """
     out: list[tuple[Trial, list[Screened]]] = []
     for some in both:
@@ -174,11 +176,11 @@ def _paired(
 
 
 def _left_for_two(single: list[tuple[Trial, list[Screened]]], some: list[Screened]) -> bool:
-    """Return whether a screening beside the better one of two promises enough of the other (foam: 990 nat of 1,270)."""
+    """Return whether a screening beside the better one of two promises enough of the other."""
     names = [s.hypothesis for s in some]
     best = max((t for t, _ in single if t.hypothesis in names), key=lambda t: t.evidence)
     least = max(EVIDENCE.needed_nat, MORE_OF_TWO * best.evidence)
     return any(s.evidence > least for s in screen(best.fit, [h for h in names if h != best.hypothesis]))
 
 
-__all__ = ["MORE", "SHORT", "explained", "state_trials"]
+__all__ = ["MORE_ROUNDS", "SHORT", "explained", "state_trials"]

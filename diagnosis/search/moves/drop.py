@@ -9,21 +9,21 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import Gain, predicted
+from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.dynamic_aic import tightened
-from imubench.diagnosis.criteria.trial import Kept
-from imubench.diagnosis.noise.coloured import off_none, parameter_std
-from imubench.diagnosis.noise.nominal import rougher
+from imubench.diagnosis.criteria.plausible_fit import natural
+from imubench.diagnosis.criteria.trial import Gain, Kept
+from imubench.diagnosis.noise.coloured import parameter_std
+from imubench.diagnosis.noise.looser_motion import rougher
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, linear_in
 from imubench.diagnosis.search.moves.move import Above, Proposal, Proposals, SearchState
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, information, refit_without
 from imubench.diagnosis.solve.subset import excerpt, loudest
 from imubench.progress import tell
 
 CERTAIN = 30.0  # nat that an effect is worth without looking closer
-DELAYS = 3.0  # of its standard deviations, that a filter's delay must be
 SPLINES = 15.0  # nat that an effect with a life of its own must be worth
 
 
@@ -97,9 +97,9 @@ def weakest(fit: Fit, kept: Sequence[Kept], covariance: Array) -> tuple[list[Kep
 def firmly(fit: Fit, kept: Sequence[Kept]) -> list[Hypothesis]:
     """Return the effects that are next to linear and certain in noise as coloured as the residuals show.
 
-    Asked of a fit before its knots become finer for what rings on its motion: between the samples of a sensor a motion
-    on such knots is free, and aliased it is anything slow. An accelerometer's bias of 73 bounds, on a free body at 50
-    Hz, was known within 0.9 mm/s^2 on 50 knots a second, and within 27 on the 105 that its mount of 15 Hz asks for.
+    Asked of a fit before its knots become finer for springs that ring. With more knots than samples the motion is free
+    between the samples of a sensor, and what is aliased there looks slow: the intervals of slow errors, such as a bias,
+    widen.
     """
     linear = [k for k in kept if linear_in(k.hypothesis)]
     if not linear:
@@ -112,11 +112,10 @@ def in_colour(
 ) -> list[Kept]:
     """Return the effects with the evidence that they have where the noise is as coloured as the residuals show.
 
-    Not of those that are `firm`. covariance (p, p) and std are what `information` says of the fit. A clock's offset has
-    the evidence of a rougher motion, if that is less: one held too smooth is late where it turns (-0.6 ms, 9 standard
-    deviations, on a clean free body; -0.05, 1.4, beside the rougher). So has the pose of a second IMU, and of its cost
-    alone: a smooth motion has more room about a short lever, and 64 nat were of that, where a displaced IMU had the
-    other one displaced too.
+    Effects in `firm` keep their evidence. `covariance` (p, p) and `std` are those of `information`. A clock's offset
+    has the evidence of a rougher motion if that is less, because a motion held too smooth is late where it turns. So
+    has the pose of a second IMU, of the cost alone: a smooth motion has more room about a short lever, and a displaced
+    IMU would make the other one seem displaced too.
     """
     linear = [k for k in kept if linear_in(k.hypothesis) and k.hypothesis not in firm]
     if not linear:
@@ -137,18 +136,6 @@ def in_colour(
 def costs_more(without: Fit, fit: Fit) -> float:
     """Return the nat by which one fit's rows, samples and priors, cost more than another's."""
     return sum(r.cost for r in without.rows) - sum(r.cost for r in fit.rows)
-
-
-def natural(fit: Fit, h: Hypothesis) -> bool:
-    """Return whether an effect's numbers are such as nature knows: no friction that drives, no filter without a delay.
-
-    A filter of 24 Hz, its cutoff known within 17 %, on a clean pendulum was one of 36 Hz within 44 % once its law's
-    noise had settled: its states had taken in noise, and its delay was none.
-    """
-    if h.effect.filters and off_none(fit, h.key("cutoff")) < DELAYS:
-        return False
-    sided = [h.key(p.name) for p in h.effect.parameters if p.sided]
-    return all(bool(np.all(fit.state.values[name] >= 0.0)) for name in sided)
 
 
 def needed(h: Hypothesis) -> float:
@@ -177,8 +164,8 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
 def price_of_dropping(fit: Fit, h: Hypothesis) -> tuple[float, Fit]:
     """Return the nat that it costs to do without an effect, and the fit without it.
 
-    A state's with its law as tight as it bears, where that decides: for its freedoms alone a mount at its law's floor
-    was worth -98 nat on the knots that its 31 Hz ask for, and 76 on fewer.
+    An effect with states is judged with its law as tight as it bears, where that decides: with a looser law its
+    freedoms alone may cost more than it gains.
     """
     without = _without(fit, h)
     if not h.effect.states:

@@ -10,21 +10,21 @@ from imubench.diagnosis.criteria.trial import kind
 
 ANYWAY = -np.inf  # nat: no promise is asked for
 LONE = 2  # filters on a lone IMU that are tried whatever they promise
-RIVALS = 0.3  # of the best one's promise: a state effect below is not worth a refit
+RIVAL_SHARE = 0.3  # of the best one's promise: a state effect below is not worth a refit
 
 
 def promising(screened: list[Screened], least: float, lone: bool, puzzling: bool = False) -> list[list[Screened]]:
     """Return the screenings worth a refit: those that promise most, then, should none of them be any good, the next.
 
-    Of `ANYWAY` the first, whatever they promise. So a filter on a `lone` IMU: the motion is known from what came out of
-    it, and what would have come in is not seen in a screening (of 2.3 Hz on a pendulum: 7 nat promised, 650 found). A
-    promise is one linear step: of a soft mount that was worth 2,460 nat it was 140, beside a rocking one's 960. Where
-    much is left (`puzzling`) the next are also those whose law the motion goes against.
+    With `least` of `ANYWAY` the first, whatever they promise. So also a filter on a `lone` IMU: the motion is known
+    only from what came out of the filter, and a screening does not see what would have gone in. A promise is one linear
+    step, and so may be far too small. Where much is left (`puzzling`) the next include those whose law the motion goes
+    against.
     """
     if least == ANYWAY:
         return [first(screened)]
     hopeful = [s for s in screened if s.evidence > least and s.amount > 0]
-    likely = first([s for s in hopeful if s.evidence > RIVALS * hopeful[0].evidence])
+    likely = first([s for s in hopeful if s.evidence > RIVAL_SHARE * hopeful[0].evidence])
     if lone:
         filters = [s for s in screened if s.hypothesis.effect.filters and s not in likely]
         likely += sorted(filters, key=lambda s: -len(s.hypothesis.effect.states))[:LONE]  # of both triples first
@@ -41,20 +41,19 @@ def first(screened: list[Screened]) -> list[Screened]:
 def against_law(screened: list[Screened], least: float, tried: list[Screened]) -> list[Screened]:
     """Return more screenings worth a refit, though the motion goes against their laws; begun where they promise most.
 
-    A fit that resounds with springs has their motion in the body's: rocking ones at 10 to 14 Hz on a pendulum moved at
-    up to 10 Hz promised 1,362 nat with a sixth of their motion backwards, and were worth 6,900.
+    Where springs resonate, a fit without them has their motion in the body's, partly with the wrong sign.
     """
     best = max((s.evidence for s in screened), default=0.0)
     back = [s for s in screened if s.hypothesis.effect.lawful and s.amount <= 0 and s not in tried]
-    likely = [s for s in back if s.evidence > max(least, RIVALS * best)][: ADMISSION.refits]
+    likely = [s for s in back if s.evidence > max(least, RIVAL_SHARE * best)][: ADMISSION.refits]
     return [replace(s, values=dict(s.best or s.values)) for s in likely]
 
 
 def softer(one: Screened) -> Screened | None:
     """Return a screening of springs with springs half as quick to begin with; None of what has none.
 
-    A screening holds the motion, which has followed the springs already: of rocking ones at 9 to 12 Hz it promised 167
-    nat at 20 Hz, from where the refit went to 40 Hz and was worth nothing. From 10 Hz it is 311, and a soft mount 208.
+    A screening holds the motion, which has already followed the springs. It promises most at too high a frequency, from
+    where a refit moves on to stiff springs that are worth nothing.
     """
     quick = {name: value - np.log(2.0) for name, value in one.values.items() if name.endswith(".frequency")}
     return replace(one, values=one.values | quick) if one.hypothesis.effect.lawful and quick else None
@@ -62,7 +61,7 @@ def softer(one: Screened) -> Screened | None:
 
 def pairs(screened: list[Screened]) -> list[list[Screened]]:
     """Return the best two where they are of one kind at both sensors: one alone would have to stand for both."""
-    of_sensors = [s for s in screened if s.hypothesis.at in ("imu1", "imu2")]
+    of_sensors = [s for s in screened if s.hypothesis.effect.place == "imu"]
     if not of_sensors:
         return []
     best = of_sensors[0].hypothesis
@@ -70,4 +69,4 @@ def pairs(screened: list[Screened]) -> list[list[Screened]]:
     return [[of_sensors[0], same[0]]] if same else []
 
 
-__all__ = ["ANYWAY", "LONE", "RIVALS", "pairs", "promising", "softer"]
+__all__ = ["ANYWAY", "LONE", "RIVAL_SHARE", "pairs", "promising", "softer"]

@@ -12,18 +12,30 @@ from typing import Protocol
 import numpy as np
 
 from imubench.diagnosis.config.criteria import HELD_OUT
-from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.criteria.trial import Gain, Kept, Trial
 from imubench.diagnosis.noise.masking import Masks
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.rules import RuleUse
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 
 Refused = tuple[tuple[Hypothesis, float], ...]
 """Effects with the nat that they gained on left-out data, or what they were worth where that was enough."""
 
 Promises = dict[str, list[float]]
 """What effects with states promised, in nat by name, each time that they were refitted for nothing."""
+
+
+@dataclass(frozen=True)
+class Round:
+    """What a round of adding has tried."""
+
+    fit: Fit  # without it, on the samples that count
+    tried: list[Trial]  # the one that explains most first
+    first: Fit  # with that one, at the noise levels that it leaves
+    together: list[Trial]  # what comes in with it, one after the other
+    lively: bool  # whether effects with states were looked at
+    brief: bool = False  # whether the first one shows in a moment, as its law says
+    plain: Sequence[Hypothesis] = ()  # effects without states, at their starts
 
 
 @dataclass(frozen=True)
@@ -165,6 +177,6 @@ class Step:
 
 
 __all__ = [
-    "Above", "Answer", "Foretells", "Holds", "Move", "Promises", "Proposal", "Proposals", "Refused", "RoundMemory",
-    "SearchState", "Step", "told",
+    "Above", "Answer", "Foretells", "Holds", "Move", "Promises", "Proposal", "Proposals", "Refused", "Round",
+    "RoundMemory", "SearchState", "Step", "told",
 ]  # fmt: skip

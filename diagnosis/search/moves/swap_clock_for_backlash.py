@@ -13,8 +13,8 @@ from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
-from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
+from imubench.diagnosis.criteria.plausible_fit import holds_its_law
 from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis

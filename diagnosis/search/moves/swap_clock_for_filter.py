@@ -1,12 +1,12 @@
 """A late clock that is a filter: to first order both delay what a sensor reads, and a filter also flattens it.
 
-The delay has no state and is found first; what it leaves may be too little for effects with states to be tried.
-So every clock's offset is held against filters at the sensor that is late, begun at the cutoff 1 / (2 pi delay): one
-far quicker than the motion as soon as the offset is known, any other once all effects are.
+The delay has no state and is found first; what it leaves may be too little for effects with states to be tried. So
+every clock's offset is held against filters at the sensor that is late, begun at the cutoff 1 / (2 pi delay): one far
+quicker than the motion as soon as the offset is known, any other once all effects are.
 
-What a quick one does beside delaying is held, and taken from the motion of a fit that knew a delay alone: it is taken
-again from the motion that the filter leaves. Of 9.4 Hz and 2,470 bounds a filter left 415 nat else, and came out as one
-of 9.07 beside a clock 0.58 ms late.
+What a quick one does beside delaying is held, and computed from the motion of a fit that knew a delay alone. It is
+computed again from the motion that the filter leaves; else part of a slow filter stays in the motion, and comes out as
+a clock beside a filter that is too slow.
 """
 
 from collections.abc import Sequence
@@ -21,20 +21,23 @@ from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.delays import filter_beyond_delay, late_imu
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
-from imubench.diagnosis.criteria.trial import Kept, Passed, Trial, misfit
-from imubench.diagnosis.noise.nominal import rougher
+from imubench.diagnosis.criteria.trial import Kept, Passed, Trial
+from imubench.diagnosis.noise.declared_noise import misfit
+from imubench.diagnosis.noise.looser_motion import rougher
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit, solve
-from imubench.diagnosis.solve.refit import extended, refit
+from imubench.diagnosis.solve.gauss_newton import extended
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import VARIANTS, delay_law
 from imubench.effects.effect import Effect
 from imubench.progress import tell
 from imubench.recording import Imu
 
-ROUNDS = 2  # of noise levels
+FILTER_NOISE_ROUNDS = 2  # of noise levels
 FASTEST = 5.0  # times the rate: a filter beyond is a delay
 AGAIN = 3  # times at most that what a quick filter does beside delaying is taken again
 
@@ -163,7 +166,7 @@ def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
         if found.cost - tried.cost < EVIDENCE.needed_nat:
             break
         found, h = tried, new
-    return (fit if found is fit else with_noise(found, ROUNDS)), h
+    return (fit if found is fit else with_noise(found, FILTER_NOISE_ROUNDS)), h
 
 
 def at_the_late(fit: Fit, h: Hypothesis, imu: Imu, delay: float) -> Fit | None:
@@ -192,4 +195,4 @@ def gains(before: tuple[Fit, Fit], tried: Fit) -> tuple[float, float]:
 def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, start: dict[str, Array]) -> Fit:
     begun = extended(fit, (*rest, h), start)
     tried = solve(begun.model, driven_by_motion(begun.model, begun.state, [h]), begun.noise, fit.anchor, steps=6)
-    return with_noise(tried, ROUNDS)
+    return with_noise(tried, FILTER_NOISE_ROUNDS)

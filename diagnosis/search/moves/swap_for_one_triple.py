@@ -1,9 +1,8 @@
 """A filter of both triples whose law holds for one of them alone: of the other it was something else.
 
-A filter's readings are states, which take in whatever else is wrong with a triple as far as its law lets them. Of a
-gyroscope's filter of 14 Hz beside an accelerometer's scale the best was one of both, which broke its law by 2.5 times
-its standard deviation at the accelerometer and held it at the gyroscope. The gyroscope's alone was worth 2,154 nat
-less, and with the scale 111 more.
+A filter's readings are states, which take in whatever else is wrong with a triple as far as its law lets them. Where
+the law holds for one triple and is broken at the other, a filter of the first alone is worth less, but more together
+with the plain effect that the second one has.
 """
 
 from collections.abc import Sequence
@@ -14,18 +13,18 @@ from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
-from imubench.diagnosis.criteria.dynamic_aic import TRIPLES
+from imubench.diagnosis.criteria.plausible_fit import TRIPLES
 from imubench.diagnosis.criteria.trial import Kept, Passed, Trial
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add import plain_scores, plain_trials
 from imubench.diagnosis.search.moves.move import Above, Foretells, Proposal, Proposals, SearchState, told
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import refit
 from imubench.progress import tell
 
-BROKEN = 1.0  # of a law's std, above which the law does not hold
+MOST_LAW_STD = 1.0  # of a law's std, above which the law does not hold
 
 
 class FilterOfOneTriple:
@@ -69,7 +68,7 @@ def both_instead(state: SearchState, old: Kept, new: Kept, alone: Fit, beside: T
 def of_one(fit: Fit, h: Hypothesis, everything: Sequence[Hypothesis]) -> Hypothesis | None:
     """Return the filter of the triple at which one of both keeps its law; None where it does at both or neither."""
     levels = {part: fit.noise.get(h.key(part)) for part in TRIPLES}
-    held = [part for part, level in levels.items() if level is not None and level <= BROKEN]
+    held = [part for part, level in levels.items() if level is not None and level <= MOST_LAW_STD]
     if len(held) != 1 or None in levels.values():
         return None
     return next(

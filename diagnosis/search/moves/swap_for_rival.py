@@ -1,7 +1,7 @@
 """A rival that was as good when it was passed over may be the better one beside what came later.
 
-One of more numbers may also do what two of few do, before the second of these has come in: the nine of a g-sensitivity
-took the place of a gyroscope's bias, 45 bounds of whose drift were to come. So it is held against both.
+An effect of many numbers may also do what two of few do, before the second of these has come in: a g-sensitivity the
+work of a bias and its drift. So it is held against both.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,14 +9,12 @@ from collections.abc import Callable, Sequence
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.trial import Kept, Passed
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.add import plain_scores, plain_trials
 from imubench.diagnosis.search.moves.move import Above, Proposal, Proposals, SearchState
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import log_evidence, refit
 from imubench.progress import tell
-
-TIE, SHARE = 20.0, 0.05  # nat, or of the evidence, within which two effects were as good
 
 
 class RivalForEffect:
@@ -28,7 +26,7 @@ class RivalForEffect:
         Beside it: one of everything that may come in, with no more numbers together.
         """
         for k in state.kept if len(state.kept) > 1 else ():
-            near = [t for t in k.rivals if t.evidence > k.evidence - max(TIE, SHARE * k.evidence)]
+            near = [t for t in k.rivals if t.evidence > k.near]
             for t in [t for t in near if t.hypothesis.name not in state.names and not t.hypothesis.effect.states][:1]:
                 tell(f"trying {t.hypothesis.name} in the place of {k.hypothesis.name}")
                 state = (yield instead(state, k, t.hypothesis)).state

@@ -1,6 +1,6 @@
 """Named effects that only stand in for something without a name: held against terms in their place."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -11,13 +11,16 @@ from imubench.diagnosis.config.discrepancy import TERM
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
+from imubench.diagnosis.criteria.equivalence import equivalents
 from imubench.diagnosis.criteria.score_at_size import gain_at_size
-from imubench.diagnosis.criteria.trial import breaks_its_law
 from imubench.diagnosis.discrepancy.drift_tests import beyond_a_drift
-from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm, fitted_term
-from imubench.diagnosis.discrepancy.term_scores import promising
-from imubench.diagnosis.noise.nominal import certain_effects, rougher
+from imubench.diagnosis.discrepancy.fitted_terms import fitted_term
+from imubench.diagnosis.discrepancy.term_scores import FittedTerm, Guess, promising
+from imubench.diagnosis.noise.declared_noise import breaks_its_law
+from imubench.diagnosis.noise.looser_motion import rougher
+from imubench.diagnosis.noise.nominal import certain_effects
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.term_rivals import (
     a_filter_is,
@@ -27,13 +30,12 @@ from imubench.diagnosis.search.moves.term_rivals import (
     margins,
     nearly_a_filter,
     only_wanders,
-    rivals,
+    seen_at,
     takes_place,
     together,
     wanders,
 )
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, refit_without
 
 NAMES = 60  # effects at their places: what a name was chosen from, as a term from its like
@@ -110,6 +112,34 @@ def swapped_for_terms(fit: Fit, say: Callable[[str], None] = lambda _: None) -> 
     at = {h.at for h in doubted if h.effect.time_power is not None}
     slips = [h for h in fit.model.hypotheses if h.effect.onset and h.at in at]  # what wanders jumps as well
     return TermSwaps(terms, fit, (*doubted, *slips), tuple(likelier))
+
+
+def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis], slow: bool = False) -> Iterator[Guess]:
+    """Yield the best term where effects are, and the best one elsewhere if an effect could as well be there.
+
+    What is slow may be the noise's colour, or a drift, which has a name: such a term is held against that name alone. A
+    jump is held against splines without a law as well, for three numbers and a time are no curve, and a slow curve of a
+    gyroscope's, which is nothing that a joint does; where the spline is slow, one of an accelerometer's too.
+    """
+    own = {seen_at(h) for h in gone}
+    if is_a_drift(gone):
+        yield from [g for g in guesses if g.term.drift and g.term.at in own][:1]
+    steady = [g for g in guesses if not g.term.drift]
+    if any(h.effect.states for h in gone):  # it takes what is at either IMU
+        if gone[0].effect.free:
+            yield from [g for g in guesses if g.term.jumps][:1]
+            curves = [g for g in guesses if g.term.drift and not g.term.jumps]
+            yield from [g for g in curves if g.term.part == "gyro"][:1]
+            yield from [g for g in curves if slow and g.term.part == "accel"][:1]
+        yield from (next(g for g in steady if g.term.at == at) for at in dict.fromkeys(g.term.at for g in steady))
+        return
+    best = next((g for g in steady if g.term.at in own), None)
+    if best:
+        yield best
+    if steady and steady[0] is not best and len(gone) == 1:
+        (h,) = gone
+        if (h.effect.name, steady[0].term.at) in {(r.effect, r.at) for r in equivalents(fit, h)}:
+            yield steady[0]
 
 
 __all__ = ["TermSwaps", "swapped_for_terms"]

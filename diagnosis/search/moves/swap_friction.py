@@ -15,19 +15,20 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.cross_validation import predicted
+from imubench.diagnosis.criteria.plausible_fit import natural
 from imubench.diagnosis.criteria.trial import Kept
-from imubench.diagnosis.noise.nominal import at_estimated_roughness
+from imubench.diagnosis.noise.looser_motion import at_estimated_roughness
 from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.drop import about_zero, natural
+from imubench.diagnosis.search.moves.drop import about_zero
 from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
 from imubench.diagnosis.solve.refit import evidence_over, information, refit, refit_without
 from imubench.effects import EFFECTS
 from imubench.progress import tell
 
-SETTLED = 2  # rounds of noise levels beside the smoother motion
+FRICTION_NOISE_ROUNDS = 2  # rounds of noise levels beside the smoother motion
 
 
 class FrictionMixture:
@@ -50,7 +51,7 @@ class FrictionMixture:
         others = (Hypothesis(e, "joint") for e in EFFECTS.values() if e.friction and e.name not in named)
         laws = [*now, *others]
         with suppress(NotPositiveDefiniteError):
-            whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), SETTLED)
+            whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), FRICTION_NOISE_ROUNDS)
             best = mixture(whole, laws)
             if not best or set(best) == set(now):
                 return

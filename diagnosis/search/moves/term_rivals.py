@@ -1,18 +1,17 @@
 """Names that may only stand in for something without one: which are held against terms, against which, how strictly."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from imubench.diagnosis.config.shared import EVIDENCE
-from imubench.diagnosis.criteria.equivalence import equivalents
 from imubench.diagnosis.discrepancy.basis_functions import drifts
-from imubench.diagnosis.discrepancy.fitted_terms import FittedTerm
-from imubench.diagnosis.discrepancy.term_scores import Guess
+from imubench.diagnosis.discrepancy.term_scores import FittedTerm, Guess
 from imubench.diagnosis.discrepancy.terms import LATE, SERIES, Term
+from imubench.diagnosis.problem.batch_model import inside
+from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.problem.motion_prior import inside, states_inside
-from imubench.diagnosis.solve.levenberg_marquardt import Fit
+from imubench.diagnosis.problem.motion_prior import states_inside
 
 MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
 NEARLY = 0.25  # of what a filter is worth: a series worth no more than that more must gain more on left-out data
@@ -57,43 +56,15 @@ def acts_on(h: Hypothesis) -> str:
 def margins(lost: float, slow: bool, free: bool, strained: bool, names: int = 1) -> tuple[float, float]:
     """Return the nat that a term must promise in the place of what names are worth, and by how many it may fall short.
 
-    Short once it is fitted: a curve of time in the place of what only wanders, names without a law, or that break it,
-    and several names of which one does more than one alone. A curve is fitted that promises less by twice as much: play
-    that a creeping mount was, worth 2,324 nat, of which a curve promised 1,782, was 98 % a curve of time.
+    It may fall short once it is fitted: a curve of time in the place of what only wanders, names without a law or that
+    break it, and several names of which one does more than one alone. A curve that promises less by twice as much is
+    fitted all the same, because a promise is one linear step.
     """
     if slow:
         return (1 - 2 * WANDERS) * lost, WANDERS * lost
     if free or strained:
         return (1 - MUCH) * lost, EVIDENCE.clear_nat if free else (CLOSE if names == 1 else MUCH) * lost
     return (1 + CLOSE) * lost, 0.0
-
-
-def rivals(guesses: Sequence[Guess], fit: Fit, gone: Sequence[Hypothesis], slow: bool = False) -> Iterator[Guess]:
-    """Yield the best term where effects are, and the best one elsewhere if an effect could as well be there.
-
-    What is slow may be the noise's colour, or a drift, which has a name: such a term is held against that name alone. A
-    jump is held against splines without a law as well, for three numbers and a time are no curve, and a slow curve of a
-    gyroscope's, which is nothing that a joint does; where the spline is slow, one of an accelerometer's too.
-    """
-    own = {seen_at(h) for h in gone}
-    if is_a_drift(gone):
-        yield from [g for g in guesses if g.term.drift and g.term.at in own][:1]
-    steady = [g for g in guesses if not g.term.drift]
-    if any(h.effect.states for h in gone):  # it takes what is at either IMU
-        if gone[0].effect.free:
-            yield from [g for g in guesses if g.term.jumps][:1]
-            curves = [g for g in guesses if g.term.drift and not g.term.jumps]
-            yield from [g for g in curves if g.term.part == "gyro"][:1]
-            yield from [g for g in curves if slow and g.term.part == "accel"][:1]
-        yield from (next(g for g in steady if g.term.at == at) for at in dict.fromkeys(g.term.at for g in steady))
-        return
-    best = next((g for g in steady if g.term.at in own), None)
-    if best:
-        yield best
-    if steady and steady[0] is not best and len(gone) == 1:
-        (h,) = gone
-        if (h.effect.name, steady[0].term.at) in {(r.effect, r.at) for r in equivalents(fit, h)}:
-            yield steady[0]
 
 
 def takes_place(
@@ -173,6 +144,16 @@ def only_wanders(fit: Fit, h: Hypothesis) -> bool:
 
 
 __all__ = [
-    "MUCH", "NEARLY", "a_filter_is", "comes_late", "groups", "is_a_drift", "margins",
-    "nearly_a_filter", "only_wanders", "rivals", "takes_place", "together", "wanders",
-]  # fmt: skip
+    "MUCH",
+    "NEARLY",
+    "a_filter_is",
+    "comes_late",
+    "groups",
+    "is_a_drift",
+    "margins",
+    "nearly_a_filter",
+    "only_wanders",
+    "takes_place",
+    "together",
+    "wanders",
+]

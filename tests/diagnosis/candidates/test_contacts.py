@@ -15,9 +15,9 @@ from imubench.diagnosis.candidates.end_stop_contacts import (
     level_axis,
     stop_from,
 )
-from imubench.diagnosis.config.candidates import CONTACT
+from imubench.diagnosis.config.samples import HIGH_BAND
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION
+from imubench.diagnosis.problem.residuals import SWING_EQUATION
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -77,9 +77,9 @@ def test_what_fails_most_counts_and_what_is_smeared_about_it_does_not(tmp_path):
 def test_contacts_that_lie_together_are_one(tmp_path):
     _, recording = swinging(tmp_path, "pendulum", [], 221)
     fit = nominal_fit(recording)
-    times = fit.model.start + np.array([2.0, 2.0 + CONTACT.apart_s / 2, 5.0])
+    times = fit.model.start + np.array([2.0, 2.0 + HIGH_BAND.one_knock_s / 2, 5.0])
     one, other = contacts(times, fit)
-    assert one[0] < 2.0 and one[1] > 2.0 + CONTACT.apart_s / 2
+    assert one[0] < 2.0 and one[1] > 2.0 + HIGH_BAND.one_knock_s / 2
     assert other[0] < 5.0 < other[1] < 5.2
     assert beside(((1.0, 4.0),), np.array([2.0])) == ((1.0, pytest.approx(1.94)), (pytest.approx(2.06), 4.0))
 

@@ -14,9 +14,9 @@ from imubench.diagnosis.noise.coloured import Spectra
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.solve.gauss_newton import all_rows, factored
+from imubench.diagnosis.solve.gauss_newton import all_rows, extended, factored
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended, refit
+from imubench.diagnosis.solve.refit import refit
 from imubench.diagnosis.solve.schur import promise
 from imubench.effects import EFFECTS
 from imubench.format1 import read

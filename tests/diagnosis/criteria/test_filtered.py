@@ -6,19 +6,19 @@ import pytest
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.criteria.delays import clear_readings, late_imu
-from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
 from imubench.diagnosis.criteria.equivalence import equivalents
-from imubench.diagnosis.criteria.trial import Kept, misfit
+from imubench.diagnosis.criteria.plausible_fit import holds_its_law
+from imubench.diagnosis.criteria.trial import Gain, Kept
 from imubench.diagnosis.noise.coherence import clear_of_noise
+from imubench.diagnosis.noise.declared_noise import misfit
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
 from imubench.diagnosis.search.moves.swap_clock_for_filter import ClockToFilter, taken_again
-from imubench.diagnosis.search.selection import Selection, candidates
+from imubench.diagnosis.search.selected import Selection, candidates
 from imubench.diagnosis.solve.refit import information, refit
 from imubench.diagnosis.verdict.findings import findings
 from imubench.effects import EFFECTS

@@ -6,7 +6,7 @@ from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.followed_sensor import at_levels, nearer_to_declared, uncertain_levels
 from imubench.diagnosis.search.rounds import try_round
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.selected import candidates
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.cross_validation import Gain, block_of, gain, held_out
+from imubench.diagnosis.criteria.cross_validation import block_of, gain, held_out
 from imubench.diagnosis.criteria.score_test import score
+from imubench.diagnosis.criteria.trial import Gain
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.selected import candidates
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import refit
 from imubench.format1 import read

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.criteria.trial import Gain, Kept
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.result import Finding, Interval, Parameter

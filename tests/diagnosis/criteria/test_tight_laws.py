@@ -7,18 +7,17 @@ import pytest
 
 from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.cross_validation import Gain
 from imubench.diagnosis.criteria.dynamic_aic import judged, tightened
 from imubench.diagnosis.criteria.dynamic_score import screen
-from imubench.diagnosis.criteria.trial import Kept, Passed
+from imubench.diagnosis.criteria.trial import Gain, Kept, Passed
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.dynamic_candidates import stateful
 from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.selected import candidates
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended
 from imubench.diagnosis.verdict.findings import laws_as_good
 from imubench.effects import EFFECTS
 from imubench.format1 import read

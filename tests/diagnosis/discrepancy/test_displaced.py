@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.score_at_size import gain_of_weights
+from imubench.diagnosis.criteria.score_test import gain_of_weights
 from imubench.diagnosis.discrepancy.fitted_terms import fitted_term, refit_once
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.noise.nominal import nominal_fit

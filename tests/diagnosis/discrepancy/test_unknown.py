@@ -15,16 +15,16 @@ from imubench.diagnosis.discrepancy.term_scores import colour, promising
 from imubench.diagnosis.discrepancy.terms import LATE, Term, Unknown, UnknownTorque
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise, with_noise
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.residuals import SWING_EQUATION
 from imubench.diagnosis.result import UNKNOWN
 from imubench.diagnosis.search.moves.swap_for_term import swapped_for_terms
 from imubench.diagnosis.search.moves.term_rivals import comes_late
 from imubench.diagnosis.search.selection import select
 from imubench.diagnosis.search.unknown import unknowns
-from imubench.diagnosis.solve.gauss_newton import all_rows
+from imubench.diagnosis.solve.gauss_newton import all_rows, extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended, refit
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -12,8 +12,9 @@ from imubench.diagnosis.experiments.symmetries import same_readings
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended, refit
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof import played

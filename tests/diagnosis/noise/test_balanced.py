@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imubench.diagnosis.noise.declared_noise import declared
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.pooled import with_pooled_noise
-from imubench.diagnosis.noise.reml import declared
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -19,7 +19,7 @@ from imubench.diagnosis.search.nonlinear_spring import (
     promised,
     suspected_findings,
 )
-from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.effects import EFFECTS
 from imubench.effects.soft_mounts import RockingMount, SoftMount
 from imubench.format1 import read

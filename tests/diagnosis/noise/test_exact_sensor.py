@@ -11,7 +11,7 @@ from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.samples.rest_noise import LEAST_REST_STD, least_noise
 from imubench.diagnosis.sensor_errors.own_errors import own_errors
 from imubench.diagnosis.solve.gauss_newton import all_rows, factored
-from imubench.diagnosis.solve.refit import covariance_of
+from imubench.diagnosis.solve.marginals import covariance_of
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -9,18 +9,29 @@ from scipy.interpolate import make_lsq_spline
 from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.config.noise import KNOT_SELECTION
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
+from imubench.diagnosis.noise import knot_selection
 from imubench.diagnosis.noise.coherence import clear_at
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.noise.debias import law_parameters
 from imubench.diagnosis.noise.debiased_fit import debiased, settled
-from imubench.diagnosis.noise.knot_selection import coarser, coarsest, finer, knots_suffice, matrix, peaks, ringing
+from imubench.diagnosis.noise.declared_noise import declared
+from imubench.diagnosis.noise.knot_selection import (
+    coarser,
+    coarsest,
+    finer,
+    knots_suffice,
+    matrix,
+    peaks,
+    ringing,
+    too_quick,
+)
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import declared, with_noise
+from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.bspline import Knots
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_refits import calm_for_laws
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -44,6 +55,17 @@ def test_a_slow_motion_has_half_the_knots_or_less_and_is_the_same(tmp_path):
     fine, rough = (matrix(f.model.tracks.knots, time) @ f.state.coefficients[:, columns] for f in (fit, few))
     assert np.ptp(fine) > 0.3
     assert np.std(fine - rough) < 2e-3  # where the joint is at zero nothing tells to less than some milliradians
+
+
+def test_what_is_too_quick_for_fewer_knots_is_not_solved_on_them_and_would_not_do(tmp_path, monkeypatch):
+    make_case(tmp_path / "r", "pendulum", [("soft_mount", "imu1")], 5, seconds=8.0, rate=50.0)
+    fit, asked = nominal_fit(read(tmp_path / "r")[0]), []
+    every = [times for times in KNOT_SELECTION.fewer if too_quick(fit, times * fit.model.tracks.knots.step)]
+    assert every
+    assert not any(knots_suffice(coarser(fit, times)) for times in every)
+    monkeypatch.setattr(knot_selection, "coarser", lambda fit, times: asked.append(round(times)) or coarser(fit, times))
+    coarsest(fit)
+    assert not set(asked) & set(every)
 
 
 @pytest.mark.long

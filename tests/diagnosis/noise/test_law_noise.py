@@ -5,16 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.dynamic_aic import laws
+from imubench.diagnosis.criteria.plausible_fit import laws, natural
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.noise.debias import NoiseOnLaws
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.moves.drop import natural
 from imubench.diagnosis.solve.clock_offsets import pose_offset
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.refit import extended
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

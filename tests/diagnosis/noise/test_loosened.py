@@ -8,8 +8,9 @@ from imubench.diagnosis.noise.looser_motion import with_looser_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import converged
-from imubench.diagnosis.solve.refit import extended, refit
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.config.shared import DECLARED_NOISE
+from imubench.diagnosis.noise.declared_noise import declared
+from imubench.diagnosis.noise.noise_levels import levels
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.pooled import with_pooled_noise
-from imubench.diagnosis.noise.reml import declared, levels, with_settled_noise
+from imubench.diagnosis.noise.reml import with_settled_noise
 from imubench.diagnosis.residual_checks.excess_noise import excess_noise, left_over, off_its_equation, refuted
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.solve.levenberg_marquardt import solve

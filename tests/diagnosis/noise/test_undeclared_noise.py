@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.candidates.begin import begin
-from imubench.diagnosis.noise.reml import declared
+from imubench.diagnosis.noise.declared_noise import declared
 from imubench.diagnosis.samples.screening import check_samples, with_sample_noise
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -9,12 +9,13 @@ from scipy.spatial.transform import Rotation
 from imubench import rotations
 from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.bspline import Moment
-from imubench.diagnosis.problem.dynamics_factors import SWING_EQUATION, inertia_about_joint, resting, turning
+from imubench.diagnosis.problem.dynamics_factors import inertia_about_joint, resting, turning
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
-from imubench.diagnosis.problem.process_factors import equation_rows
+from imubench.diagnosis.problem.residuals import SWING_EQUATION
 from imubench.diagnosis.problem.rig_kinematics import ATTITUDE, HINGE
+from imubench.diagnosis.solve.gauss_newton import equation_rows, extended
 from imubench.diagnosis.solve.initialize import blind_start, model_of
-from imubench.diagnosis.solve.refit import extended, information
+from imubench.diagnosis.solve.refit import information
 from imubench.effects import EFFECTS, possible
 from imubench.jets import Jet
 from imubench.recording import Body, Encoder, Imu, Pose, Recording

@@ -32,3 +32,18 @@ def test_a_clock_enters_through_the_slope():
     jet = Moment(tracks, coefficients, Jet(time, {clock: np.ones((1, 1, 1))})).track("a", 1)
     ends = [Moment(tracks, coefficients, Jet(time + s * 1e-7)).track("a", 1).value for s in (1, -1)]
     assert_allclose(jet.blocks[clock][:, :, 0], (ends[0] - ends[1]) / 2e-7, rtol=1e-4, atol=1e-2)  # its error
+
+
+@pytest.mark.parametrize("seconds", [5.0, 70.0])
+def test_samples_of_a_clock_that_ticks_with_the_knots_share_their_place(seconds):
+    """Their step is read off the stamps, as a fit's is; and a clock that goes a part in a million slower drifts."""
+    stamps = np.round(0.025 * np.arange(seconds * 40), 9)
+    knots = Knots.over(-0.2, seconds + 0.2, float(np.median(np.diff(stamps))))
+    phase = knots.phase(stamps)
+    assert phase is not None
+    for order in range(3):
+        _, weights = knots.weights(stamps, order)
+        assert_allclose(
+            weights, np.tile(knots.weights_at(phase, order), (len(stamps), 1)), rtol=0, atol=1e-8 * weights.max()
+        )
+    assert knots.phase(stamps * (1 - 1e-6)) is None

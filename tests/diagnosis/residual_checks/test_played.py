@@ -7,7 +7,7 @@ import numpy as np
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.residual_checks.fit_summary import played
-from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.config.samples import NOTCH
-from imubench.diagnosis.samples.notch import sidebands, steady, turns_with_hum, with_steady_hum, without_hum
+from imubench.diagnosis.samples.notch import (
+    sidebands,
+    steady,
+    turns_with_hum,
+    with_steady_hum,
+    without_further_hums,
+    without_hum,
+)
 from imubench.recording import Imu
 
 RATE, SECONDS, HUM = 250.0, 20.0, 45.0
@@ -42,6 +49,31 @@ def test_what_is_left_is_the_motion():
     for got, wanted, before in ((gyro, still.gyro, imu.gyro), (accel, still.accel, imu.accel)):
         left, was = (np.sqrt(np.mean((x - wanted)[inside] ** 2)) for x in (got, before))
         assert left < 0.25 * was  # the hum's phase wanders beyond the band that is taken out, and noise in it goes too
+
+
+@pytest.mark.parametrize(("size", "turns", "goes"), [(0.3, 0.05, True), (0.3, 0.0, False), (0.02, 0.05, False)])
+def test_a_second_line_goes_as_well_where_it_is_louder_than_noise_and_turns_the_sensor(size, turns, goes):
+    imu, still = shaken(0.05)
+    second = np.sin(2 * np.pi * 97.0 * imu.time)[:, None] * np.array([0.5, 1.0, 0.3])
+    imu = replace(imu, gyro=imu.gyro + turns * second, accel=imu.accel + size * second)
+    gyro, accel = without_hum(imu, HUM, none(imu))
+    once = replace(imu, gyro=gyro, accel=accel)
+    out = without_further_hums(once, none(imu))
+    if not goes:
+        assert out is once
+        return
+    inside = slice(250, -250)
+    left = np.sqrt(np.mean((out.accel - still.accel)[inside] ** 2))
+    alone, _ = shaken(0.05)
+    without = np.sqrt(np.mean((without_hum(alone, HUM, none(alone))[1] - still.accel)[inside] ** 2))
+    assert left == pytest.approx(without, rel=0.1)  # as if it had never been there
+
+
+def test_one_hum_alone_is_taken_out_once():
+    imu, _ = shaken(0.05)
+    gyro, accel = without_hum(imu, HUM, none(imu))
+    once = replace(imu, gyro=gyro, accel=accel)
+    assert without_further_hums(once, none(imu)) is once
 
 
 def test_samples_that_do_not_count_stay_as_they_were():

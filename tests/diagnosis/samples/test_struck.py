@@ -13,7 +13,7 @@ from imubench.diagnosis.samples.faint_impacts import faint_knocks
 from imubench.diagnosis.samples.high_band import high, high_pass
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.search.confidence import DOUBTFUL
-from imubench.diagnosis.solve.refit import extended
+from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.verdict import impacts
 from imubench.diagnosis.verdict.impacts import unseen_knocks
 from imubench.effects import EFFECTS

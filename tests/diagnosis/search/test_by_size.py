@@ -11,9 +11,10 @@ from imubench.diagnosis.discrepancy.fitted_terms import fitted_term
 from imubench.diagnosis.discrepancy.term_scores import promising
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.selection import candidates
-from imubench.diagnosis.search.unknown import Unknowns, finding
+from imubench.diagnosis.search.selected import candidates
+from imubench.diagnosis.search.unknown import finding
 from imubench.diagnosis.search.unknown_against_small import nearly_straight, with_equals
+from imubench.diagnosis.search.unnamed import Unknowns
 from imubench.diagnosis.solve.schur import Base
 from imubench.effects import EFFECTS
 from imubench.format1 import read

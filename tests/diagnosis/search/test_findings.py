@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.criteria.trial import Gain, Kept
+from imubench.diagnosis.noise.declared_noise import declared
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import declared
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.selection import Selection
+from imubench.diagnosis.search.selected import Selection
 from imubench.diagnosis.solve.refit import refit
-from imubench.diagnosis.verdict.findings import findings, overshadowed, propagated_std
+from imubench.diagnosis.verdict.effect_parameters import propagated_std
+from imubench.diagnosis.verdict.findings import findings, overshadowed
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

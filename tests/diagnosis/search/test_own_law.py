@@ -4,14 +4,16 @@ import pytest
 
 import imubench.diagnosis.search.rounds as rounds
 from imubench.diagnosis.config.criteria import ADMISSION
-from imubench.diagnosis.criteria.trial import Trial, misfit
+from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.discrepancy.input_nonlinearity import reads_by_own_law
+from imubench.diagnosis.noise.declared_noise import misfit
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.pipeline import diagnose
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.search.rounds import CLEARLY, dynamic_trials, try_round
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.dynamic_candidates import CLEARLY
+from imubench.diagnosis.search.rounds import dynamic_trials, try_round
+from imubench.diagnosis.search.selected import candidates
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read

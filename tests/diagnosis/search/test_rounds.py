@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.trial import Trial
+from imubench.diagnosis.criteria.trial import Gain, Trial
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search import rounds
 from imubench.diagnosis.search.moves.add import dated, heard_first
 from imubench.diagnosis.search.rounds import try_round
-from imubench.diagnosis.search.selection import candidates, select
+from imubench.diagnosis.search.selected import candidates
+from imubench.diagnosis.search.selection import select
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.effects.mounts import LONGEST

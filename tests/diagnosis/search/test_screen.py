@@ -11,10 +11,10 @@ from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.batch_model import started
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.admission import asked
 from imubench.diagnosis.search.moves.add_dynamic import SHORT, state_trials
 from imubench.diagnosis.search.moves.dynamic_order import LONE, promising, softer
-from imubench.diagnosis.search.rounds import asked
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.selected import candidates
 from imubench.diagnosis.solve.gauss_newton import all_rows
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.subset import cut, excerpt, loudest

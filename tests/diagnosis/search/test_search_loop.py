@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.budget import OutOfTime
-from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.criteria.trial import Gain, Kept
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.rules import RULES, Rules, RuleUse
 from imubench.diagnosis.search.loop import Repeat, Rule, Stage, search

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.trial import Kept, Trial
+from imubench.diagnosis.criteria.trial import Gain, Kept, Trial
 from imubench.diagnosis.discrepancy.terms import SERIES, Term, Unknown
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.pipeline import diagnose
@@ -14,10 +13,11 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.search import unknown_against_laws
 from imubench.diagnosis.search.moves.drop import Drop
-from imubench.diagnosis.search.selection import Selection
-from imubench.diagnosis.search.unknown import Unknowns
+from imubench.diagnosis.search.selected import Selection
 from imubench.diagnosis.search.unknown_against_laws import as_good, laws_for_series, rings
-from imubench.diagnosis.solve.refit import extended, refit
+from imubench.diagnosis.search.unnamed import Unknowns
+from imubench.diagnosis.solve.gauss_newton import extended
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case

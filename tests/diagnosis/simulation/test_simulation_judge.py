@@ -19,6 +19,7 @@ from imubench.diagnosis.result_file import as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.simulation.beside import as_smooth, beside, motion_of, with_levels
 from imubench.diagnosis.simulation.channels import channels, simulated
+from imubench.diagnosis.simulation.judge import cut_by
 from imubench.diagnosis.simulation.learned import half_at, half_way, learned, parts_of
 from imubench.diagnosis.simulation.sim_model import sim_model
 from imubench.diagnosis.simulation.step import UNPLAYED, judged_by_simulation
@@ -163,7 +164,7 @@ def test_a_spring_is_replayed_from_a_motion_that_obeys_its_law(made):
     accel = recording.imu("imu2").accel
 
     def off(motion):
-        read = simulated(replace(model, motion=motion), recording, ())
+        read = simulated(replace(model, motion=motion), recording, ()).channels
         played = np.stack([read[f"imu2.acc_{axis}"] for axis in "xyz"], axis=1)
         return float(np.sqrt(np.mean((played - accel)[100:] ** 2))) / noise["imu2.accel"]  # settled after 1 s
 
@@ -310,3 +311,25 @@ def test_a_diagnosis_has_the_simulation_and_what_shows_it(swung):
     assert len(evidence.comparisons) == len(said.findings)
     (window,) = evidence.rolled_out
     assert (window.start, window.end) == pytest.approx(recording.free_swings[0])
+
+
+@pytest.mark.parametrize(
+    ("horizon", "cut"),
+    [(20.0, 20.0), (4.0, 4.0), (18.0, 18.0), (19.0, 18.5), (1.6, 1.6)],  # at least 1.5 s are left, or nothing
+)
+def test_a_window_is_cut_by_its_horizon_and_leaves_no_remnant(horizon, cut):
+    assert cut_by(horizon, 0.0, 20.0) == cut
+
+
+def test_a_stretch_that_is_too_short_for_two_windows_is_one():
+    assert cut_by(1.6, 0.0, 2.5) == 2.5
+
+
+def test_a_sensor_of_which_no_sample_counts_is_not_judged(hardly_counting):
+    """As an accelerometer that clips below the weight: all its samples are masked."""
+    fit = hardly_counting(0)
+    noise = {rows.name: 1.0 for rows in fit.measured}
+    assert "imu2.accel" not in noise
+    found = beside(fit.model.recording, fit, fit, noise, {})
+    parts = [f"{part}_{axis}" for part in ("gyr", "acc") for axis in "xyz"]
+    assert set(found.simulation.channels) == {f"imu1.{part}" for part in parts} | {f"imu2.{p}" for p in parts[:3]}

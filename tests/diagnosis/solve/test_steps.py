@@ -8,8 +8,8 @@ from imubench.diagnosis.criteria.onset_scan import After
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.solve.gauss_newton import Step, all_rows
-from imubench.diagnosis.solve.levenberg_marquardt import solve
-from imubench.diagnosis.solve.retract import moved, with_centre_velocity
+from imubench.diagnosis.solve.levenberg_marquardt import solve, with_centre_velocity
+from imubench.diagnosis.solve.retract import moved
 from imubench.diagnosis.solve.schur import Base, promise
 from imubench.format1 import read
 from imubench.proof.case import make_case

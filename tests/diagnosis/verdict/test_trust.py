@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from imubench.correction.corrected import corrected
+from imubench.diagnosis.noise.declared_noise import declared
 from imubench.diagnosis.noise.nominal import nominal_fit
-from imubench.diagnosis.noise.reml import declared, with_noise
+from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks.fit_summary import weighed
 from imubench.diagnosis.result import Diagnosis, Doubt

@@ -5,9 +5,10 @@ import pytest
 from imubench.diagnosis.criteria.dynamic_score import Screened, lawless_score
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.search.moves.add import next_plain
 from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
 from imubench.diagnosis.search.moves.swap_states_for_law import states_to_law
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.selected import candidates
 from imubench.diagnosis.solve.schur import Base
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -35,12 +36,14 @@ def trials_of(folder, effects):
 def test_a_filter_and_a_scale_stand_before_a_pivot_that_explains_less_than_both(tmp_path):
     fit, plain, (pivot, slow) = trials_of(tmp_path / "r", FILTERED)
     assert slow.evidence < pivot.evidence
-    led = states_to_law(fit, fit, [pivot, slow], plain, lambda _: None)
+    led = states_to_law(fit, fit, [pivot, slow], plain, lambda _: None, next_plain)
     assert [t.hypothesis.name for t in led][:2] == ["low_pass[gyro]@imu1", "accel_scale@imu1"]
-    assert states_to_law(fit, fit, [slow, pivot], plain, lambda _: None) is None  # that with a law is the first anyhow
+    assert (
+        states_to_law(fit, fit, [slow, pivot], plain, lambda _: None, next_plain) is None
+    )  # that with a law is the first anyhow
 
 
 @pytest.mark.long
 def test_a_pivot_that_moves_keeps_its_place(tmp_path):
     fit, plain, (pivot, slow) = trials_of(tmp_path / "r", MOVED)
-    assert states_to_law(fit, fit, [pivot, slow], plain, lambda _: None) is None
+    assert states_to_law(fit, fit, [pivot, slow], plain, lambda _: None, next_plain) is None

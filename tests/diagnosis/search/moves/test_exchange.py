@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.trial import Kept, Passed
+from imubench.diagnosis.criteria.trial import Gain, Kept, Passed
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.swap_for_rival import RivalForEffect, beside
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.selected import candidates
 from imubench.diagnosis.solve.refit import evidence_over, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.trial import Kept, Trial
+from imubench.diagnosis.criteria.trial import Gain, Kept, Trial
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves import swap_for_one_triple as halved_module
 from imubench.diagnosis.search.moves.swap_for_one_triple import FilterOfOneTriple, of_one

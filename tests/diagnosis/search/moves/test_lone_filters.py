@@ -6,11 +6,11 @@ import pytest
 from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
-from imubench.diagnosis.criteria.dynamic_aic import holds_its_law
 from imubench.diagnosis.criteria.dynamic_score import screen
+from imubench.diagnosis.criteria.plausible_fit import holds_its_law
 from imubench.diagnosis.search.moves.add_dynamic import state_trials
 from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
-from imubench.diagnosis.search.selection import candidates
+from imubench.diagnosis.search.selected import candidates
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -6,22 +6,13 @@ import numpy as np
 import pytest
 
 from imubench.diagnosis.config.shared import EVIDENCE
-from imubench.diagnosis.criteria.cross_validation import Gain
-from imubench.diagnosis.criteria.trial import Kept
+from imubench.diagnosis.criteria.plausible_fit import natural
+from imubench.diagnosis.criteria.trial import Gain, Kept
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves import drop as prune_module
-from imubench.diagnosis.search.moves.drop import (
-    CERTAIN,
-    Drop,
-    about_zero,
-    firmly,
-    in_colour,
-    natural,
-    price_of_dropping,
-    spare,
-)
+from imubench.diagnosis.search.moves.drop import CERTAIN, Drop, about_zero, firmly, in_colour, price_of_dropping, spare
 from imubench.diagnosis.solve.refit import information, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
