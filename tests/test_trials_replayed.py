@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,11 +14,12 @@ from imubench.diagnosis.result_file import as_dict
 from imubench.inputs.toml import load_toml
 from imubench.proof.excess import Excess, excess
 from imubench.proof.told import truth as told_of
+from imubench.sim.rigs import Slip, hinge
 from imubench.trials import blind
 from imubench.trials.counted import FIGURES
 from imubench.trials.judge import ALARM, with_replays
 from imubench.trials.make import answers, rebuilt
-from imubench.trials.replayed import MODEL, SEEN, Replayed, nearness, on_disk, pointed, replayed, shown
+from imubench.trials.replayed import MODEL, SEEN, Replayed, nearness, on_disk, pointed, replayed, shown, slipping
 from imubench.trials.report_cases import FAILURES, cases
 from imubench.trials.scoring import score
 from tests.concealed import concealed, finding
@@ -223,6 +225,15 @@ def test_samples_that_do_not_count_are_left_out_on_disk(scaled, tmp_path):
     )
     assert set(whole) == set(first) == set(NAMES) and whole != first
     assert on_disk(tmp_path / "nowhere", recording, d.simulation) == {}
+
+
+def test_the_moment_in_which_a_sensor_slips_is_left_out_of_its_own_channels():
+    rig = hinge()
+    rig = replace(rig, mounts=(rig.mounts[0], replace(rig.mounts[1], slip=Slip(12.0, [0.002, 0, 0], [0, 0.03, 0]))))
+    model = SimpleNamespace(rig=rig, start=100.0)
+    ((start, end),) = slipping(model, "imu2.gyro")
+    assert 111.7 < start < 112.0 and 112.2 < end < 112.5  # the change takes a fifth of a second
+    assert slipping(model, "imu1.accel") == []
 
 
 def test_a_case_is_built_again_from_its_truth(scaled):

@@ -30,14 +30,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench import format1
-from imubench.correction.read_model import read_model
+from imubench.correction.read_model import Model, read_model
 from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
 from imubench.diagnosis.result import Diagnosis, Simulation
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.simulation.channels import Channel, channels, dense_rate, read_out
 from imubench.diagnosis.simulation.model_folder import played_early
 from imubench.diagnosis.simulation.sim_model import SimModel
-from imubench.diagnosis.windows import covered
+from imubench.diagnosis.windows import Window, covered
+from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.proof.excess import Excess, excess
 from imubench.recording import Recording
@@ -172,7 +173,8 @@ def pointed(truth: Truth, d: Diagnosis, told: Mapping[str, Excess]) -> tuple[boo
 def on_disk(folder: Path, recording: Path, simulation: Simulation | None) -> dict[str, float]:
     """Return the RMS by channel of what a `model/` plays less what was measured; {} where none can be played.
 
-    Over the samples that are judged: inside the simulation's windows, without those that the raw checks took out.
+    Over the samples that are judged: inside the simulation's windows, without those that the raw checks took out, and
+    without those in which their sensor slips: how is not known to the sample, and the fit leaves them out, too.
     """
     if simulation is None or not folder.is_dir():
         return {}
@@ -189,10 +191,23 @@ def on_disk(folder: Path, recording: Path, simulation: Simulation | None) -> dic
     windows = [(start + margin, end - margin) for start, end in simulation.windows_s]
     out = {}
     for c in channels(heard):
-        own = covered(c.time, windows) & _counts(c, samples.masks, heard)
+        own = covered(c.time, windows) & _counts(c, samples.masks, heard) & ~covered(c.time, slipping(model, c.group))
         if own.any():
             out[c.name] = float(np.sqrt(np.mean((played[c.name] - c.measured)[own] ** 2)))
     return out
+
+
+def slipping(model: Model, group: str) -> list[Window]:
+    """Return when the sensor of a group slips in a model, s of the recording's clock."""
+    laws = [law for law in EFFECTS.values() if law.onset]
+    slips = [m.slip for imu, m in zip(model.rig.tree.imus, model.rig.mounts, strict=True) if imu == group.split(".")[0]]
+    return [
+        (start + model.start, end + model.start)
+        for slip in slips
+        if slip is not None
+        for law in laws
+        for start, end in law.blind({law.onset: np.array([slip.time])})
+    ]
 
 
 def _counts(c: Channel, masks: Mapping[str, NDArray[np.bool_]], recording: Recording) -> NDArray[np.bool_]:
