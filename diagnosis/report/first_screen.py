@@ -19,7 +19,7 @@ from imubench.models.tree import BALL, HINGE
 from imubench.reproduce.report import escape
 
 OFFERED = {HINGE: "olsson2020", BALL: "sliding"}
-"""Which estimator a reader is offered for a joint: the axis of a hinge, the centre of a ball joint."""
+"""Which estimator a reader is offered for a joint where none was asked: a hinge's axis, the centre of a ball joint."""
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,12 @@ def correctable(d: Diagnosis, evidence: Evidence) -> bool:
     kind = evidence.recording.tree.kind
     if kind not in OFFERED or not sure(d) or d.doubts:
         return False
-    return len(evidence.recording.imus) >= ESTIMATORS[OFFERED[kind]].imus
+    return len(evidence.recording.imus) >= ESTIMATORS[offered(evidence)].imus
+
+
+def offered(evidence: Evidence) -> str:
+    """Return the estimator that a reader is offered: that whose answers the page shows, so that both agree."""
+    return evidence.estimates[0].estimator if evidence.estimates else OFFERED[evidence.recording.tree.kind]
 
 
 def commands(d: Diagnosis, evidence: Evidence, paths: Paths) -> str:
@@ -242,7 +247,7 @@ def command_lines(d: Diagnosis, evidence: Evidence, paths: Paths) -> list[str]:
     recording, folder = (shlex.quote(p) for p in (paths.recording, paths.folder))
     lines = []
     if correctable(d, evidence):
-        lines.append(f"imubench estimate {OFFERED[evidence.recording.tree.kind]} {recording} --with {folder}")
+        lines.append(f"imubench estimate {offered(evidence)} {recording} --with {folder}")
     if d.fitted and d.model:
         lines.append(f"imubench run {shlex.quote(f'{paths.folder}/model')}")
     return [*lines, f"rerun {shlex.quote(f'{paths.folder}/diagnosis.rrd')}"]

@@ -13,6 +13,7 @@ from imubench.diagnosis.evidence import Comparison, Estimated
 from imubench.diagnosis.report import Paths, page
 from imubench.diagnosis.report.chart import Line, Panel, panel, path, thinned, ticks
 from imubench.diagnosis.report.compared import figures, loudest, slow
+from imubench.diagnosis.report.first_screen import command_lines
 from imubench.diagnosis.report.headline import explained_percent, headline, usual_noise
 from imubench.diagnosis.report.misfit_map import misfit_map, of_traces, over_time
 from imubench.diagnosis.report.numbers import NOT_SHOWN, brief, rows, size
@@ -178,6 +179,14 @@ def test_the_page_says_what_estimators_make_of_it():
         assert words in first, words
     assert "hinge-position calls" not in first
     assert Balanced(html).wrong == []
+
+
+def test_the_command_to_copy_asks_the_estimator_whose_answers_are_shown():
+    d, shown = simulated()
+    paths = Paths("rec", "out")
+    assert command_lines(d, shown, paths)[0] == "imubench estimate olsson2020 rec --with out"
+    other = Estimated("seel2012", "joint_axis", "deg", ("imu1", "imu2"), np.array([8.0, 3.9]), (None, None))
+    assert command_lines(d, replace(shown, estimates=(other,)), paths)[0].split()[2] == "seel2012"
 
 
 def test_a_finding_without_a_place_for_its_figure_says_what_it_moves():
