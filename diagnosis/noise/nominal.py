@@ -1,6 +1,6 @@
 """The fit of a recording as it was declared, begun from the recording alone."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from imubench.diagnosis.solve.initialize import blind_start, model_of
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.effects import EFFECTS
 from imubench.effects.triples import accel_ahead
-from imubench.recording import Pose, Recording
+from imubench.recording import Recording
 from imubench.slope import slope_of
 
 START_NOISE = {"gyro": 0.3, "accel": 1.0, "angle": 0.01, "position": 0.01, "rotation": 0.02}  # loose: rad/s, m/s^2, ...
@@ -41,10 +41,9 @@ def nominal_fit(
     `masks` says which samples count, `humming` names the IMUs whose raw samples hum, with the frequency in Hz; `known`
     are effects that are known beforehand.
     """
-    smoothed = tuple(name for name in pose_names(recording) if f"{name}.rotation" in (masks or {}))
-    model = replace(
-        model_of(recording), masks=masks or None, humming=humming or {}, wander=wander or {}, smoothed=smoothed
-    )
+    model = model_of(recording)
+    smoothed = tuple(name for name in model.poses if f"{name}.rotation" in (masks or {}))
+    model = replace(model, masks=masks or None, humming=humming or {}, wander=wander or {}, smoothed=smoothed)
     known = (*known, *ahead(model))
     model = model.with_effects(known)
     start = first_fit(model.with_effects((*known, *biases(model))))
@@ -81,20 +80,10 @@ def ahead(model: Model) -> tuple[Hypothesis, ...]:
     An attitude has the clock of a gyroscope, a position that of an accelerometer. One offset for both, a mount on
     springs or a curve without a name would stand in for what two filters of one sensor differ by.
     """
-    poses = poses_of(model.recording, model.smoothed)
+    poses = [model.poses[name] for name in model.smoothed]
     both = {p.segment for p in poses if p.position is not None and p.quaternion is not None}
     imus = [i for i in model.recording.imus if model.recording.carrier(i.name) in both]
     return tuple(Hypothesis(accel_ahead(i.time - model.start, slope_of(i.accel, i.rate)), i.name) for i in imus)
-
-
-def pose_names(recording: Recording) -> tuple[str, ...]:
-    """Return how the rows of the measured poses are named, in their order."""
-    return tuple(f"pose{i + 1}" for i in range(len(recording.poses)))
-
-
-def poses_of(recording: Recording, names: Collection[str]) -> list[Pose]:
-    """Return the measured poses of some names."""
-    return [p for name, p in zip(pose_names(recording), recording.poses, strict=True) if name in names]
 
 
 def biases(model: Model) -> tuple[Hypothesis, ...]:
@@ -103,7 +92,7 @@ def biases(model: Model) -> tuple[Hypothesis, ...]:
     Every gyroscope has one. Beside errors that go with the attitude a g-sensitivity of nine numbers takes its place,
     then what remains of a scale. It goes again if it predicts nothing.
     """
-    segments = {p.segment for p in poses_of(model.recording, model.wander)}
+    segments = {model.poses[name].segment for name in model.wander}
     known = {h.at for h in model.hypotheses if list(h.effect.known_parts())}
     imus = [i.name for i in model.recording.imus if model.recording.carrier(i.name) in segments and i.name not in known]
     every = [effect for effect in EFFECTS.values() if effect.in_every_sensor and effect.acts("error")]

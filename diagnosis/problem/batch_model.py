@@ -107,14 +107,17 @@ class Model:
     @cached_property
     def slopes(self) -> dict[str, dict[str, Array]]:
         """The measured velocities and rates (n, 3) of poses whose errors last."""
-        named = {f"pose{i + 1}": pose for i, pose in enumerate(self.recording.poses)}
-        return {name: slopes(named[name]) for name in self.wander}
+        return {name: slopes(self.poses[name]) for name in self.wander}
+
+    @cached_property
+    def poses(self) -> dict[str, Pose]:
+        """The measured poses as their rows are named, in their order."""
+        return {f"pose{i + 1}": pose for i, pose in enumerate(self.recording.poses)}
 
     @cached_property
     def bends(self) -> dict[str, tuple[Array, Array]]:
         """How fast the rates of the segments of smoothed poses change, rad/s^2, and that in turn (n, 3)."""
-        named = {f"pose{i + 1}": pose for i, pose in enumerate(self.recording.poses)}
-        return {name: self._bends(named[name]) for name in self.smoothed}
+        return {name: self._bends(self.poses[name]) for name in self.smoothed}
 
     def _bends(self, pose: Pose) -> tuple[Array, Array]:
         imu = next(i for i in self.recording.imus if self.recording.carrier(i.name) == pose.segment)
@@ -288,8 +291,8 @@ class Model:
             moment = self.moment(state, encoder.time, "encoder")
             residual = self.joint_angle(state, moment) - (encoder.angle + encoder.zero)[:, None]
             yield self._masked("encoder.angle", moment.time.value[:, 0], residual)
-        for i, pose in enumerate(self.recording.poses):
-            yield from self._posed(state, f"pose{i + 1}", pose)
+        for name, pose in self.poses.items():
+            yield from self._posed(state, name, pose)
 
     def _posed(self, state: State, name: str, pose: Pose) -> Iterator[Rows]:
         """Yield the rows of a measured pose; of samples that count nowhere, nothing is computed."""
@@ -360,13 +363,17 @@ def middles(model: Model) -> Array:
 def inside(model: Model) -> Array:
     """Return the middles (n,) s of the intervals between the first and the last sample, as stamped.
 
-    Only there a law is asked: before the first sample a damped spring's state grows backwards, by e^5 in the 0.3 s that
-    the splines go on, and with a phase that every change of its frequency turns; steps were a thirtieth of what they
-    are without.
+    Only there a law is asked: before the first sample a damped spring's state grows backwards, and with a phase that
+    every change of its frequency turns, so that steps would have to be short.
     """
-    time, stamps = middles(model), model.stamps.values()
-    first, last = min(float(t[0]) for t in stamps) - model.start, max(float(t[-1]) for t in stamps) - model.start
+    time, (first, last) = middles(model), sampled(model)
     return time[(time >= first) & (time <= last)]
 
 
-__all__ = ["Model", "inside", "middles", "started"]
+def sampled(model: Model) -> tuple[float, float]:
+    """Return when the first and the last sample are stamped, s on the splines."""
+    stamps = model.stamps.values()
+    return min(float(t[0]) for t in stamps) - model.start, max(float(t[-1]) for t in stamps) - model.start
+
+
+__all__ = ["Model", "inside", "middles", "sampled", "started"]

@@ -6,7 +6,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.solve import MOTION_PRIOR
-from imubench.diagnosis.problem.batch_model import Model, inside, middles
+from imubench.diagnosis.problem.batch_model import Model, inside, middles, sampled
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.problem.residuals import Rows
@@ -80,9 +80,7 @@ def quadrature(model: Model) -> tuple[Array, Array]:
     sample, which have the two points of Gauss's rule. A spline whose second derivative vanishes in every middle may
     grow 22-fold from one interval to the next, and nothing else holds it where no samples are.
     """
-    middle, step = middles(model), model.tracks.knots.step
-    stamps = model.stamps.values()
-    first, last = min(float(t[0]) for t in stamps) - model.start, max(float(t[-1]) for t in stamps) - model.start
+    middle, step, (first, last) = middles(model), model.tracks.knots.step, sampled(model)
     between = (middle - step / 2 >= first) & (middle + step / 2 <= last)
     aside = step / np.sqrt(12.0)
     time = np.concatenate([middle[between], middle[~between] - aside, middle[~between] + aside])

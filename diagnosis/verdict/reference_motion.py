@@ -50,14 +50,18 @@ def tilt(motion: Played, time: Array, measured: Array) -> Array:
     q = np.stack([np.interp(time, motion.time, x) for x in motion.quaternion1.T], axis=1)
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     between = multiply(measured, conjugate(q))  # found world -> measured world
-    heading = heading_between(measured, q)
+    heading = heading_of(between)
     back = np.array([np.cos(heading / 2), 0.0, 0.0, -np.sin(heading / 2)])
     return np.linalg.norm(log(multiply(back, between)), axis=1)
 
 
 def heading_between(measured: Array, found: Array) -> float:
     """Return the angle in rad about the vertical that turns orientations (n, 4) to measured ones (n, 4), on average."""
-    between = multiply(measured, conjugate(found))
+    return heading_of(multiply(measured, conjugate(found)))
+
+
+def heading_of(between: Array) -> float:
+    """Return the angle in rad about the vertical by which rotations (n, 4) turn on average."""
     return mean_angle(2 * np.arctan2(between[:, 3], between[:, 0]))
 
 

@@ -21,7 +21,7 @@ from imubench.diagnosis.solve.threads import side_by_side
 from imubench.effects.effect import Effect
 
 NEAR = 0.1  # of the best promise: a score below is not worth a refit
-MARGIN_S = 0.5  # s of recording on either side of a moment; without them it was so all along
+MARGIN_S = 0.5  # s of recording on either side of a moment: what was so all along has none
 HALF = 0.5  # of the best's evidence, from which a clock's error is refitted too
 
 

@@ -34,7 +34,7 @@ BROKEN_LAW_SHARE = 0.5  # of what a filter explains that breaks its law
 TWO, MORE_OF_TWO = 30.0, 0.1  # nat, and of what the best alone is worth, that two must be worth more
 SHORT = 0.5  # of what a screening promised: springs that are worth less are begun anew
 HOPELESS = -150.0  # nat: from a refit worth less no softer start leads anywhere (of 14, one from -185 to -42)
-MOST_IN_VAIN = 2  # refits that were worth nothing
+MOST_IN_VAIN = 2  # refits without evidence, after which a lower promise is not refitted
 
 
 def state_trials(
