@@ -6,6 +6,7 @@ every sensor that does something without a name: the signal that was fitted.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from imubench.correction.replay import play_of_motion
 from imubench.correction.sensor_chain import Link, plays
 from imubench.correction.swing_file import KEY, swing_tables
 from imubench.diagnosis.evidence import Evidence, Played
-from imubench.diagnosis.result import UNKNOWN, Diagnosis
+from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding
 from imubench.diagnosis.sensor_errors.baseline import whole
 from imubench.effects import EFFECTS
 from imubench.format1.tables import write_table
@@ -37,7 +38,7 @@ CHANNEL_COLUMNS = {**IMU, "torque": ("torque",)}
 
 def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
     """Write a diagnosis' simulation into an empty folder and return the name of its MJCF file."""
-    recording, found, fitted = evidence.recording, whole(d), evidence.motion.fitted
+    recording, found, fitted = evidence.recording, as_rolled_out(whole(d), evidence.taught), evidence.motion.fitted
     name = f"{recording.rig}.xml"
     rig = rig_of(recording, evidence.mounts, found, fitted)
     spec = specify(rig)
@@ -81,6 +82,12 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
     }
     (folder / SENSORS_FILE).write_text(toml(content), encoding="utf-8")
     return name
+
+
+def as_rolled_out(found: Sequence[Finding], taught: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return findings with the numbers that roll-outs show, where they show any: of these the replay is judged."""
+    numbers = {(f.effect, f.at): f.parameters for f in taught}
+    return tuple(replace(f, parameters={**f.parameters, **numbers.get((f.effect, f.at), {})}) for f in found)
 
 
 def effect_table(at: str, link: Link, rig: str, swings: bool, folder: Path) -> dict[str, Any]:

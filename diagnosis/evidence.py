@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from imubench.arrays import Array, frozen, frozen_quaternion, frozen_time
+from imubench.diagnosis.result import Finding
 from imubench.diagnosis.rules import Decision
 from imubench.effects.effect import Setting
 from imubench.errors import InputError
@@ -191,6 +192,7 @@ class Evidence:
     simulated: tuple[Comparison, ...] = ()  # every channel: the declared model, and the model with all findings
     posed: tuple[Posed, ...] = ()  # as simulated: the declared model and the model with all findings, or only that one
     rolled_out: tuple[Swing, ...] = ()  # stretches of free swings that a replay rolls out, the states at their starts
+    taught: tuple[Finding, ...] = ()  # named effects with the numbers that roll-outs show: those of `model/`
     estimates: tuple[Estimated, ...] = ()  # of the project's estimators, where what was found can be taken out
     notes: tuple[str, ...] = field(default=())  # how it was done, a sentence each
     fired: Mapping[str, int] = field(

@@ -24,6 +24,7 @@ from imubench.diagnosis.result import Simulation
 from imubench.diagnosis.simulation.channels import Channel, judged_channels
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
 from imubench.diagnosis.simulation.learned import Learned, Part, followed, learned, parts_of, with_laws_held
+from imubench.diagnosis.simulation.rolled_numbers import halves, of_whole
 from imubench.diagnosis.simulation.sim_model import named, playable, sim_model
 from imubench.diagnosis.simulation.swing_windows import free
 from imubench.diagnosis.solve.gauss_newton import extended
@@ -43,6 +44,7 @@ class Beside:
     added: tuple[Trace, ...] = ()  # by triple of a sensor: what all findings add, of one motion and one start
     motion: Played | None = None  # that a replay prescribes, as smooth as it is estimated; None: that of the fit
     posed: tuple[Posed, ...] = ()  # the declared model, and the one with all findings, or only that one
+    numbers: Fit | None = None  # with the numbers that roll-outs of all windows show; None: those of the motion fit
 
 
 def beside(
@@ -75,14 +77,17 @@ def beside(
         declared, best = as_smooth(as_declared(declared), best)
     after = learned(best, judge.parts)
     of_half = [[part for part in judge.parts if part.half == half] for half in (0, 1)]
-    started = [rolled(judge, one.fit, sim_model(one.fit), own) for one, own in zip(after, of_half, strict=True)]
+    started: Sequence[Sequence[Swing]] = [
+        rolled(judge, one.fit, sim_model(one.fit), own) for one, own in zip(after, of_half, strict=True)
+    ]
     spans = [tuple((w.start, w.end) for w in windows) for windows in started]
     judge = replace(judge, windows=(spans[0], spans[1]))
-    before = learned(declared, judge.parts) if found else after
+    after, started = halves(judge, best, after, started)
+    before, begun = halves(judge, declared) if found else (after, started)
     last = judge.whole(after, started)
-    first = judge.whole(before) if found else last
+    first = judge.whole(before, begun) if found else last
     with_all, without = last.channels, first.channels
-    fitted = judge.fitted(after)
+    fitted, whole = judge.fitted(after), of_whole(judge, best, after, started)
     return Beside(
         Simulation(
             "rolled out" if any(judge.windows) else "prescribed",
@@ -97,10 +102,11 @@ def beside(
             if (of := of_finding(judge, h, after, with_all, others))
             for key in [(h.effect.name, h.at)]
         },
-        unbroken(judge, best, [w for half in started for w in half]),
+        unbroken(judge, best if whole is None else whole, [w for half in started for w in half]),
         added(judge, after, with_all, started) if found else (),
-        None if best is told else motion_of(told, best),
+        fit_summary.played(whole) if whole is not None else None if best is told else motion_of(told, best),
         (first.posed, last.posed) if found else (last.posed,),
+        whole,
     )
 
 
@@ -176,10 +182,14 @@ def of_finding(
 ) -> tuple[Comparison, ...]:
     """Return the channels in which an effect matters most, simulated without it and with it."""
     other = others.get((h.effect.name, h.at))
-    halves = (without(after[0], (h,)), without(after[1], (h,))) if other is None else learned(other, judge.parts)
-    gone = judge.whole(halves).channels
+    started: Sequence[Sequence[Swing]]
+    if other is None:
+        both, started = (without(after[0], (h,)), without(after[1], (h,))), ()
+    else:
+        both, started = halves(judge, other)
+    gone = judge.whole(both, started).channels
     shown = sorted(judge.channels, key=lambda c: -judge.gain(c, gone[c.name], with_all[c.name]))
-    return tuple(judge.compared(c, gone, with_all, (*halves, *after)) for c in shown[: SIMULATED_BESIDE.channels])
+    return tuple(judge.compared(c, gone, with_all, (*both, *after)) for c in shown[: SIMULATED_BESIDE.channels])
 
 
 def added(

@@ -77,8 +77,13 @@ class Judge:
         check()
         model = sim_model(one.fit)
         if started is None:
-            started = [self.started(one.fit, model, span) for span in self.windows[half]]
+            started = self.begins(one, half)
         return simulated(model, self.recording, tuple(started))
+
+    def begins(self, one: Learned, half: int) -> tuple[Swing, ...]:
+        """Return the windows of a half with the states at their starts that fit best with one model's numbers."""
+        model = sim_model(one.fit)
+        return tuple(self.started(one.fit, model, span) for span in self.windows[half])
 
     def begun(self, fit: Fit, model: SimModel, span: Window) -> Swing:
         """Return a window with the state at its start that its first second shows."""
@@ -93,7 +98,7 @@ class Judge:
 
     def whole(self, halves: tuple[Learned, Learned], started: Sequence[Sequence[Swing]] = ()) -> Simulated:
         """Return the recording, each half of it as it is played for that."""
-        known = started or (None, None)
+        known = started if any(started) else (None, None)
         first, second = (self.played(one, half, known[half]) for half, one in enumerate(halves))
         read = {
             c.name: np.where(half_at(self.parts, c.time) == 0, first.channels[c.name], second.channels[c.name])

@@ -55,7 +55,12 @@ class Learned:
     """A fit with the numbers that another half has taught."""
 
     fit: Fit  # all samples' motion under these numbers
-    held_out: bool  # whether all of them were learned there
+    told: NDArray[np.bool_]  # which of the numbers (p,) were learned there
+
+    @property
+    def held_out(self) -> bool:
+        """Whether all of them were learned there."""
+        return bool(self.told.all())
 
 
 def parts_of(recording: Recording, swings: tuple[Window, ...]) -> tuple[Part, ...]:
@@ -116,7 +121,7 @@ def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
     """
     model = fit.model
     if not model.parameters.count:
-        return Learned(fit, True), Learned(fit, True)
+        return Learned(fit, np.ones(0, dtype=bool)), Learned(fit, np.ones(0, dtype=bool))
     linear = [(is_data(r), r.time + model.start, linearise(r, model.tracks, model.parameters)) for r in fit.rows]
     steps, stds = [], []
     for half in (0, 1):
@@ -131,15 +136,27 @@ def learned(fit: Fit, parts: tuple[Part, ...]) -> tuple[Learned, Learned]:
     for half in (0, 1):
         told = stds[1 - half] <= SIMULATED_BESIDE.tells * stds[half]
         taught = np.where(told, steps[1 - half], step)
-        start = _followed(fit, whole, taught)
-        held = replace(model, fixed=dict(start.values))
-        out.append(
-            Learned(
-                solve(held, start, with_laws_held(fit), fit.anchor, steps=SIMULATED_BESIDE.polish_steps),
-                bool(told.all()),
-            )
-        )
+        out.append(Learned(_held(fit, _followed(fit, whole, taught)), told))
     return out[0], out[1]
+
+
+def held_at(fit: Fit, numbers: Array) -> Fit:
+    """Return a fit with numbers (p,) held, its motion solved for again and its springs and filters held to their laws.
+
+    Raises:
+        OutOfTime: where the time of the part of the work is spent.
+    """
+    return _held(fit, followed(fit, numbers - numbers_of(fit)))
+
+
+def _held(fit: Fit, start: State) -> Fit:
+    held = replace(fit.model, fixed=dict(start.values))
+    return solve(held, start, with_laws_held(fit), fit.anchor, steps=SIMULATED_BESIDE.polish_steps)
+
+
+def numbers_of(fit: Fit) -> Array:
+    """Return the numbers (p,) of a fit in the order of its parameters."""
+    return np.concatenate([np.zeros(0), *(fit.state.values[name] for name in fit.model.parameters.widths)])
 
 
 @one_thread
@@ -174,4 +191,14 @@ def with_laws_held(fit: Fit) -> dict[str, float]:
     return {name: min(std, SIMULATED_BESIDE.law_std) if name in state else std for name, std in fit.noise.items()}
 
 
-__all__ = ["Learned", "Part", "followed", "half_at", "learned", "parts_of", "with_laws_held"]
+__all__ = [
+    "Learned",
+    "Part",
+    "followed",
+    "half_at",
+    "held_at",
+    "learned",
+    "numbers_of",
+    "parts_of",
+    "with_laws_held",
+]

@@ -30,6 +30,7 @@ import numpy as np
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.config.simulation import ROLL_OUT
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.evidence import Played, Swing
 from imubench.errors import InputError
 from imubench.sim.ball import needs_ball
@@ -125,17 +126,36 @@ def state_beside(rig: Rig, state: Start, step: Array) -> Start:
 
 
 def refined(rig: Rig, window: Swing, misfit: Misfit, seconds: float = ROLL_OUT.start_s) -> Swing:
-    """Return a window with the state at its start that fits its first `seconds` best, from a state that is near."""
+    """Return a window with the state at its start that fits its first `seconds` best, from a state that is near.
+
+    Derivatives serve as long as a step gains half of what they promise; then they are taken anew, for through an
+    upright pose a limb is far from linear.
+    """
     brief = replace(window, end=min(window.end, window.start + seconds))
-    found = misfit(brief)[1]
-    back = np.linalg.pinv(slopes(rig, brief, misfit), rcond=ROLL_OUT.unseen)
-    for _ in range(ROLL_OUT.rounds):
-        tried = replace(brief, state=state_beside(rig, brief.state, -back @ found))
-        better = misfit(tried)[1]
-        if not better @ better < found @ found:
+    found, slope = misfit(brief)[1], slopes(rig, brief, misfit)
+    anew = 1
+    while anew <= SOLVER.refit_steps:
+        step = best_step(slope, found)
+        enough, promised = SOLVER.least_gain * (found @ found), found @ found - np.sum((found + slope @ step) ** 2)
+        if promised < enough:
             break
-        brief, found = tried, better
+        gain = 0.0
+        for length in SOLVER.lengths:
+            tried = replace(brief, state=state_beside(rig, brief.state, length * step))
+            off = misfit(tried)[1]
+            if off @ off < found @ found:
+                gain, brief, found = float(found @ found - off @ off), tried, off
+                break
+        if gain < enough:
+            break
+        if gain < promised / 2:
+            slope, anew = slopes(rig, brief, misfit), anew + 1
     return replace(window, state=brief.state)
+
+
+def best_step(slope: Array, found: Array) -> Array:
+    """Return the step (k,) that lowers residuals (n,) with derivatives (n, k) most; directions unseen stay."""
+    return -np.linalg.pinv(slope, rcond=ROLL_OUT.unseen) @ found
 
 
 def slopes(rig: Rig, window: Swing, misfit: Misfit) -> Array:

@@ -9,10 +9,12 @@ from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.residual_checks.localize import locate
 from imubench.diagnosis.residual_checks.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Simulation, Where
 from imubench.diagnosis.simulation.beside import beside
+from imubench.diagnosis.simulation.sim_model import finding_of, named
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.errors import InputError
 
@@ -54,6 +56,12 @@ def judged_by_simulation(
     if found is None:
         return None, evidence, ()
     nameless = any(f.effect == UNKNOWN for f in evidence.motion.fitted)  # its signal is what its own motion leaves
+    if found.numbers is not None:
+        evidence = replace(
+            evidence,
+            mounts=fit_summary.mounts(found.numbers),
+            taught=tuple(finding_of(found.numbers, h) for h in named(found.numbers)),
+        )
     evidence = replace(
         evidence,
         motion=found.motion if found.motion is not None and not nameless else evidence.motion,
