@@ -91,6 +91,20 @@ def test_a_replay_is_held_against_what_the_fit_leaves():
     assert nearness(untold, {"imu1.gyr_x": 1.0}) == (None, None)
 
 
+def test_a_roll_out_is_held_against_samples_that_the_fit_did_not_follow():
+    """A fit's motion takes up a third of the noise: a roll-out with the true numbers is at the noise, and near."""
+    true = simulation(
+        imu1__gyr_x=channel(9.0, 1.0, fit=np.sqrt(2 / 3)), imu2__acc_x=channel(9.0, 1.0, fit=np.sqrt(2 / 3))
+    )
+    disk = dict.fromkeys(("imu1.gyr_x", "imu2.acc_x"), 1.0)
+    assert nearness(true, disk, heldout=1.0) == pytest.approx((1.0, 1.0))
+    assert nearness(true, disk) == pytest.approx(
+        (1.5, 1.5)
+    )  # prescribed to the fit's motion it would be half the noise off
+    worse = simulation(imu1__gyr_x=channel(9.0, 1.2, fit=np.sqrt(2 / 3)))  # a milliradian of a mount at 7 rad/s
+    assert nearness(worse, {"imu1.gyr_x": 1.2}, heldout=1.0) == pytest.approx((1.44, 1.44))
+
+
 def test_shown_is_asked_in_the_channel_where_a_motion_hides_least():
     told = {"imu2.gyr_x": Excess(9.0, 0.5, 1.0, 1000), "imu2.acc_x": Excess(0.3, 0.3, 0.1, 1000)}
     off = simulation(imu2__gyr_x=channel(5.0, 1.0), imu2__acc_x=channel(0.35, 0.12, noise=0.1, fit=0.1))

@@ -17,6 +17,12 @@ to their laws in `fit`, as in a replay; where they do not obey them both are as 
 `disk` has the numbers of the whole recording: it says that the model on disk is the one that was judged. It counts by
 channel, for in a mean of twelve one wrong number would pass.
 
+The motion of a fit follows every sample and so takes up a share h of the noise, a third of it at 100 Hz: with the true
+numbers misfit(fit) is 1 - h, and so is that of a replay whose motion is prescribed to it. A roll-out follows no sample,
+and with the true numbers its misfit is 1. In a free swing that is rolled out it is held against the misfit of samples
+that the fit did not follow, which the diagnosis states (every sample predicted from all others), and fit_c is scaled to
+that.
+
 `shown` is not asked of an effect that adds less than `SEEN` standard deviations to that channel, over all its samples.
 Then before^2 - after^2 has the mean left^2 and, by the noise, the standard deviation 2 s left / sqrt(n), a quarter of
 that at 8: the half that is asked for, a quarter of left^2, is three of these below the mean.
@@ -88,7 +94,8 @@ def replayed(truth: Truth, d: Diagnosis, answer: Path, recording: Path) -> Repla
     sensor, first_channel = pointed(truth, d, told)
     if not inside(truth) or len(paired(truth, found)) < len(truth["effects"]):
         return Replayed(sensor=sensor, first_channel=first_channel)
-    replay, disk = nearness(d.simulation, on_disk(answer / MODEL, recording, d.simulation))
+    disk_off = on_disk(answer / MODEL, recording, d.simulation)
+    replay, disk = nearness(d.simulation, disk_off, d.fit.heldout[1] if rolled else None)
     channel, showed = shown(d.simulation, told)
     return Replayed(
         replay,
@@ -104,22 +111,31 @@ def replayed(truth: Truth, d: Diagnosis, answer: Path, recording: Path) -> Repla
     )
 
 
-def nearness(simulation: Simulation | None, disk: Mapping[str, float]) -> tuple[float | None, float | None]:
+def nearness(
+    simulation: Simulation | None, disk: Mapping[str, float], heldout: float | None = None
+) -> tuple[float | None, float | None]:
     """Return the misfit of the held-out replay over the fit's, and how far the model on `disk` is; see the module.
 
-    The second is 1 + max over c of ((disk_c / s_c)^2 - (fit_c / s_c)^2) / misfit(fit); `disk` is the RMS by channel.
-    None where there is no simulation, no channel that the fit has, or no model.
+    The second is 1 + max over c of ((disk_c / s_c)^2 - (fit_c / s_c)^2) / misfit(fit). None where there is no
+    simulation, no channel that the fit has, or no model.
+
+    Args:
+        simulation: of the diagnosis.
+        disk: RMS by channel.
+        heldout: misfit of the fit on samples that its motion did not follow; None: a prescribed motion follows them.
     """
     if simulation is None:
         return None, None
     known = {name: (c, c.fit) for name, c in simulation.channels.items() if c.fit}
     if not known:
         return None, None
-    own = float(np.mean([(fit / c.noise) ** 2 for c, fit in known.values()]))
+    fitted = float(np.mean([(fit / c.noise) ** 2 for c, fit in known.values()]))
+    own = fitted if heldout is None else heldout
     replay = float(np.mean([(c.after / c.noise) ** 2 for c, _ in known.values()])) / own
     if not known.keys() <= disk.keys():
         return replay, None
-    return replay, 1 + max((disk[name] ** 2 - fit**2) / c.noise**2 for name, (c, fit) in known.items()) / own
+    free = own / fitted
+    return replay, 1 + max((disk[name] ** 2 - free * fit**2) / c.noise**2 for name, (c, fit) in known.items()) / own
 
 
 def stated(d: Diagnosis) -> float:
