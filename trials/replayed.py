@@ -19,9 +19,9 @@ channel, for in a mean of twelve one wrong number would pass.
 
 The motion of a fit follows every sample and so takes up a share h of the noise, a third of it at 100 Hz: with the true
 numbers misfit(fit) is 1 - h, and so is that of a replay whose motion is prescribed to it. A roll-out follows no sample,
-and with the true numbers its misfit is 1. In a free swing that is rolled out it is held against the misfit of samples
-that the fit did not follow, which the diagnosis states (every sample predicted from all others), and fit_c is scaled to
-that.
+and with the true numbers its misfit is 1. In a free swing that is rolled out misfit(fit) is therefore the misfit of
+samples that the fit did not follow, which the diagnosis states (every sample predicted from all others), and fit_c,
+which has another h on every channel, is after_c.
 
 `shown` is not asked of an effect that adds less than `SEEN` standard deviations to that channel, over all its samples.
 Then before^2 - after^2 has the mean left^2 and, by the noise, the standard deviation 2 s left / sqrt(n), a quarter of
@@ -116,8 +116,9 @@ def nearness(
 ) -> tuple[float | None, float | None]:
     """Return the misfit of the held-out replay over the fit's, and how far the model on `disk` is; see the module.
 
-    The second is 1 + max over c of ((disk_c / s_c)^2 - (fit_c / s_c)^2) / misfit(fit). None where there is no
-    simulation, no channel that the fit has, or no model.
+    The second is 1 + max over c of ((disk_c / s_c)^2 - (fit_c / s_c)^2) / misfit(fit), of a roll-out
+    1 + max over c of ((disk_c / s_c)^2 - (after_c / s_c)^2) / `heldout`. None where there is no simulation, no channel
+    that the fit has, or no model.
 
     Args:
         simulation: of the diagnosis.
@@ -134,8 +135,8 @@ def nearness(
     replay = float(np.mean([(c.after / c.noise) ** 2 for c, _ in known.values()])) / own
     if not known.keys() <= disk.keys():
         return replay, None
-    free = own / fitted
-    return replay, 1 + max((disk[name] ** 2 - free * fit**2) / c.noise**2 for name, (c, fit) in known.items()) / own
+    aside = {name: fit if heldout is None else c.after for name, (c, fit) in known.items()}
+    return replay, 1 + max((disk[name] ** 2 - aside[name] ** 2) / c.noise**2 for name, (c, _) in known.items()) / own
 
 
 def stated(d: Diagnosis) -> float:
