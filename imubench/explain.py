@@ -66,7 +66,7 @@ def _listed(name: str) -> Explanation | None:
     for kind, entries in known().items():
         if name in entries:
             text = entries[name].rstrip(".")
-            details = _options(name) if kind == "formats" else ()
+            details = DETAILS[kind](name) if kind in DETAILS else ()
             return Explanation(name, KINDS.get(kind, kind.removesuffix("s")), f"{text[:1].upper()}{text[1:]}.", details)
     return None
 
@@ -76,6 +76,23 @@ def _options(name: str) -> tuple[str, ...]:
     from imubench.convert import find_converter
 
     return tuple(f"--option {key}=...: {option.help}" for key, option in find_converter(name).options.items())
+
+
+def _frames(name: str) -> tuple[str, ...]:
+    """Return a rig's segments and where their IMUs sit, a line each."""
+    from imubench.models.tree import rig_tree
+
+    lines = []
+    for segment in rig_tree(name).segments:
+        held = ", ".join(f"{joint.name} ({joint.kind})" for joint in segment.joints) or "the world"
+        for imu in segment.imus:
+            place, turn = ([round(v, 6) + 0.0 for v in values] for values in (imu.position, imu.quaternion))
+            lines.append(f"{segment.name} on {held}; {imu.name} at {place} m, quaternion {turn} (sensor -> segment)")
+    return tuple(lines)
+
+
+DETAILS = {"formats": _options, "rigs": _frames}
+"""By kind of `imubench list`: what there is to say beside the line."""
 
 
 def every() -> Iterator[Explanation]:

@@ -193,7 +193,8 @@ def _told(work: SweepWork, identity: Mapping[str, Any], asked: Sweep, drawn: lis
         "findings": {m.estimator: finding(asked, m) for m in drawn},
         **{
             key: identity[key]
-            for key in ("spec", "recordings", "seed", "seconds", "versions", "peers", "code", "machine")
+            for key in ("spec", "rig_files", "recordings", "seed", "seconds", "versions", "peers", "code", "machine")
+            if key in identity
         },
         "estimators": as_table(list(work.estimators), work.prints),
     }

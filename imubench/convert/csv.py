@@ -12,7 +12,8 @@ from imubench.convert.table import read_columns, read_header, stack
 from imubench.errors import InputError, unknown
 from imubench.inputs.files import NOTHING, what_is
 from imubench.inputs.tables import listed
-from imubench.recording import RIGS, STANDARD_GRAVITY, Imu, Recording
+from imubench.models import is_rig, known_rigs
+from imubench.recording import STANDARD_GRAVITY, Imu, Recording
 
 COLUMNS = ("time", "gyr_x", "gyr_y", "gyr_z", "acc_x", "acc_y", "acc_z")
 GYRO_UNITS = {"rad/s": 1.0, "deg/s": np.pi / 180}
@@ -116,6 +117,13 @@ def _check_units(path: Path, imu: Imu, gyro_unit: str, accel_unit: str) -> None:
         )
 
 
+def parse_rig(text: str) -> object:
+    """Return the name of a rig; `InputError` with those that are known."""
+    if not is_rig(text):
+        raise unknown("rig", text, known_rigs())
+    return text
+
+
 CONVERTER = Converter(
     "csv",
     "one or two CSV files with a header, an IMU each",
@@ -128,6 +136,6 @@ CONVERTER = Converter(
         "accel_unit": Option("m/s^2 or g", choice("accel_unit", tuple(ACCEL_UNITS))),
         "time_unit": Option("s, ms, us or ns; s where it is not said", choice("time_unit", tuple(TIME_UNITS))),
         "rate": Option("Hz, for files without stamps", number("rate", above_zero=True)),
-        "rig": Option("hinge, pendulum or free", choice("rig", tuple(RIGS))),
+        "rig": Option("hinge, pendulum or free, or a package's", parse_rig),
     },
 )
