@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from imubench.arrays import Array, frozen, frozen_quaternion, frozen_time
 from imubench.displays import Displayed, Summarised
 from imubench.errors import InputError, unknown
-from imubench.models import is_rig, known_rigs
+from imubench.models import imu_names, is_rig, known_rigs
 from imubench.models.tree import Tree, rig_tree
 
 OWN_IMUS = ("imu1", "imu2")  # of a rig of its owner's own
@@ -140,7 +140,7 @@ class Recording(Summarised, Displayed):
         if not (self.imus or self.encoders or self.poses):
             raise InputError(f"{self.name}: expected at least one imu, encoder or pose, got none")
         names = [imu.name for imu in self.imus]
-        allowed = self.tree.imus or OWN_IMUS
+        allowed = imu_names(self.rig) if is_rig(self.rig) else OWN_IMUS
         for name in names:
             if name not in allowed:
                 raise unknown(f"imu on rig {self.rig}", name, allowed)

@@ -25,6 +25,10 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}")
 """What a package may call a rig: a diagnosis writes its model to a file of that name."""
 
 
+GYRO_SITE = re.compile(r'<gyro [^>]*site="([^"]+)"')
+"""In a file of ours, and in one that is put into our form, each IMU has a gyro."""
+
+
 @dataclass(frozen=True)
 class RigFile:
     """A rig as a package offers it by an entry point of the group `imubench.rigs`."""
@@ -57,9 +61,14 @@ def mjcf(rig: str) -> str:
     return plain(rig)
 
 
+def imu_names(rig: str) -> tuple[str, ...]:
+    """Return the names of a rig's IMUs, in the order of their segments; `rig_tree` says more, and needs MuJoCo."""
+    return tuple(GYRO_SITE.findall(mjcf(rig)))
+
+
 @cache
 def _ours(rig: str) -> str:
     return (files("imubench.models") / RIG_FILES[rig]).read_text(encoding="utf-8")
 
 
-__all__ = ["NAME", "RIG_FILES", "RIG_SUMMARIES", "RigFile", "is_rig", "known_rigs", "mjcf"]
+__all__ = ["NAME", "RIG_FILES", "RIG_SUMMARIES", "RigFile", "imu_names", "is_rig", "known_rigs", "mjcf"]
