@@ -89,7 +89,7 @@ def sweep(
             (folder / "spec" / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / "spec" / name).write_bytes(content)
         write_json(folder / "sweep.json", _told(work, identity, asked, drawn))
-        text = page(asked, work.figure, done, drawn, outcomes, _footer(names, seed))
+        text = page(asked, work.figure, done, drawn, outcomes, _footer(names, seed, asked))
         (folder / "report.html").write_text(text, encoding="utf-8")
     store.forget()
     return done
@@ -200,8 +200,8 @@ def _told(work: SweepWork, identity: Mapping[str, Any], asked: Sweep, drawn: lis
     }
 
 
-def _footer(names: Sequence[str], seed: int) -> str:
-    given = " ".join(f"--estimator {name}" for name in names)
+def _footer(names: Sequence[str], seed: int, asked: Sweep) -> str:
+    given = " ".join([*(f"--estimator {name}" for name in names), f"--recordings {asked.recordings}"])
     return (
         f"imubench {imubench.__version__}: imubench sweep {SWEEP_FILE} {given} --seed {seed}, on {platform.machine()} "
         f"with Python {platform.python_version()}. Every number is in sweep.parquet and sweep.csv, every recording's "
