@@ -26,7 +26,7 @@ def test_the_example_is_the_one_that_made_the_picture():
 
 def test_the_sweeps_of_the_paper_s_motions_are_sweeps():
     files = sorted((ROOT / "docs/examples/sweeps").glob("*.toml"))
-    assert [load_sweep(file).shape for file in files] == [(7, 6), (9, 1), (7, 5)]
+    assert [load_sweep(file).shape for file in files] == [(6, 6), (9, 1), (7, 5)]
     for file in files:
         assert f"examples/sweeps/{file.name}" in PAGE
 
