@@ -80,9 +80,11 @@ def _options(name: str) -> tuple[str, ...]:
 
 def _frames(name: str) -> tuple[str, ...]:
     """Return a rig's segments and where their IMUs sit, a line each."""
+    from imubench.models import RIG_FILES
+    from imubench.models.outside import find_rig
     from imubench.models.tree import rig_tree
 
-    lines = []
+    lines = [] if name in RIG_FILES else [find_rig(name).summary]
     for segment in rig_tree(name).segments:
         held = ", ".join(f"{joint.name} ({joint.kind})" for joint in segment.joints) or "the world"
         for imu in segment.imus:

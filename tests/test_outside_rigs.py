@@ -62,9 +62,9 @@ def knee(tmp_path, monkeypatch):
 def test_the_rig_of_the_page_is_listed_explained_run_and_estimated(knee):
     assert known_rigs()["knee"] == "from package their-rigs 1.2"
     assert "knee" in here("list", "rigs").out and "knee-hand" in here("list", "scenarios").out
-    assert "segment2 on hinge (hinge); imu2 at [0.15, 0.049752, 0.004975] m" in " ".join(
-        here("explain", "knee").out.split()
-    )
+    said = " ".join(here("explain", "knee").out.split())
+    assert "a thigh and a shank with a foot" in said
+    assert "segment2 on hinge (hinge); imu2 at [0.15, 0.049752, 0.004975] m" in said
     done = here("run", "knee-hand", "--duration", "12", "--out", "played")
     assert done.code == 0, done.err
     figures = json.loads(Path("played/score.json").read_text())["figures"]
