@@ -29,4 +29,5 @@ def find_scenario(name: str) -> Scenario | SequenceScenario:
 def known_scenarios() -> dict[str, str]:
     """Return the scenarios by name, each with one line about it; no package is imported for that."""
     outside = {name: origin(points) for name, points in offered(POINTS).items()}
-    return {**known_by_hand(), **outside, **{name: s.summary for name, s in SCENARIOS.items()}}
+    ours = {name: s.summary for name, s in SCENARIOS.items()}
+    return {**ours, **known_by_hand(), **outside, **ours}

@@ -7,7 +7,7 @@ import typer
 
 from imubench.commands.command import Command, Out, console, errors
 
-QUICK = "Fewer runs and starts. Processor time, shared by all cores: arve half a minute, olsson2020 over three minutes."
+QUICK = "Fewer runs and starts. Processor time, shared by all cores: arve half a minute, olsson2020 one and a half."
 
 
 def reproduce_command(

@@ -125,6 +125,7 @@ def test_outside_estimators_are_listed_and_do_not_make_a_folder_of_their_path(ou
             ("estimate", "REC", "seel2012"),
             "imubench estimate: expected seel2012 before .*, got them the other way round",
         ),
+        (("estimate", "some-dataset#3", "seel2012"), "expected seel2012 before some-dataset#3, got them the other way"),
         (("estimate", "REC", "mine.py:f"), "imubench estimate: expected mine.py:f before .*, got them the other way"),
         (
             ("convert", "REC", "csv", "--out", "x"),
