@@ -8,7 +8,8 @@ UNNAMED = "something at {imu} that no effect of the library explains"
 MEASURED_WORDS = {
     "hinge_angle": "hinge angle",
     "hinge_angle_but_constant": "hinge angle, but for a constant",
-    "orientation1": "orientation of segment 1",
+    "orientation1": "orientation of segment 1, with the heading's drift",
+    "tilt1": "tilt of segment 1",
 }
 
 MOVED_WORDS = {  # what a finding moves -> in words
