@@ -8,10 +8,9 @@ from imubench.arrays import Array
 from imubench.diagnosis.evidence import Evidence, Played
 from imubench.diagnosis.result import Change, Diagnosis
 from imubench.reference import Reference
-from imubench.rotations import angle_between, conjugate, log, multiply, rotate_back
+from imubench.rotations import angle_between, conjugate, log, multiply, to_matrix
 
 DIFFERENCE_UNIT = "rad RMS"
-UP = np.array([0.0, 0.0, 1.0])  # in the world
 
 
 def with_reference_errors(d: Diagnosis, evidence: Evidence, reference: Reference | None) -> Diagnosis:
@@ -45,7 +44,7 @@ def motion_errors(motion: Played, reference: Reference, span: tuple[float, float
         if seen.any():
             found1, measured = quaternions_at(motion, reference.time[seen]), reference.quaternion1[seen]
             out["orientation1"] = rms(off_but_heading(found1, measured))
-            out["tilt1"] = rms(angle_between(rotate_back(found1, UP), rotate_back(measured, UP)))
+            out["tilt1"] = rms(angle_between(vertical(found1), vertical(measured)))
     return out
 
 
@@ -53,6 +52,11 @@ def quaternions_at(motion: Played, time: Array) -> Array:
     """Return segment 1's orientations (n, 4) at times (n,) s."""
     q = np.stack([np.interp(time, motion.time, x) for x in motion.quaternion1.T], axis=1)
     return np.asarray(q / np.linalg.norm(q, axis=1, keepdims=True))
+
+
+def vertical(q: Array) -> Array:
+    """Return which way is up (n, 3) as segments of orientations q (n, 4) see it."""
+    return to_matrix(q)[:, 2]
 
 
 def off_but_heading(found: Array, measured: Array) -> Array:
