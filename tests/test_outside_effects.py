@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imubench import effect_table
 from imubench.correction.read_model import read_model
 from imubench.correction.replay import truth_of_motion
 from imubench.correction.sensor_chain import plays, read_by
@@ -14,6 +15,7 @@ from imubench.diagnosis.on_disk import diagnose_on_disk
 from imubench.effect_reference import section
 from imubench.effects import EFFECTS, VARIANTS, possible
 from imubench.errors import InputError
+from imubench.explain import glossary_page
 from imubench.format1 import write_recording
 from imubench.recording import Recording
 from imubench.sim import rigs
@@ -101,6 +103,12 @@ def test_an_effect_of_a_package_is_one_of_the_library(package):
     assert here("list", "effects").out.count("gyro_square") == 1
     assert "A gyroscope in a sensor that reads a part of its square." in here("explain", "gyro_square").out
     assert "- law: `p = p_model + height e_z`" in list(section("raised", EFFECTS["raised"]))
+
+
+def test_our_pages_are_not_about_the_effects_of_a_package(package):
+    assert "gyro_square" in EFFECTS
+    assert "gyro_square" not in effect_table.page() + glossary_page()
+    assert "gyro_square" in EFFECTS
 
 
 def test_an_effect_of_a_package_is_injected_and_drawn_for_datasets(package):
