@@ -1,7 +1,10 @@
 """Effects from outside the package: injected, found, replayed and reported as our own; a broken one breaks nothing."""
 
+import re
 import warnings
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,9 +17,12 @@ from imubench.dataset.effect_ranges import Shown, parse_effect
 from imubench.diagnosis.on_disk import diagnose_on_disk
 from imubench.effect_reference import section
 from imubench.effects import EFFECTS, VARIANTS, possible
+from imubench.effects.effect import Reading
+from imubench.effects.library import checked
 from imubench.errors import InputError
 from imubench.explain import glossary_page
 from imubench.format1 import write_recording
+from imubench.jets import Jet
 from imubench.recording import Recording
 from imubench.sim import rigs
 from imubench.sim.imu_model import Declared, DeclaredMount, observe
@@ -103,6 +109,16 @@ def test_an_effect_of_a_package_is_one_of_the_library(package):
     assert here("list", "effects").out.count("gyro_square") == 1
     assert "A gyroscope in a sensor that reads a part of its square." in here("explain", "gyro_square").out
     assert "- law: `p = p_model + height e_z`" in list(section("raised", EFFECTS["raised"]))
+
+
+def test_the_example_of_the_page_is_an_effect_as_it_stands():
+    page = (Path(__file__).resolve().parent.parent / "docs" / "add-an-effect.md").read_text(encoding="utf-8")
+    space: dict[str, Any] = {}
+    exec(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0], space)
+    (square,) = checked((space["GyroSquare"](),), "the page", set(EFFECTS))
+    rate = np.array([[1.0, -2.0, 3.0]])
+    error = square.error(Reading(Jet(rate), Jet(rate), Jet(np.zeros((1, 1)))), {"square": Jet(SQUARE[None])})
+    assert np.array_equal(error.gyro.value, SQUARE * rate * rate)
 
 
 def test_our_pages_are_not_about_the_effects_of_a_package(package):
