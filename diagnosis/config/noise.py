@@ -64,7 +64,6 @@ class DebiasConfig:
         0.5, "of a logarithm, or of another number's prior", "how far one pull may lead", "numerics"
     )
     most_from_noise: float = setting(0.9, "of the information", "that is taken for noise's at most", "numerics")
-    rounding: float = setting(1e-9, "of the largest information", "less is rounding", "numerics")
     most_of_step: float = setting(
         0.85,
         "of the information",
@@ -116,7 +115,6 @@ class KnotSelectionConfig:
         7, "knots", "in the period of springs that ring, at least: a spline of fewer damps them", "numerics"
     )
     rung: float = setting(0.65, "of a spring's frequency", "a motion clear up to there makes it ring", "physics")
-    shown: float = setting(0.4, "of a sensor's rate", "what rings quicker it does not show", "physics")
     change: float = setting(1.1, "times", "as far apart as the knots are: less is no change", "time")
     steps: int = setting(15, "steps", "of the solver, to where fewer knots lead", "time")
     window_samples: int = setting(256, "samples", "of which a spectrum is taken", "numerics")
@@ -145,7 +143,6 @@ class LooseFitConfig:
         3.0, "times the start's roughness", "where that is more than the first guess", "judgement"
     )
     freer: float = setting(8.0, "times the roughness", "of a motion that may be held too smooth", "judgement")
-    unrelated: float = setting(1.0, "of `follows_motion`", "no more than by chance", "statistics")
     still_follows: float = setting(
         0.7, "of what follows the motion", "where a freer motion leaves more, it was not held too smooth", "judgement"
     )

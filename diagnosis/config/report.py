@@ -21,7 +21,6 @@ class ChartConfig:
     ticks: int = setting(5, "numbers", "along an axis", "convention")
     columns: int = setting(120, "columns", "over time: a phone has about 300 pixels for them", "convention")
     bins: int = setting(60, "rows", "over frequency", "convention")
-    least_column_s: float = setting(0.5, "s", "of a column: a few samples of the slowest sensor", "judgement")
     levels: tuple[float, ...] = setting(
         (1.5, 3.0, 6.0, 15.0, 50.0),
         "of the noise",

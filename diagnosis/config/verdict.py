@@ -63,7 +63,6 @@ class KnockConfig:
     moments: int = setting(9, "moments", "of a stretch that are looked at", "time")
     one_s: float = setting(0.1, "s", "nearer peaks are one", "physics")
     samples: int = setting(2, "samples", "of a peak; a single wild one is none", "statistics")
-    may_be_play: int = setting(2, "knocks", "that may be play", "judgement")
     called_play: int = setting(3, "knocks", "that are called so", "judgement")
     from_s: float = setting(-0.01, "s", "from the beginning of a knock, within which it is", "physics")
     to_s: float = setting(0.06, "s", "from the beginning of a knock, within which it is", "physics")

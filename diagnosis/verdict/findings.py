@@ -49,9 +49,9 @@ def findings(selection: Selection, measured: Recording | None = None, briefly: b
         ties = [Rejected(t.hypothesis.effect.name, h.at, gain.value + t.evidence) for t in kept.ties]
         ties = [r for r in ties if (r.effect, r.at) not in told]
         most = (
-            CONFIDENCE.as_good
+            CONFIDENCE.rivalled
             if springs
-            else CONFIDENCE.overshadowed
+            else CONFIDENCE.rivalled
             if h in small
             else CONFIDENCE.free_splines
             if h in loose
