@@ -108,14 +108,19 @@ class DeclaredNoiseConfig:
         return 1 - self.std_error
 
     @property
+    def unsure(self) -> float:
+        """Times an error, less than which is lost in how well the noise is known."""
+        return 1 + self.std_error
+
+    @property
     def most_std(self) -> float:
         """Times the declared std, coloured noise on top of an error of the std."""
-        return (1 + self.std_error) * float(np.sqrt(1 + self.colour))
+        return self.unsure * float(np.sqrt(1 + self.colour))
 
     @property
     def most_power(self) -> float:
         """Times the declared power, beyond which a sensor is louder than declared."""
-        return (1 + self.std_error) ** 2 * (1 + self.colour) * self.rough_motion
+        return self.unsure**2 * (1 + self.colour) * self.rough_motion
 
     @property
     def misdeclared_power(self) -> float:

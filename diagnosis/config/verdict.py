@@ -92,11 +92,15 @@ class BudgetConfig:
         "judgement",
     )
     search: float = setting(0.75, "of the limit", "the search for effects", "judgement")
-    terms: float = setting(0.9, "of the limit", "terms without a name, and names for these", "judgement")
     numbers: float = setting(
         1.0, "of the limit", "intervals, equivalents and the motions that would tell them apart", "judgement"
     )
     baseline: float = setting(0.5, "of the limit", "that a baseline's recording may take", "judgement")
+
+    @property
+    def terms(self) -> float:
+        """Of the limit, terms without a name, and names for these: the rest is for the numbers of what is found."""
+        return self.fit
 
 
 BUDGET = BudgetConfig()
