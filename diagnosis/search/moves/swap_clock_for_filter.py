@@ -136,19 +136,6 @@ def put(new: Kept, old: Kept, kept: Sequence[Kept]) -> list[Kept]:
     return [new if other is old else other for other in kept]
 
 
-class RenewQuickFilters:
-    """Quick filters that are there, taken again from the motion that all effects leave."""
-
-    def propose(self, state: SearchState) -> Proposals:
-        """Yield the fit with each of them renewed, one after the other, where that gains."""
-        for k in [k for k in state.kept if k.hypothesis.effect.renewed]:
-            with suppress(NotPositiveDefiniteError):
-                fit, h = taken_again(state.fit, k.hypothesis)
-                if fit is not state.fit:
-                    after = state.changed(fit, put(replace(k, hypothesis=h), k, state.kept))
-                    state = (yield Proposal(f"{h.name} from the motion that it leaves", after)).state
-
-
 def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
     """Return a fit and its quick filter, what that does beside delaying from the motion it leaves, while that gains."""
     imu, rest = fit.model.recording.imu(h.at), tuple(other for other in fit.model.hypotheses if other != h)
