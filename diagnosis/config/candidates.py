@@ -18,7 +18,6 @@ class BothMountsConfig:
         "at most: else it is not springs that the rest is made of",
         "judgement",
     )
-    rounds: int = setting(2, "rounds", "of the noise, mounts held", "time")
 
     @property
     def hopeless(self) -> float:

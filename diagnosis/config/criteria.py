@@ -121,7 +121,6 @@ class LawConfig:
         10.0, "of the freedoms", "worth so much, a refit is not chosen or refused for them", "judgement"
     )
     tighter_cost_nat: float = setting(1.0, "nat", "which a tighter law may cost", "judgement")
-    delay_nat: float = setting(15.0, "nat", "that a filter must be worth by its delay alone", "judgement")
     free_roughness: tuple[float, ...] = setting(
         (1e2, 1e3, 1e4, 1e5), "unit/s^4/sqrt(Hz)", "of a free state, a grid", "numerics"
     )

@@ -179,6 +179,7 @@ class RemlConfig:
     law_rise: float = setting(4.0, "times its level", "of the round before, at most", "numerics")
     smallest: float = setting(1e-7, "of a unit", "no group is taken for exact", "numerics")
     rounds: int = setting(3, "rounds", "of levels and fit", "time")
+    few_rounds: int = setting(2, "rounds", "of the same where little has changed, or mounts are held", "time")
     last_rounds: int = setting(5, "rounds", "at most once the motion is free: a quick one settles late", "time")
     loosened: float = setting(
         32.0,

@@ -47,6 +47,15 @@ class EvidenceConfig:
         "statistics",
     )
     clear_nat: float = setting(10.0, "nat", "odds of 22,000: a gain so large needs no further proof", "statistics")
+    certain_nat: float = setting(
+        30.0,
+        "nat",
+        "that need no closer look: coloured noise, or what is screened on a part, is worth less",
+        "judgement",
+    )
+    state_nat: float = setting(
+        15.0, "nat", "that splines must be worth, which fit more, and a filter's delay alone", "judgement"
+    )
     events: int = setting(2, "events", "that can agree; one may be anything that happens once", "statistics")
     least_s: float = setting(5.0, "s", "a shorter recording, or piece of one, is too short to tell", "judgement")
 
@@ -62,11 +71,11 @@ class ConfidenceConfig:
     sure: float = setting(
         0.9, "1", "of noise power beyond the declared, and from where a finding stands before doubted ones", "judgement"
     )
-    rivalled: float = setting(
+    doubtful: float = setting(
         0.6,
         "1",
-        "at most, where something else is as likely: a law that was worth as much, a stronger name (beside one 2 of 7 "
-        "in 515 blind trials were true), or for one knock whatever happens once",
+        "at most, where something else is as likely: what has no name (7 of 11 such names in 300 blind trials were "
+        "true), a law that was worth as much, a stronger name (2 of 7 in 515), or for one knock what happens once",
         "trials",
     )
     repeated: float = setting(0.95, "1", "of several knocks, and of a stop at whose angle all begin", "judgement")
@@ -77,10 +86,11 @@ class ConfidenceConfig:
         "and of a law beside which the fit leaves too much",
         "trials",
     )
-    implausible_place: float = setting(
+    strange: float = setting(
         0.2,
         "1",
-        "of a name at a sensor with numbers that no sensor has: each of seven in 900 blind trials was false",
+        "at most, of a name beside something without one that is worth as much (2 of 15 were true), or at a sensor "
+        "with numbers that no sensor has (none of seven in 900 blind trials)",
         "trials",
     )
 

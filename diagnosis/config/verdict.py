@@ -22,7 +22,12 @@ class FindingsConfig:
         "that is read off the states: their range over the recording, no variance is carried yet",
         "judgement",
     )
-    much: float = setting(0.1, "of what a name is worth on held-out data", "that must be told apart", "judgement")
+    much: float = setting(
+        0.1,
+        "of what a name is worth",
+        "so much of it is no little of something else: a curve holds a scale too",
+        "judgement",
+    )
 
 
 FINDINGS = FindingsConfig()

@@ -102,7 +102,7 @@ def dropouts_finding(imu: Imu, lost: Lost) -> list[RawFinding]:
 
 def confidence_of_knocks(times: Array) -> float:
     """Return how sure knocks at some times (k,) are: a single one may be something else that happens once."""
-    return CONFIDENCE.repeated if times.size >= EVIDENCE.events else CONFIDENCE.rivalled
+    return CONFIDENCE.repeated if times.size >= EVIDENCE.events else CONFIDENCE.doubtful
 
 
 def impacts_finding(imu: Imu, knocked: Knocks) -> RawFinding:
