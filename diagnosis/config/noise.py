@@ -64,6 +64,7 @@ class DebiasConfig:
         0.5, "of a logarithm, or of another number's prior", "how far one pull may lead", "numerics"
     )
     most_from_noise: float = setting(0.9, "of the information", "that is taken for noise's at most", "numerics")
+    rounding: float = setting(1e-9, "of the largest information", "less is rounding", "numerics")
     most_of_step: float = setting(
         0.85,
         "of the information",

@@ -23,8 +23,14 @@ class RollOutConfig:
     difference: float = setting(
         1e-4, "rad, rad/s", "of differences; the response is linear over it to 1e-8", "numerics"
     )
+    unseen: float = setting(
+        1e-9, "of the largest singular value", "a direction that no sample shows, as a heading, stays", "numerics"
+    )
     least_s: float = setting(
         1.5, "s", "of a window that is rolled out: over less hardly more than its start shows", "judgement"
+    )
+    uncertain: float = setting(
+        1.0, "of the noise", "of a roll-out for its start's sake: beyond it shows the start, not the model", "judgement"
     )
     ahead_s: float = setting(3.0, "s", "that are looked ahead at first, then thrice as far: chaos shows soon", "time")
     bin_s: float = setting(

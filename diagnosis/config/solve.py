@@ -75,7 +75,6 @@ class AlgebraConfig:
         5000, "knots", "of a fit that has another beside it, at most: of 25 s at 200 Hz", "time"
     )
     most_log_step: float = setting(30.0, "of a logarithm", "a step that leads beyond is taken back anyhow", "numerics")
-    rounded: float = setting(1e-9, "of the largest singular value", "a smaller one is rounding", "numerics")
     held: float = setting(1e-6, "of a prior's std", "how far a parameter moves that is fixed", "numerics")
 
 

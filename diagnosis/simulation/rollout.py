@@ -30,7 +30,6 @@ import numpy as np
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.config.simulation import ROLL_OUT
-from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.evidence import Played, Swing
 from imubench.errors import InputError
 from imubench.sim.ball import needs_ball
@@ -129,7 +128,7 @@ def refined(rig: Rig, window: Swing, misfit: Misfit, seconds: float = ROLL_OUT.s
     """Return a window with the state at its start that fits its first `seconds` best, from a state that is near."""
     brief = replace(window, end=min(window.end, window.start + seconds))
     found = misfit(brief)[1]
-    back = np.linalg.pinv(slopes(rig, brief, misfit), rcond=ALGEBRA.rounded)
+    back = np.linalg.pinv(slopes(rig, brief, misfit), rcond=ROLL_OUT.unseen)
     for _ in range(ROLL_OUT.rounds):
         tried = replace(brief, state=state_beside(rig, brief.state, -back @ found))
         better = misfit(tried)[1]
@@ -158,10 +157,10 @@ def horizon(rig: Rig, window: Swing, misfit: Misfit) -> float:
         end = min(window.end, window.start + ahead)
         near = replace(window, end=end)
         time, slope = misfit(near)[0], slopes(rig, near, misfit)
-        first = np.linalg.pinv(slope[time <= window.start + ROLL_OUT.start_s], rcond=ALGEBRA.rounded)
+        first = np.linalg.pinv(slope[time <= window.start + ROLL_OUT.start_s], rcond=ROLL_OUT.unseen)
         bins = ((time - window.start) / ROLL_OUT.bin_s).astype(int)
         power = np.bincount(bins, np.sum((slope @ first) ** 2, axis=1)) / np.maximum(np.bincount(bins), 1)
-        beyond = np.flatnonzero(power > 1.0)
+        beyond = np.flatnonzero(power > ROLL_OUT.uncertain**2)
         beyond = beyond[beyond * ROLL_OUT.bin_s >= ROLL_OUT.least_s]
         if beyond.size:
             return window.start + float(beyond[0]) * ROLL_OUT.bin_s
