@@ -8,7 +8,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from imubench.diagnosis.report.words import called
-from imubench.effects import EFFECTS
+from imubench.effects import EFFECTS, VARIANTS
 from imubench.effects.effect import Effect
 from imubench.errors import InputError, shortened, unknown
 from imubench.glossary import FIGURES, TERMS
@@ -114,6 +114,7 @@ def _plain(name: str) -> str:
     return name.casefold().replace("_", " ").replace("-", " ").strip()
 
 
+@VARIANTS.ours_alone()
 def glossary_page() -> str:
     """Return docs/glossary.md."""
     lines = [

@@ -50,7 +50,8 @@ TERMS: dict[str, str] = {
         "sliding or late then moves by its law."
     ),
     "reference": "A better measurement of the same motion, such as motion capture. It enters no fit; it only judges.",
-    "rejected": "An effect that was tried and does not help enough on samples that the fit has not seen.",
+    "rejected": "An effect that was tried and not taken: another one explains more, or it does not help enough on "
+    "samples that the fit has not seen.",
     "residual": "What is measured less what a model says.",
     "RMS": "Root mean square: the typical size of something that changes, its square averaged over the samples.",
     "rolled out": (

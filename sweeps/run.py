@@ -2,7 +2,7 @@
 
 import json
 import platform
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from itertools import chain
 from pathlib import Path
@@ -20,6 +20,7 @@ from imubench.estimators import Estimator
 from imubench.leftovers import undone
 from imubench.plugin_versions import absolute, versions
 from imubench.plugins import find_estimator
+from imubench.progress import Report
 from imubench.reproduce.parts import Store
 from imubench.reproduce.report import require_matplotlib
 from imubench.sweeps import attempts
@@ -34,9 +35,6 @@ from imubench.sweeps.work import COMPUTING, Outcome, Piece, SweepWork
 
 SECONDS = 60.0
 """s that an estimate may take, if nothing else is said: a hundred times what the slowest of ours takes for 10 s."""
-
-Report = Callable[[str, int, int], None]
-"""Called with what is counted, how many are done, and how many there are."""
 
 
 def sweep(

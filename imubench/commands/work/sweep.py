@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from imubench.commands.work.prove import bars
+from imubench.progress import bars
 from imubench.signals import promising
 from imubench.sweeps.cells import maps
 from imubench.sweeps.finding import finding, headline
