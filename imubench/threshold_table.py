@@ -42,8 +42,9 @@ def modules() -> Iterator[ModuleType]:
 
 
 def records(module: ModuleType) -> Iterator[tuple[str, object]]:
-    """Yield the records of a module of the config with their names, in their order."""
-    yield from ((name, x) for name, x in vars(module).items() if is_dataclass(x) and not isinstance(x, type))
+    """Yield the records of a module of the config with their names, in their order; not those that it imports."""
+    own = ((name, x) for name, x in vars(module).items() if is_dataclass(x) and not isinstance(x, type))
+    yield from ((name, x) for name, x in own if type(x).__module__ == module.__name__)
 
 
 def shown(value: object) -> str:

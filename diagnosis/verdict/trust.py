@@ -99,9 +99,9 @@ def implausible(fit: Fit) -> tuple[Question, ...]:
             prior, value = fit.model.priors[h.key(p.name)], fit.state.values[h.key(p.name)]
             away = (value - prior.start) / prior.std
             off = float(np.max(away if p.name == DAMPING else np.abs(away)))
-            if off > STATISTICS.prior_sigmas:
-                least = -np.inf if p.name == DAMPING else -STATISTICS.prior_sigmas
-                plausible = prior.start + prior.std * np.clip(away, least, STATISTICS.prior_sigmas)
+            if off > STATISTICS.rare_sigmas:
+                least = -np.inf if p.name == DAMPING else -STATISTICS.rare_sigmas
+                plausible = prior.start + prior.std * np.clip(away, least, STATISTICS.rare_sigmas)
                 found.append(
                     Question(h.key(p.name), f"{off:.1f} standard deviations from what is plausible", plausible)
                 )
