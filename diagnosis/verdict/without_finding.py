@@ -1,7 +1,8 @@
 """The fit of a recording without one of its findings, and by how much that moves what a user asks for.
 
 An effect in the fit is taken out of it and the rest solved again, at the noise levels that the fit has: the motions of
-both are compared, and the geometry. What has no name is taken out as the signal that was fitted for it.
+both are compared, and the geometry. What has no name is taken out as the signal that was fitted for it. What the shift
+counts for beside what chance does to the same answer is in `estimate_spread`.
 
 An effect that acts on a mount is that mount's error: solved again, what is declared of how well a mount is known would
 take its place, and nothing would seem to move. So its geometry is that of the same fit, not solved again, with the
@@ -42,6 +43,8 @@ from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import refit_without
 from imubench.diagnosis.verdict.estimate_shift import Estimates, estimates_of, moves_between, times
+from imubench.diagnosis.verdict.estimate_spread import Spread, farther_off, spread_of
+from imubench.diagnosis.verdict.filtered_inclination import Inclinations, at_imu
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault
 from imubench.recording import Recording
@@ -54,7 +57,32 @@ def moves_of(
     recording: Recording,
     without: dict[tuple[str, str], Fit] | None = None,
 ) -> Iterator[tuple[Finding, dict[str, Move]]]:
-    """Yield each finding with what it moves, the surest first; nothing where that is not known.
+    """Yield each finding with by how much farther off all is without it, as `shifts_of`.
+
+    What one at an IMU does to orientations is asked of an orientation filter, where nothing measures the heading.
+    """
+    spread, filtered = spread_of(fit), Inclinations.of(fit)
+    for finding, shift in shifts_of(findings, fit, samples, recording, without):
+        yield finding, farther_off(*_filtered(filtered, in_fit(fit, finding), shift, spread))
+
+
+def _filtered(
+    filtered: Inclinations | None, gone: list[Hypothesis], shift: dict[str, Move], spread: Spread
+) -> tuple[dict[str, Move], Spread]:
+    """Return a shift and what it is held against, with the inclinations by a filter for what is at IMUs alone."""
+    if filtered is None or not shift or not gone or not all(at_imu(h) for h in gone):
+        return shift, spread
+    return shift | {"orientation": filtered.shift(gone)}, {**spread, "orientation": filtered.std}
+
+
+def shifts_of(
+    findings: Iterable[Finding],
+    fit: Fit,
+    samples: SampleChecks,
+    recording: Recording,
+    without: dict[tuple[str, str], Fit] | None = None,
+) -> Iterator[tuple[Finding, dict[str, Move]]]:
+    """Yield each finding with what it shifts, the surest first; nothing where that is not known.
 
     Args:
         findings: of the fit and of the raw samples, named or not.
@@ -104,7 +132,9 @@ def moves_of_all(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, M
     with suppress(NotPositiveDefiniteError):
         time, mounts = times(fit), [h for h in gone if on_mount(h)]
         said = _said_by(refit_without(fit, gone, SHIFT.steps_without), fit, mounts, time)
-        return worth_telling(moves_between(estimates_of(fit, time), said, recording), tolerance)
+        shift = moves_between(estimates_of(fit, time), said, recording)
+        beside = _filtered(Inclinations.of(fit), gone, shift, spread_of(fit))
+        return worth_telling(farther_off(*beside), tolerance)
     return {}
 
 
@@ -207,4 +237,4 @@ def _unrounded(fit: Fit, finding: Finding) -> Fit | None:
     return _reading(fit, finding.at, {part: readings})
 
 
-__all__ = ["drives", "fit_without", "in_fit", "moves_of", "moves_of_all", "with_moves"]
+__all__ = ["drives", "fit_without", "in_fit", "moves_of", "moves_of_all", "shifts_of", "with_moves"]

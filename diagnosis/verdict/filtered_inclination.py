@@ -1,0 +1,148 @@
+"""What an effect at an IMU moves of the inclination that an ordinary orientation filter gives of it.
+
+Nobody who asks for an orientation fits the whole recording without the effects: gyroscopes that agree with each other
+by a hinge would be trusted for as long as their noise allows, and a bias turns such a fit by what it adds up to in half
+a minute. What a user has is a filter for each IMU: gyroscopes carry the attitude over seconds, the accelerometer holds
+it to gravity. Here it is that of Laidig and Seel (VQF, 2023, doi 10.1016/j.inffus.2022.10.014, section 3.2) without its
+estimate of a bias: with Q the attitude that the gyroscope alone gives and f the specific force::
+
+    up in sensor axes = Q^T h / |h|,    h = low-pass(Q f),  Butterworth of second order, tau / sqrt(2) = 1 / (2 pi f_c)
+
+With y the readings, F what was found, g(S) what the model would read with the effects S at the fitted motion, the
+inclinations of y - g(F) + g({}) and of y - g(F) + g({e}) are compared: everything taken out, and everything but e. How
+far the first is off the fitted motion is how well such a filter does on this recording.
+"""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, lfilter, lfilter_zi
+
+from imubench import rotations
+from imubench.arrays import Array
+from imubench.diagnosis.config.verdict import FILTER
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.result import Move
+from imubench.diagnosis.solve.gauss_newton import extended
+from imubench.diagnosis.verdict.estimate_shift import DEG_PER_RAD, back, heading_known
+from imubench.diagnosis.verdict.reference_motion import rms
+from imubench.jets import derivatives_by
+from imubench.recording import Imu
+
+Triples = tuple[Array, Array]  # angular rate rad/s, specific force m/s^2, each (n, 3), sensor axes
+
+
+@dataclass(frozen=True)
+class Inclinations:
+    """What an orientation filter gives of each IMU without anything that was found at the IMUs."""
+
+    fit: Fit
+    clean: dict[str, Triples]  # by IMU: the readings, all effects at IMUs taken out
+    bare: dict[str, Triples]  # by IMU: what the model would read without these effects
+    up: dict[str, Array]  # by IMU: (n, 3), sensor axes
+    std: Array  # (segments,) deg RMS, how far these are off the fitted motion
+
+    @classmethod
+    def of(cls, fit: Fit) -> "Inclinations | None":
+        """Return those of a fit; None where the heading is measured too, or a segment carries no IMU."""
+        recording = fit.model.recording
+        carried = {recording.carrier(imu.name) for imu in recording.imus}
+        if heading_known(recording) or not set(fit.model.rig.tree.names) <= carried:
+            return None
+        plain = extended(fit, tuple(h for h in fit.model.hypotheses if not at_imu(h)))
+        clean, bare, up, off = {}, {}, {}, {}
+        for imu in recording.imus:
+            with_all, bare[imu.name] = read(fit, imu), read(plain, imu)
+            gyro, accel = (y - a + b for y, a, b in zip((imu.gyro, imu.accel), with_all, bare[imu.name], strict=True))
+            clean[imu.name] = gyro, accel
+            up[imu.name] = inclination(imu.time, gyro, accel)
+            off[imu.name] = rms(rotations.angle_between(up[imu.name], fitted_up(plain, imu)))
+        return cls(fit, clean, bare, up, by_segment(fit, off))
+
+    def shift(self, left: Collection[Hypothesis]) -> Move:
+        """Return by how much some effects at IMUs move the inclinations, all others being taken out."""
+        alone = extended(self.fit, tuple(h for h in self.fit.model.hypotheses if h in left or not at_imu(h)))
+        moved = {}
+        for imu in self.fit.model.recording.imus:
+            name = imu.name
+            moved[name] = 0.0
+            if any(h.at == name for h in left):
+                gyro, accel = (
+                    y + b - a for y, a, b in zip(self.clean[name], self.bare[name], read(alone, imu), strict=True)
+                )
+                moved[name] = rms(rotations.angle_between(self.up[name], inclination(imu.time, gyro, accel)))
+        return Move(by_segment(self.fit, moved), "deg RMS")
+
+
+def at_imu(h: Hypothesis) -> bool:
+    """Return whether an effect sits at an IMU."""
+    return h.at.startswith("imu")
+
+
+def by_segment(fit: Fit, angles: dict[str, float]) -> Array:
+    """Return angles in rad by IMU as deg by segment, the largest of a segment's IMUs."""
+    carrier = fit.model.recording.carrier
+    return np.array(
+        [
+            DEG_PER_RAD * max(angle for name, angle in angles.items() if carrier(name) == segment)
+            for segment in fit.model.rig.tree.names
+        ]
+    )
+
+
+def read(fit: Fit, imu: Imu) -> Triples:
+    """Return what a fit's model reads at the stamps of an IMU."""
+    model, state = fit.model, fit.state
+    with derivatives_by(()):
+        moment = model.moment(state, imu.time, imu.name)
+        reading = model.reading(imu, state, moment, model.carrier(state, moment, imu.name))
+    n = len(imu.time)
+    return np.broadcast_to(reading.gyro.value, (n, 3)), np.broadcast_to(reading.accel.value, (n, 3))
+
+
+def fitted_up(fit: Fit, imu: Imu) -> Array:
+    """Return up (n, 3) in an IMU's axes as a fit has it at the IMU's stamps."""
+    model, state, n = fit.model, fit.state, len(imu.time)
+    with derivatives_by(()):
+        moment = model.moment(state, imu.time, imu.name)
+        segment = model.carrier(state, moment, imu.name)
+        mount = model.mount(imu, state, moment, segment)
+    assert segment.turn is not None
+    up = np.broadcast_to(segment.turn.matrix, (n, 3, 3))[:, 2]
+    return back(np.broadcast_to(mount.turn.matrix, (n, 3, 3)), up)
+
+
+def inclination(time: Array, gyro: Array, accel: Array) -> Array:
+    """Return up (n, 3) in sensor axes by an orientation filter of one IMU.
+
+    Args:
+        time: (n,) s.
+        gyro: (n, 3) rad/s.
+        accel: (n, 3) m/s^2.
+    """
+    step = float(np.median(np.diff(time)))
+    attitude = carried(gyro * np.diff(time, prepend=time[0] - step)[:, None])
+    force = rotations.rotate(attitude, accel)
+    cutoff = 1 / (np.sqrt(2) * np.pi * FILTER.tau_s)
+    b, a = butter(2, min(2 * cutoff * step, FILTER.most_of_nyquist))
+    begin = force[: max(round(FILTER.tau_s / step), 1)].mean(axis=0)
+    held, _ = lfilter(b, a, force, axis=0, zi=lfilter_zi(b, a)[:, None] * begin)
+    return rotations.rotate_back(attitude, held / np.linalg.norm(held, axis=1, keepdims=True))
+
+
+def carried(turns: Array) -> Array:
+    """Return the attitudes (n, 4) after rotation vectors (n, 3) in sensor axes, one after the other.
+
+    The products of all beginnings, each from two that are half as long.
+    """
+    q = rotations.exp(turns)
+    reach = 1
+    while reach < len(q):
+        q = np.concatenate([q[:reach], rotations.multiply(q[:-reach], q[reach:])])
+        reach *= 2
+    return np.asarray(q / np.linalg.norm(q, axis=1, keepdims=True))
+
+
+__all__ = ["Inclinations", "at_imu", "inclination"]

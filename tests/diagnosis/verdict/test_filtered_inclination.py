@@ -1,0 +1,63 @@
+"""Inclinations by an orientation filter: its law at rest, an independent filter, and recordings without an effect."""
+
+import numpy as np
+import pytest
+
+from imubench import rotations
+from imubench.diagnosis.config.verdict import FILTER
+from imubench.diagnosis.noise.nominal import nominal_fit
+from imubench.diagnosis.noise.reml import with_noise
+from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.samples.screening import check_samples
+from imubench.diagnosis.solve.refit import refit
+from imubench.diagnosis.verdict.filtered_inclination import Inclinations, inclination
+from imubench.effects import EFFECTS
+from imubench.format1 import read
+from imubench.proof.case import make_case
+
+SHORT = {"seconds": 8.0, "rate": 50.0, "band": 1.9, "vigour": 1.5}
+
+
+def deg(one, other):
+    return np.degrees(np.sqrt(np.mean(rotations.angle_between(one, other) ** 2)))
+
+
+@pytest.mark.parametrize(("bias", "tilt"), [((0.01, 0.0, 0.0), 0.01 * FILTER.tau_s), ((0.0, 0.0, 0.01), 0.0)])
+def test_at_rest_a_bias_across_gravity_tilts_by_the_time_constant(bias, tilt):
+    """A low-pass lags by tau behind what turns steadily; about the vertical nothing is seen."""
+    time = np.arange(0.0, 40.0, 0.01)
+    up = inclination(time, np.tile(bias, (time.size, 1)), np.tile([0.0, 0.0, 9.81], (time.size, 1)))
+    assert float(rotations.angle_between(up[-1], np.array([0.0, 0.0, 1.0]))) == pytest.approx(tilt, rel=0.01, abs=1e-6)
+
+
+def test_it_is_vqf_without_its_bias(tmp_path):
+    """From six time constants on the two, which begin otherwise, agree."""
+    vqf = pytest.importorskip("vqf")
+    make_case(tmp_path / "r", "hinge", seed=5, **(SHORT | {"seconds": 30.0}))
+    imu = read(tmp_path / "r")[0].imu("imu1")
+    peer = vqf.VQF(float(np.median(np.diff(imu.time))), motionBiasEstEnabled=False, restBiasEstEnabled=False)
+    q = peer.updateBatch(np.ascontiguousarray(imu.gyro), np.ascontiguousarray(imu.accel))["quat6D"]
+    late = imu.time > imu.time[0] + 6 * FILTER.tau_s
+    ours = inclination(imu.time, imu.gyro, imu.accel)
+    assert deg(ours[late], rotations.rotate_back(q, [0.0, 0.0, 1.0])[late]) < 0.02
+
+
+def test_a_bias_moves_what_the_same_recording_without_it_says(tmp_path):
+    """By the filter on both recordings: within a tenth of its effect, for the bias is fitted."""
+    bias = ("gyro_bias", "imu2", {"bias": [0.02, 0.01, -0.01]})
+    recordings = []
+    for name, effects in (("with", [bias]), ("plain", [])):
+        make_case(tmp_path / name, "hinge", effects, 5, **SHORT)
+        recordings.append(read(tmp_path / name)[0])
+    biased, plain = recordings
+    h = Hypothesis(EFFECTS["gyro_bias"], "imu2")
+    fit = with_noise(refit(nominal_fit(biased, check_samples(biased).masks), (h,), steps=12))
+    imu, other = biased.imu("imu2"), plain.imu("imu2")
+    truth = deg(inclination(imu.time, imu.gyro, imu.accel), inclination(other.time, other.gyro, other.accel))
+    assert Inclinations.of(fit).shift([h]).value == pytest.approx([0.0, truth], rel=0.1)
+
+
+def test_a_measured_orientation_needs_no_filter(tmp_path):
+    make_case(tmp_path / "r", "free", seed=5, **SHORT)
+    recording = read(tmp_path / "r")[0]
+    assert Inclinations.of(nominal_fit(recording, check_samples(recording).masks)) is None
