@@ -37,7 +37,10 @@ class ShiftConfig:
     )
     most_times: int = setting(2000, "times", "at most: an RMS over a minute does not change by more", "time")
     draws: int = setting(
-        32, "draws", "of a fit's posterior: a standard deviation is known to 1 / sqrt(2 n), 12 %", "statistics"
+        16,
+        "draws",
+        "of the motion beside given numbers; each has hundreds of moments that are independent",
+        "statistics",
     )
     seed: int = setting(7, "1", "of these draws", "convention")
 

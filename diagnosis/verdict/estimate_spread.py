@@ -1,16 +1,23 @@
-"""How uncertain what a user asks for is in a fit, and by how much farther off a shift makes it.
+"""How uncertain what a user asks for is in a fit, and by how much worse it is for a finding that is left out.
 
-The fit's posterior is Gaussian about its state, with the inverse of the normal equations N as covariance. With N = L L'
-and the shared numbers' Schur complement S = K K', draws are
+The fit's posterior is Gaussian about its state, with the inverse of the normal equations as covariance: with N = L L'
+of the splines, B their border and S the Schur complement of the shared numbers p,
 
-    p = K'^-1 z_p,    x = L'^-1 (z_x - L^-1 B p),    z white
+    p ~ N(0, S^-1),    x = -N^-1 B p + L'^-1 z,    z white
 
-and s is the RMS over draws of what `moves_between` says of a draw beside the fit. The noise is taken for white, so s is
-rather too small than too large.
+With W W' = S^-1 and the squares of what `moves_between` says of a state beside the fit's, s^2 is the sum over the
+columns of W (p = w) and the mean over some draws of z (p = 0). The noise is taken for white, so s is rather too small.
 
-An answer that is off by chance alone has an RMS error of s, one that is shifted by d besides sqrt(s^2 + d^2). So d
-makes it farther off by sqrt(s^2 + d^2) - s: by d where the answer is exact, by next to nothing where chance moves it
-farther than d does.
+Let s be the standard deviation of an answer with a finding in the fit, s_o without it, and d the shift between both.
+The finding's numbers are estimates themselves, so d holds their chance, too: E d^2 = D^2 + (s^2 - s_o^2), with D what
+the finding does and, of two efficient estimates, the variance of their difference (Hausman 1978, Econometrica 46,
+1251). The mean square error of the answer is s^2 with the finding, s_o^2 + D^2 without it, and so the answer is
+
+    sqrt(d^2 + 2 s_o^2 - s^2) - s
+
+farther off without it, or not at all where that is negative: by d where the answer is exact, by nothing where the
+finding's numbers are too uncertain to make it any better. A model with fewer numbers knows its answers no worse; where
+it seems to, by another linearisation, s_o counts as s.
 """
 
 from collections.abc import Iterator, Mapping
@@ -26,14 +33,15 @@ from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.motion_prior import TILT
 from imubench.diagnosis.result import Move
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
+from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import factored
+from imubench.diagnosis.solve.marginals import covariance_of
 from imubench.diagnosis.solve.retract import moved
 from imubench.diagnosis.solve.threads import one_thread
 from imubench.diagnosis.verdict.estimate_shift import estimates_of, moves_between, times
 
 Spread = Mapping[str, Array]
 """Standard deviations of what a user asks for, by its name, in the unit and shape of the moves of that name."""
-
 
 _known: WeakKeyDictionary[Fit, Spread] = WeakKeyDictionary()
 
@@ -54,40 +62,53 @@ def _spread(fit: Fit) -> Spread:
     here = estimates_of(fit, time)
     squares: dict[str, Array] = {}
     try:
-        for state in draws(fit):
-            there = estimates_of(replace(fit, state=state), time)
-            for name, move in moves_between(here, there, fit.model.recording).items():
-                squares[name] = squares.get(name, 0.0) + move.value**2 / SHIFT.draws
+        _, solution, _ = factored(fit.model, [r for r in fit.rows if not r.name.startswith(TILT)])
     except NotPositiveDefiniteError:
         return {}
+    for share, state in (*by_numbers(fit, solution), *by_splines(fit, solution)):
+        there = estimates_of(replace(fit, state=state), time)
+        for name, move in moves_between(here, there, fit.model.recording).items():
+            squares[name] = squares.get(name, 0.0) + share * move.value**2
     return {name: np.sqrt(square) for name, square in squares.items()}
 
 
-def draws(fit: Fit) -> Iterator[State]:
-    """Yield states drawn from a fit's posterior.
+def by_numbers(fit: Fit, solution: Solution) -> Iterator[tuple[float, State]]:
+    """Yield states one standard deviation of the shared numbers away, along every axis of their covariance."""
+    wide = root(covariance_of(fit.model, solution.schur))
+    splines = solution.factor.backward(-(solution.half @ wide))
+    yield from ((1.0, moved(fit.model, fit.state, splines[:, :, i], wide[:, i])) for i in range(wide.shape[1]))
 
-    Raises:
-        NotPositiveDefiniteError: where nothing holds a direction.
-    """
-    _, solution, _ = factored(fit.model, [r for r in fit.rows if not r.name.startswith(TILT)])
-    rng = np.random.default_rng(SHIFT.seed)
+
+def by_splines(fit: Fit, solution: Solution) -> Iterator[tuple[float, State]]:
+    """Yield states with drawn splines, the shared numbers as they are, and the share of each."""
     blocks, b, p = solution.border.shape
-    try:
-        upper = np.linalg.cholesky(solution.schur).T
-    except np.linalg.LinAlgError:
-        raise NotPositiveDefiniteError("the shared parameters") from None
-    values = np.linalg.solve(upper, rng.standard_normal((p, SHIFT.draws)))
-    splines = solution.factor.backward(rng.standard_normal((blocks, b, SHIFT.draws)) - solution.half @ values)
-    yield from (moved(fit.model, fit.state, splines[:, :, i], values[:, i]) for i in range(SHIFT.draws))
+    draws = np.random.default_rng(SHIFT.seed).standard_normal((SHIFT.draws, blocks, b))
+    splines = solution.factor.backward(np.moveaxis(draws, 0, 2))
+    yield from (
+        (1 / SHIFT.draws, moved(fit.model, fit.state, splines[:, :, i], np.zeros(p))) for i in range(SHIFT.draws)
+    )
 
 
-def farther_off(moves: Mapping[str, Move], spread: Spread) -> dict[str, Move]:
-    """Return by how much farther off shifts make what a user asks for, each beside its own standard deviation."""
+def root(covariance: Array) -> Array:
+    """Return W (k, k) with W W' a covariance."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def farther_off(moves: Mapping[str, Move], spread: Spread, without: Spread | None = None) -> dict[str, Move]:
+    """Return by how much farther off what a user asks for is for shifts.
+
+    Args:
+        moves: the shifts.
+        spread: standard deviations of the answers that are shifted from.
+        without: those of the answers that are shifted to; None: the same, for none of these numbers is estimated.
+    """
     out = {}
     for name, move in moves.items():
         std = spread.get(name, np.zeros(()))
-        out[name] = Move(np.hypot(move.value, std) - std, move.unit)
+        other = np.minimum(std if without is None else without.get(name, std), std)
+        out[name] = Move(np.sqrt(np.maximum(move.value**2 + 2 * other**2 - std**2, std**2)) - std, move.unit)
     return out
 
 
-__all__ = ["Spread", "draws", "farther_off", "spread_of"]
+__all__ = ["Spread", "farther_off", "root", "spread_of"]

@@ -1,4 +1,4 @@
-"""What an effect at an IMU moves of the inclination that an ordinary orientation filter gives of it.
+"""By how much farther off an effect makes the inclination that an ordinary orientation filter gives of an IMU.
 
 Nobody who asks for an orientation fits the whole recording without the effects: gyroscopes that agree with each other
 by a hinge would be trusted for as long as their noise allows, and a bias turns such a fit by what it adds up to in half
@@ -9,12 +9,19 @@ estimate of a bias: with Q the attitude that the gyroscope alone gives and f the
     up in sensor axes = Q^T h / |h|,    h = low-pass(Q f),  Butterworth of second order, tau / sqrt(2) = 1 / (2 pi f_c)
 
 With y the readings, F what was found, g(S) what the model would read with the effects S at the fitted motion, the
-inclinations of y - g(F) + g({}) and of y - g(F) + g({e}) are compared: everything taken out, and everything but e. How
-far the first is off the fitted motion is how well such a filter does on this recording.
+inclinations of y - g(F) + g({}) and of y - g(F) + g({e}) are compared: everything taken out, and everything but e. Let
+d be by how much they differ, q by how much the second goes with one standard deviation of e's numbers, and s by how
+much the first is off the fitted motion: how well such a filter does on this recording. As in `estimate_spread` the
+answer is, with e in the readings,
+
+    sqrt(s^2 + d^2 - q^2) - sqrt(s^2 + q^2)
+
+farther off, or not at all. What is at the joint moves the segments, and a filter says what these do: it is off by
+nothing more.
 """
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import butter, lfilter, lfilter_zi
@@ -23,10 +30,12 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.config.verdict import FILTER
 from imubench.diagnosis.problem.fit import Fit
-from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.result import Move
 from imubench.diagnosis.solve.gauss_newton import extended
+from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.verdict.estimate_shift import DEG_PER_RAD, back, heading_known
+from imubench.diagnosis.verdict.estimate_spread import root
 from imubench.diagnosis.verdict.reference_motion import rms
 from imubench.jets import derivatives_by
 from imubench.recording import Imu
@@ -43,6 +52,7 @@ class Inclinations:
     bare: dict[str, Triples]  # by IMU: what the model would read without these effects
     up: dict[str, Array]  # by IMU: (n, 3), sensor axes
     std: Array  # (segments,) deg RMS, how far these are off the fitted motion
+    covariance: Array  # (p, p) of the fit's numbers
 
     @classmethod
     def of(cls, fit: Fit) -> "Inclinations | None":
@@ -59,21 +69,49 @@ class Inclinations:
             clean[imu.name] = gyro, accel
             up[imu.name] = inclination(imu.time, gyro, accel)
             off[imu.name] = rms(rotations.angle_between(up[imu.name], fitted_up(plain, imu)))
-        return cls(fit, clean, bare, up, by_segment(fit, off))
+        return cls(fit, clean, bare, up, by_segment(fit, off), information(fit)[0])
 
-    def shift(self, left: Collection[Hypothesis]) -> Move:
-        """Return by how much some effects at IMUs move the inclinations, all others being taken out."""
-        alone = extended(self.fit, tuple(h for h in self.fit.model.hypotheses if h in left or not at_imu(h)))
-        moved = {}
+    def farther_off(self, left: Collection[Hypothesis]) -> Move:
+        """Return by how much farther off inclinations are with some effects left in, all others at IMUs taken out."""
+        shift, chance = self.shift(left), self.chance(left)
+        without = self.std**2 + np.maximum(shift**2 - chance**2, 0.0)
+        return Move(np.maximum(np.sqrt(without) - np.hypot(self.std, chance), 0.0), "deg RMS")
+
+    def shift(self, left: Collection[Hypothesis]) -> Array:
+        """Return by how much (segments,) deg RMS some effects move the inclinations, all others being taken out."""
+        return self._apart(self.up, self._left_in(left, self.fit.state))
+
+    def chance(self, left: Collection[Hypothesis]) -> Array:
+        """Return by how much (segments,) deg RMS one standard deviation of these effects' numbers moves them."""
+        model, state = self.fit.model, self.fit.state
+        names = [h.key(p.name) for h in left if at_imu(h) for p in h.effect.parameters]
+        if not names:
+            return np.zeros_like(self.std)
+        at = model.parameters.places(names)
+        here, square = self._left_in(left, state), np.zeros_like(self.std)
+        for step in root(self.covariance[np.ix_(at, at)]).T:
+            values, used = dict(state.values), 0
+            for name in names:
+                width = len(values[name])
+                values[name] = values[name] + step[used : used + width]
+                used += width
+            square += self._apart(here, self._left_in(left, replace(state, values=values))) ** 2
+        return np.asarray(np.sqrt(square))
+
+    def _left_in(self, left: Collection[Hypothesis], state: State) -> dict[str, Array]:
+        """Return up by IMU (n, 3) with some effects left in the readings, by their numbers in a state."""
+        kept = tuple(h for h in self.fit.model.hypotheses if h in left or not at_imu(h))
+        alone = extended(replace(self.fit, state=state), kept)
+        up = dict(self.up)
         for imu in self.fit.model.recording.imus:
-            name = imu.name
-            moved[name] = 0.0
-            if any(h.at == name for h in left):
-                gyro, accel = (
-                    y + b - a for y, a, b in zip(self.clean[name], self.bare[name], read(alone, imu), strict=True)
-                )
-                moved[name] = rms(rotations.angle_between(self.up[name], inclination(imu.time, gyro, accel)))
-        return Move(by_segment(self.fit, moved), "deg RMS")
+            if any(h.at == imu.name for h in left):
+                triples = zip(self.clean[imu.name], self.bare[imu.name], read(alone, imu), strict=True)
+                gyro, accel = (y - bare + with_it for y, bare, with_it in triples)
+                up[imu.name] = inclination(imu.time, gyro, accel)
+        return up
+
+    def _apart(self, one: Mapping[str, Array], other: Mapping[str, Array]) -> Array:
+        return by_segment(self.fit, {name: rms(rotations.angle_between(up, other[name])) for name, up in one.items()})
 
 
 def at_imu(h: Hypothesis) -> bool:
@@ -81,7 +119,7 @@ def at_imu(h: Hypothesis) -> bool:
     return h.at.startswith("imu")
 
 
-def by_segment(fit: Fit, angles: dict[str, float]) -> Array:
+def by_segment(fit: Fit, angles: Mapping[str, float]) -> Array:
     """Return angles in rad by IMU as deg by segment, the largest of a segment's IMUs."""
     carrier = fit.model.recording.carrier
     return np.array(

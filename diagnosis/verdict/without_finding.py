@@ -43,8 +43,8 @@ from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import refit_without
 from imubench.diagnosis.verdict.estimate_shift import Estimates, estimates_of, moves_between, times
-from imubench.diagnosis.verdict.estimate_spread import Spread, farther_off, spread_of
-from imubench.diagnosis.verdict.filtered_inclination import Inclinations, at_imu
+from imubench.diagnosis.verdict.estimate_spread import farther_off, spread_of
+from imubench.diagnosis.verdict.filtered_inclination import Inclinations
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault
 from imubench.recording import Recording
@@ -59,20 +59,29 @@ def moves_of(
 ) -> Iterator[tuple[Finding, dict[str, Move]]]:
     """Yield each finding with by how much farther off all is without it, as `shifts_of`.
 
-    What one at an IMU does to orientations is asked of an orientation filter, where nothing measures the heading.
+    What one in the fit does to orientations is asked of an orientation filter, where nothing measures the heading.
     """
-    spread, filtered = spread_of(fit), Inclinations.of(fit)
-    for finding, shift in shifts_of(findings, fit, samples, recording, without):
-        yield finding, farther_off(*_filtered(filtered, in_fit(fit, finding), shift, spread))
+    filtered, others = Inclinations.of(fit), {} if without is None else without
+    for finding, shift in shifts_of(findings, fit, samples, recording, others):
+        gone = in_fit(fit, finding)
+        other = others.get((finding.effect, finding.at)) if gone else None
+        yield finding, _farther_off(shift, fit, other, gone, filtered)
 
 
-def _filtered(
-    filtered: Inclinations | None, gone: list[Hypothesis], shift: dict[str, Move], spread: Spread
-) -> tuple[dict[str, Move], Spread]:
-    """Return a shift and what it is held against, with the inclinations by a filter for what is at IMUs alone."""
-    if filtered is None or not shift or not gone or not all(at_imu(h) for h in gone):
-        return shift, spread
-    return shift | {"orientation": filtered.shift(gone)}, {**spread, "orientation": filtered.std}
+def _farther_off(
+    shift: dict[str, Move], fit: Fit, other: Fit | None, gone: list[Hypothesis], filtered: Inclinations | None
+) -> dict[str, Move]:
+    """Return by how much farther off all is for a shift from one fit to another without the effects that are `gone`.
+
+    Mounts as they are declared are no estimate, and samples that are weighed otherwise are no other model.
+    """
+    if not shift:
+        return shift
+    estimated = other is not None and not any(on_mount(h) for h in gone)
+    known = farther_off(shift, spread_of(fit), spread_of(other) if other is not None and estimated else None)
+    if filtered is not None and gone:
+        known["orientation"] = filtered.farther_off(gone)
+    return known
 
 
 def shifts_of(
@@ -131,10 +140,9 @@ def moves_of_all(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, M
         return {}
     with suppress(NotPositiveDefiniteError):
         time, mounts = times(fit), [h for h in gone if on_mount(h)]
-        said = _said_by(refit_without(fit, gone, SHIFT.steps_without), fit, mounts, time)
-        shift = moves_between(estimates_of(fit, time), said, recording)
-        beside = _filtered(Inclinations.of(fit), gone, shift, spread_of(fit))
-        return worth_telling(farther_off(*beside), tolerance)
+        other = refit_without(fit, gone, SHIFT.steps_without)
+        shift = moves_between(estimates_of(fit, time), _said_by(other, fit, mounts, time), recording)
+        return worth_telling(_farther_off(shift, fit, other, gone, Inclinations.of(fit)), tolerance)
     return {}
 
 

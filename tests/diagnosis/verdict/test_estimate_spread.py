@@ -50,3 +50,17 @@ def test_a_shift_counts_for_what_it_adds_to_chance(std, worse):
 def test_where_no_spread_is_known_a_shift_counts_whole():
     shift = Move(np.array(0.7), "deg RMS")
     assert farther_off({"hinge_angle": shift}, {})["hinge_angle"].value == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize(
+    ("shift", "without", "worse"),
+    [
+        (1.0, 0.0, 0.0),  # all of the answer's chance is that of the finding's numbers: a shift of one sigma is nothing
+        (3.0, 0.0, np.sqrt(8.0) - 1),  # sqrt(9 - 1) - 1: what is left of three sigmas
+        (1.0, 2.0, np.sqrt(2.0) - 1),  # no worse known than with more numbers
+    ],
+)
+def test_a_shift_by_the_chance_of_the_findings_own_numbers_does_not_count(shift, without, worse):
+    known = farther_off({"hinge_angle": Move(np.array(shift), "deg RMS")}, {"hinge_angle": np.array(1.0)},
+                        {"hinge_angle": np.array(without)})  # fmt: skip
+    assert known["hinge_angle"].value == pytest.approx(worse)

@@ -54,7 +54,11 @@ def test_a_bias_moves_what_the_same_recording_without_it_says(tmp_path):
     fit = with_noise(refit(nominal_fit(biased, check_samples(biased).masks), (h,), steps=12))
     imu, other = biased.imu("imu2"), plain.imu("imu2")
     truth = deg(inclination(imu.time, imu.gyro, imu.accel), inclination(other.time, other.gyro, other.accel))
-    assert Inclinations.of(fit).shift([h]).value == pytest.approx([0.0, truth], rel=0.1)
+    filtered = Inclinations.of(fit)
+    assert filtered.shift([h]) == pytest.approx([0.0, truth], rel=0.1)
+    assert filtered.chance([h])[1] < 0.1 * truth  # a bias that 8 s fix well
+    off, known = filtered.std[1], filtered.farther_off([h]).value
+    assert known == pytest.approx([0.0, np.hypot(off, truth) - off], rel=0.15)
 
 
 def test_a_measured_orientation_needs_no_filter(tmp_path):

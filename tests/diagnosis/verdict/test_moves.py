@@ -92,12 +92,11 @@ def test_two_findings_together_move_what_either_does(tmp_path):
     known = moves_of_all(both, recording, TOLERANCE)
     assert known["joint_axis"].value == pytest.approx([0.0, angle], abs=0.3)  # twice as many numbers to take it up
     filtered = Inclinations.of(both)
-    mount, bias, together = (filtered.shift(some).value[1] for some in ([both.model.hypotheses[0]],
-                             [both.model.hypotheses[1]], both.model.hypotheses))  # fmt: skip
+    every = both.model.hypotheses
+    mount, bias, together = (filtered.shift(some)[1] for some in (every[:1], every[1:], every))
     assert mount > 0.5 and bias > 0.5
     assert abs(mount - bias) <= together <= mount + bias
-    farther = float(np.hypot(together, filtered.std[1]) - filtered.std[1])
-    assert known["orientation"].value == pytest.approx([0.0, farther])
+    assert known["orientation"].value == pytest.approx(filtered.farther_off(every).value)
 
 
 def test_nothing_found_moves_nothing(clean):
