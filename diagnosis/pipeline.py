@@ -133,7 +133,7 @@ def weight_of(work: Work, found: Explanation) -> Weight:
     named, rest = (with_moves(some, moves, work.tolerance) for some in (found.named, found.rest))
     with work.budget.part(BUDGET.numbers, "what all findings move together"):
         all_moves = moves_of_all(found.fit, work.recording, work.tolerance)
-    slight = {f"{f.effect}@{f.at}" for f in named if not f.material}
+    slight = {f"{f.effect}@{f.at}" for f in named if not (f.material and f.confidence >= CONFIDENCE.counts)}
     with work.step("ask whether the halves agree"):
         if any(f.confidence >= CONFIDENCE.counts for f in named) and found.numbers.model.hypotheses:
             with work.budget.part(BUDGET.numbers, "whether the halves of the recording agree"):

@@ -36,27 +36,9 @@ class ShiftConfig:
         4, "steps", "of the solver, as where the search asks whether an effect is needed", "time"
     )
     most_times: int = setting(2000, "times", "at most: an RMS over a minute does not change by more", "time")
-    draws: int = setting(
-        16,
-        "draws",
-        "of the motion beside given numbers; each has hundreds of moments that are independent",
-        "statistics",
-    )
-    seed: int = setting(7, "1", "of these draws", "convention")
 
 
 SHIFT = ShiftConfig()
-
-
-@dataclass(frozen=True)
-class FilterConfig:
-    """The orientation filter by which an effect at an IMU is weighed."""
-
-    tau_s: float = setting(3.0, "s", "time constant of the accelerometer, the default of VQF", "convention")
-    most_of_nyquist: float = setting(0.9, "of half the rate", "that a cut-off may be", "numerics")
-
-
-FILTER = FilterConfig()
 
 
 @dataclass(frozen=True)

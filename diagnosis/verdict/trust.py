@@ -10,8 +10,9 @@ A number is doubted as well where it is far outside what nature has; both only i
 where the halves differ from it, or where it would be plausible, and all others fitted anew, something that a user asks
 for is farther off by the tolerance. How a spring that is hardly stretched is damped may be anything, and the axis is
 the same. Nor does a number matter whose whole effect may be left out: answers that are the same with it and without it
-lean on none of its numbers. The model as a whole is doubted where the declared one predicts better what neither was
-fitted to. That it predicts worse than noise allows is no doubt: it does not explain everything (`allowed`).
+lean on none of its numbers, and what is not likely is neither played nor taken out. The model as a whole is doubted
+where the declared one predicts better what neither was fitted to. That it predicts worse than noise allows is no doubt:
+it does not explain everything (`allowed`).
 """
 
 from collections.abc import Collection, Iterator
@@ -37,8 +38,14 @@ from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.solve.threads import one_thread
-from imubench.diagnosis.verdict.estimate_shift import estimates_of, moves_between, times
-from imubench.diagnosis.verdict.estimate_spread import Spread, farther_off, spread_of
+from imubench.diagnosis.verdict.estimate_shift import (
+    Spread,
+    estimates_of,
+    farther_off,
+    moves_between,
+    spread_of,
+    times,
+)
 
 PREDICTION = "prediction"  # of the model as a whole
 SERVES_MOUNT = {"rotation": 0.05, "translation": 0.02}  # rad, m, of a mount: in the end the whole counts, not a half
@@ -55,7 +62,7 @@ class Question:
 
 
 def doubts(
-    fit: Fit, before: Weighed, after: Weighed, tolerance: Pair = TOLERANCE, immaterial: Collection[str] = ()
+    fit: Fit, before: Weighed, after: Weighed, tolerance: Pair = TOLERANCE, unused: Collection[str] = ()
 ) -> tuple[Doubt, ...]:
     """Return what speaks against a model that was found.
 
@@ -64,12 +71,12 @@ def doubts(
         before: the declared model's fit, its residuals beside the noise.
         after: that of the model that was found.
         tolerance: deg and mm by which what a user asks for may be off.
-        immaterial: the effects, as "effect@place", without which all of that is within the tolerance.
+        unused: effects, as "effect@place", without which all of that is within the tolerance, or that are not likely.
     """
     worse = after.left_out > max(before.left_out, allowed(after))  # within what noise may have neither is better
     beaten = (Doubt(PREDICTION, "the declared model predicts better"),) if worse else ()
     every = [*implausible(fit), *halves_that_differ(fit)]
-    asked_of = [q for q in every if q.of.rpartition(".")[0] not in immaterial]
+    asked_of = [q for q in every if q.of.rpartition(".")[0] not in unused]
     spread = spread_of(fit) if asked_of else {}
     return (*beaten, *(Doubt(q.of, q.why) for q in asked_of if matters(fit, q, tolerance, spread)))
 

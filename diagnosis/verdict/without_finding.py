@@ -2,7 +2,7 @@
 
 An effect in the fit is taken out of it and the rest solved again, at the noise levels that the fit has: the motions of
 both are compared, and the geometry. What has no name is taken out as the signal that was fitted for it. What the shift
-counts for beside what chance does to the same answer is in `estimate_spread`.
+counts for beside what chance does to the same answer is in `estimate_shift`.
 
 An effect that acts on a mount is that mount's error: solved again, what is declared of how well a mount is known would
 take its place, and nothing would seem to move. So its geometry is that of the same fit, not solved again, with the
@@ -34,6 +34,7 @@ from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import equation_of
+from imubench.diagnosis.residual_checks.filtered_inclination import Inclinations
 from imubench.diagnosis.result import UNKNOWN, Finding, Move, Pair, is_material
 from imubench.diagnosis.samples.check_findings import declared
 from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
@@ -42,9 +43,15 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import refit_without
-from imubench.diagnosis.verdict.estimate_shift import Estimates, estimates_of, moves_between, times
-from imubench.diagnosis.verdict.estimate_spread import farther_off, spread_of
-from imubench.diagnosis.verdict.filtered_inclination import Inclinations
+from imubench.diagnosis.verdict.estimate_shift import (
+    Estimates,
+    estimates_of,
+    farther_off,
+    heading_known,
+    moves_between,
+    spread_of,
+    times,
+)
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault
 from imubench.recording import Recording
@@ -61,7 +68,8 @@ def moves_of(
 
     What one in the fit does to orientations is asked of an orientation filter, where nothing measures the heading.
     """
-    filtered, others = Inclinations.of(fit), {} if without is None else without
+    filtered = None if heading_known(recording) else Inclinations.of(fit)
+    others = {} if without is None else without
     for finding, shift in shifts_of(findings, fit, samples, recording, others):
         gone = in_fit(fit, finding)
         other = others.get((finding.effect, finding.at)) if gone else None
@@ -142,7 +150,8 @@ def moves_of_all(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, M
         time, mounts = times(fit), [h for h in gone if on_mount(h)]
         other = refit_without(fit, gone, SHIFT.steps_without)
         shift = moves_between(estimates_of(fit, time), _said_by(other, fit, mounts, time), recording)
-        return worth_telling(_farther_off(shift, fit, other, gone, Inclinations.of(fit)), tolerance)
+        filtered = None if heading_known(recording) else Inclinations.of(fit)
+        return worth_telling(_farther_off(shift, fit, other, gone, filtered), tolerance)
     return {}
 
 

@@ -9,13 +9,13 @@ from imubench import rotations
 from imubench.diagnosis.noise.nominal import first_fit, nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks.filtered_inclination import Inclinations
 from imubench.diagnosis.result import TOLERANCE, UNKNOWN, Finding, Interval, Parameter, is_material
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import refit
 from imubench.diagnosis.verdict.estimate_shift import estimates_of, moves_between, times, turned
-from imubench.diagnosis.verdict.filtered_inclination import Inclinations
 from imubench.diagnosis.verdict.without_finding import fit_without, moves_of, moves_of_all, shifts_of
 from imubench.effects import EFFECTS
 from imubench.format1 import read

@@ -19,7 +19,7 @@ from imubench.diagnosis.result import Diagnosis, Doubt
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.solve.refit import refit
-from imubench.diagnosis.verdict.estimate_spread import spread_of
+from imubench.diagnosis.verdict.estimate_shift import spread_of
 from imubench.diagnosis.verdict.trust import (
     PREDICTION,
     Question,

@@ -3,15 +3,16 @@
 Nobody who asks for an orientation fits the whole recording without the effects: gyroscopes that agree with each other
 by a hinge would be trusted for as long as their noise allows, and a bias turns such a fit by what it adds up to in half
 a minute. What a user has is a filter for each IMU: gyroscopes carry the attitude over seconds, the accelerometer holds
-it to gravity. Here it is that of Laidig and Seel (VQF, 2023, doi 10.1016/j.inffus.2022.10.014, section 3.2) without its
-estimate of a bias: with Q the attitude that the gyroscope alone gives and f the specific force::
+it to gravity. Here it is VQF's (Laidig and Seel, doi 10.1016/j.inffus.2022.10.014) without its estimate of a bias: with
+Q the attitude that the gyroscope alone gives and f the specific force::
 
     up in sensor axes = Q^T h / |h|,    h = low-pass(Q f),  Butterworth of second order, tau / sqrt(2) = 1 / (2 pi f_c)
 
-With y the readings, F what was found, g(S) what the model would read with the effects S at the fitted motion, the
+With y the readings, F the findings, g(S) what the model would read with the effects S at the fitted motion, the
 inclinations of y - g(F) + g({}) and of y - g(F) + g({e}) are compared: everything taken out, and everything but e. Let
 d be by how much they differ, q by how much the second goes with one standard deviation of e's numbers, and s by how
-much the first is off the fitted motion: how well such a filter does on this recording. As in `estimate_spread` the
+much the first is off the fitted motion: how well such a filter does on this recording. As in
+`verdict/estimate_shift.py` the
 answer is, with e in the readings,
 
     sqrt(s^2 + d^2 - q^2) - sqrt(s^2 + q^2)
@@ -28,15 +29,13 @@ from scipy.signal import butter, lfilter, lfilter_zi
 
 from imubench import rotations
 from imubench.arrays import Array
-from imubench.diagnosis.config.verdict import FILTER
+from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
 from imubench.diagnosis.result import Move
 from imubench.diagnosis.solve.gauss_newton import extended
+from imubench.diagnosis.solve.marginals import root
 from imubench.diagnosis.solve.refit import information
-from imubench.diagnosis.verdict.estimate_shift import DEG_PER_RAD, back, heading_known
-from imubench.diagnosis.verdict.estimate_spread import root
-from imubench.diagnosis.verdict.reference_motion import rms
 from imubench.jets import derivatives_by
 from imubench.recording import Imu
 
@@ -56,10 +55,10 @@ class Inclinations:
 
     @classmethod
     def of(cls, fit: Fit) -> "Inclinations | None":
-        """Return those of a fit; None where the heading is measured too, or a segment carries no IMU."""
+        """Return those of a fit; None where a segment carries no IMU."""
         recording = fit.model.recording
         carried = {recording.carrier(imu.name) for imu in recording.imus}
-        if heading_known(recording) or not set(fit.model.rig.tree.names) <= carried:
+        if not set(fit.model.rig.tree.names) <= carried:
             return None
         plain = extended(fit, tuple(h for h in fit.model.hypotheses if not at_imu(h)))
         clean, bare, up, off = {}, {}, {}, {}
@@ -99,7 +98,7 @@ class Inclinations:
         return np.asarray(np.sqrt(square))
 
     def _left_in(self, left: Collection[Hypothesis], state: State) -> dict[str, Array]:
-        """Return up by IMU (n, 3) with some effects left in the readings, by their numbers in a state."""
+        """Return up by IMU (n, 3) from readings that hold some effects, with their numbers in a state."""
         kept = tuple(h for h in self.fit.model.hypotheses if h in left or not at_imu(h))
         alone = extended(replace(self.fit, state=state), kept)
         up = dict(self.up)
@@ -124,7 +123,7 @@ def by_segment(fit: Fit, angles: Mapping[str, float]) -> Array:
     carrier = fit.model.recording.carrier
     return np.array(
         [
-            DEG_PER_RAD * max(angle for name, angle in angles.items() if carrier(name) == segment)
+            np.degrees(max(angle for name, angle in angles.items() if carrier(name) == segment))
             for segment in fit.model.rig.tree.names
         ]
     )
@@ -149,7 +148,12 @@ def fitted_up(fit: Fit, imu: Imu) -> Array:
         mount = model.mount(imu, state, moment, segment)
     assert segment.turn is not None
     up = np.broadcast_to(segment.turn.matrix, (n, 3, 3))[:, 2]
-    return back(np.broadcast_to(mount.turn.matrix, (n, 3, 3)), up)
+    return np.asarray(np.einsum("nji,nj->ni", np.broadcast_to(mount.turn.matrix, (n, 3, 3)), up))
+
+
+def rms(x: Array) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(x**2)))
 
 
 def inclination(time: Array, gyro: Array, accel: Array) -> Array:
@@ -163,9 +167,9 @@ def inclination(time: Array, gyro: Array, accel: Array) -> Array:
     step = float(np.median(np.diff(time)))
     attitude = carried(gyro * np.diff(time, prepend=time[0] - step)[:, None])
     force = rotations.rotate(attitude, accel)
-    cutoff = 1 / (np.sqrt(2) * np.pi * FILTER.tau_s)
-    b, a = butter(2, min(2 * cutoff * step, FILTER.most_of_nyquist))
-    begin = force[: max(round(FILTER.tau_s / step), 1)].mean(axis=0)
+    cutoff = 1 / (np.sqrt(2) * np.pi * START.levelling_s)
+    b, a = butter(2, 2 * cutoff * step)
+    begin = force[: max(round(START.levelling_s / step), 1)].mean(axis=0)
     held, _ = lfilter(b, a, force, axis=0, zi=lfilter_zi(b, a)[:, None] * begin)
     return rotations.rotate_back(attitude, held / np.linalg.norm(held, axis=1, keepdims=True))
 

@@ -7,8 +7,7 @@ from imubench import rotations
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.result import TOLERANCE, Move, is_material
 from imubench.diagnosis.samples.screening import check_samples
-from imubench.diagnosis.verdict.estimate_shift import estimates_of, times
-from imubench.diagnosis.verdict.estimate_spread import farther_off, spread_of
+from imubench.diagnosis.verdict.estimate_shift import estimates_of, farther_off, spread_of, times
 from imubench.format1 import read
 from imubench.proof.case import make_case
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from imubench import rotations
-from imubench.diagnosis.config.verdict import FILTER
+from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks.filtered_inclination import Inclinations, inclination
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.solve.refit import refit
-from imubench.diagnosis.verdict.filtered_inclination import Inclinations, inclination
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -22,7 +22,7 @@ def deg(one, other):
     return np.degrees(np.sqrt(np.mean(rotations.angle_between(one, other) ** 2)))
 
 
-@pytest.mark.parametrize(("bias", "tilt"), [((0.01, 0.0, 0.0), 0.01 * FILTER.tau_s), ((0.0, 0.0, 0.01), 0.0)])
+@pytest.mark.parametrize(("bias", "tilt"), [((0.01, 0.0, 0.0), 0.01 * START.levelling_s), ((0.0, 0.0, 0.01), 0.0)])
 def test_at_rest_a_bias_across_gravity_tilts_by_the_time_constant(bias, tilt):
     """A low-pass lags by tau behind what turns steadily; about the vertical nothing is seen."""
     time = np.arange(0.0, 40.0, 0.01)
@@ -37,7 +37,7 @@ def test_it_is_vqf_without_its_bias(tmp_path):
     imu = read(tmp_path / "r")[0].imu("imu1")
     peer = vqf.VQF(float(np.median(np.diff(imu.time))), motionBiasEstEnabled=False, restBiasEstEnabled=False)
     q = peer.updateBatch(np.ascontiguousarray(imu.gyro), np.ascontiguousarray(imu.accel))["quat6D"]
-    late = imu.time > imu.time[0] + 6 * FILTER.tau_s
+    late = imu.time > imu.time[0] + 6 * START.levelling_s
     ours = inclination(imu.time, imu.gyro, imu.accel)
     assert deg(ours[late], rotations.rotate_back(q, [0.0, 0.0, 1.0])[late]) < 0.02
 
@@ -59,9 +59,3 @@ def test_a_bias_moves_what_the_same_recording_without_it_says(tmp_path):
     assert filtered.chance([h])[1] < 0.1 * truth  # a bias that 8 s fix well
     off, known = filtered.std[1], filtered.farther_off([h]).value
     assert known == pytest.approx([0.0, np.hypot(off, truth) - off], rel=0.15)
-
-
-def test_a_measured_orientation_needs_no_filter(tmp_path):
-    make_case(tmp_path / "r", "free", seed=5, **SHORT)
-    recording = read(tmp_path / "r")[0]
-    assert Inclinations.of(nominal_fit(recording, check_samples(recording).masks)) is None
