@@ -34,7 +34,7 @@ from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import equation_of
-from imubench.diagnosis.residual_checks.filtered_inclination import Inclinations
+from imubench.diagnosis.residual_checks.ordinary_estimates import MOUNT, OrdinaryEstimates
 from imubench.diagnosis.result import UNKNOWN, Finding, Move, Pair, is_material
 from imubench.diagnosis.samples.check_findings import declared
 from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
@@ -47,7 +47,6 @@ from imubench.diagnosis.verdict.estimate_shift import (
     Estimates,
     estimates_of,
     farther_off,
-    heading_known,
     moves_between,
     spread_of,
     times,
@@ -66,18 +65,18 @@ def moves_of(
 ) -> Iterator[tuple[Finding, dict[str, Move]]]:
     """Yield each finding with by how much farther off all is without it, as `shifts_of`.
 
-    What one in the fit does to orientations is asked of an orientation filter, where nothing measures the heading.
+    Orientations are asked of an orientation filter, mounts beside a measured orientation of the rates.
     """
-    filtered = None if heading_known(recording) else Inclinations.of(fit)
+    ordinary = OrdinaryEstimates.of(fit)
     others = {} if without is None else without
     for finding, shift in shifts_of(findings, fit, samples, recording, others):
         gone = in_fit(fit, finding)
         other = others.get((finding.effect, finding.at)) if gone else None
-        yield finding, _farther_off(shift, fit, other, gone, filtered)
+        yield finding, _farther_off(shift, fit, other, gone, ordinary)
 
 
 def _farther_off(
-    shift: dict[str, Move], fit: Fit, other: Fit | None, gone: list[Hypothesis], filtered: Inclinations | None
+    shift: dict[str, Move], fit: Fit, other: Fit | None, gone: list[Hypothesis], ordinary: OrdinaryEstimates | None
 ) -> dict[str, Move]:
     """Return by how much farther off all is for a shift from one fit to another without the effects that are `gone`.
 
@@ -87,9 +86,8 @@ def _farther_off(
         return shift
     estimated = other is not None and not any(on_mount(h) for h in gone)
     known = farther_off(shift, spread_of(fit), spread_of(other) if other is not None and estimated else None)
-    if filtered is not None and gone:
-        known["orientation"] = filtered.farther_off(gone)
-    return known
+    said = ordinary.farther_off(gone) if ordinary is not None and gone else {}
+    return known | {name: move for name, move in said.items() if estimated or name != MOUNT}
 
 
 def shifts_of(
@@ -150,8 +148,8 @@ def moves_of_all(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, M
         time, mounts = times(fit), [h for h in gone if on_mount(h)]
         other = refit_without(fit, gone, SHIFT.steps_without)
         shift = moves_between(estimates_of(fit, time), _said_by(other, fit, mounts, time), recording)
-        filtered = None if heading_known(recording) else Inclinations.of(fit)
-        return worth_telling(_farther_off(shift, fit, other, gone, filtered), tolerance)
+        ordinary = OrdinaryEstimates.of(fit)
+        return worth_telling(_farther_off(shift, fit, other, gone, ordinary), tolerance)
     return {}
 
 

@@ -9,7 +9,7 @@ from imubench import rotations
 from imubench.diagnosis.noise.nominal import first_fit, nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.residual_checks.filtered_inclination import Inclinations
+from imubench.diagnosis.residual_checks.ordinary_estimates import OrdinaryEstimates
 from imubench.diagnosis.result import TOLERANCE, UNKNOWN, Finding, Interval, Parameter, is_material
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.solve.initialize import model_of
@@ -91,12 +91,12 @@ def test_two_findings_together_move_what_either_does(tmp_path):
     both = fitted(recording, ("mount_pose", "imu2"), ("gyro_bias", "imu2"))
     known = moves_of_all(both, recording, TOLERANCE)
     assert known["joint_axis"].value == pytest.approx([0.0, angle], abs=0.3)  # twice as many numbers to take it up
-    filtered = Inclinations.of(both)
+    filtered = OrdinaryEstimates.of(both)
     every = both.model.hypotheses
-    mount, bias, together = (filtered.shift(some)[1] for some in (every[:1], every[1:], every))
+    mount, bias, together = (filtered.shift(some)["orientation"][1] for some in (every[:1], every[1:], every))
     assert mount > 0.5 and bias > 0.5
     assert abs(mount - bias) <= together <= mount + bias
-    assert known["orientation"].value == pytest.approx(filtered.farther_off(every).value)
+    assert known["orientation"].value == pytest.approx(filtered.farther_off(every)["orientation"].value)
 
 
 def test_nothing_found_moves_nothing(clean):

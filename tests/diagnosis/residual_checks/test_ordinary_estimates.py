@@ -1,4 +1,4 @@
-"""Inclinations by an orientation filter: its law at rest, an independent filter, and recordings without an effect."""
+"""What ordinary estimates say: a filter at rest, an independent filter, and recordings without an effect."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.residual_checks.filtered_inclination import Inclinations, inclination
+from imubench.diagnosis.residual_checks.ordinary_estimates import OrdinaryEstimates, inclination
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
@@ -54,8 +54,22 @@ def test_a_bias_moves_what_the_same_recording_without_it_says(tmp_path):
     fit = with_noise(refit(nominal_fit(biased, check_samples(biased).masks), (h,), steps=12))
     imu, other = biased.imu("imu2"), plain.imu("imu2")
     truth = deg(inclination(imu.time, imu.gyro, imu.accel), inclination(other.time, other.gyro, other.accel))
-    filtered = Inclinations.of(fit)
-    assert filtered.shift([h]) == pytest.approx([0.0, truth], rel=0.1)
-    assert filtered.chance([h])[1] < 0.1 * truth  # a bias that 8 s fix well
-    off, known = filtered.std[1], filtered.farther_off([h]).value
+    filtered = OrdinaryEstimates.of(fit)
+    assert filtered.shift([h])["orientation"] == pytest.approx([0.0, truth], rel=0.1)
+    assert filtered.chance([h])["orientation"][1] < 0.1 * truth  # a bias that 8 s fix well
+    off, known = filtered.std["orientation"][1], filtered.farther_off([h])["orientation"].value
     assert known == pytest.approx([0.0, np.hypot(off, truth) - off], rel=0.15)
+
+
+def test_matched_rates_say_how_far_a_mount_is_turned(tmp_path):
+    """A bias turns no mount by more than it is of the rates' RMS; a mount that is turned is off by that."""
+    turned = ("mount_pose", "imu1", {"rotation": [0.03, -0.02, 0.04], "translation": [0.0, 0.0, 0.0]})
+    make_case(tmp_path / "r", "free", [turned, ("gyro_bias", "imu1", {"bias": [0.0, 0.02, 0.01]})], 5, **SHORT)
+    recording = read(tmp_path / "r")[0]
+    bias, mount = (Hypothesis(EFFECTS[name], "imu1") for name in ("gyro_bias", "mount_pose"))
+    fit = with_noise(refit(nominal_fit(recording, check_samples(recording).masks), (bias, mount), steps=12))
+    ordinary = OrdinaryEstimates.of(fit)
+    size = np.linalg.norm(fit.state.values["mount_pose@imu1.rotation"])
+    assert ordinary.shift([mount])["mount_rotation"] == pytest.approx([np.degrees(size)], rel=0.1)
+    rate = np.sqrt(np.mean(np.sum(recording.imu("imu1").gyro ** 2, axis=1)))
+    assert ordinary.shift([bias])["mount_rotation"][0] < np.degrees(np.hypot(0.02, 0.01) / rate)
