@@ -101,7 +101,9 @@ class StartConfig:
     most_knots_per_s: float = setting(
         128.0, "1/s", "no rig moves faster than that shows, and time grows with their number", "time"
     )
-    levelling_s: float = setting(3.0, "s", "over which the mean specific force is taken for up", "judgement")
+    levelling_s: float = setting(
+        3.0, "s", "over which the mean specific force is taken for up, as VQF's time constant is", "judgement"
+    )
     edge_s: float = setting(
         0.06, "s", "of spline beyond the first and the last sample, besides the largest clock offset", "numerics"
     )
