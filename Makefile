@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo picture test test-all lint bench real fuzz clean
+.PHONY: demo picture setup test test-all lint bench real fuzz clean
 
 demo: $(VENV)/.demo
 	$(BIN)/python -m imubench.demo $(ESTIMATORS)
@@ -11,6 +11,8 @@ demo: $(VENV)/.demo
 # README's first picture, drawn anew.
 picture: demo
 	cp demo/concealed/concealed.png docs/images/concealed.png
+
+setup: $(VENV)/.test
 
 # Every core has a worker already: with BLAS threads of their own they wait for each other (11 minutes, not 7).
 test test-all: export OMP_NUM_THREADS := 1

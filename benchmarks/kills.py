@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 
 from benchmarks.table import Row
 from imubench.proof.case import make_case
-from tests.faults.commands import COMMANDS, given
+from tests.faults.commands import CLAIMS, COMMANDS, SWEEP, given
 from tests.faults.kills import SIGNALS, Kills, moments, summary
 
 MOMENTS = 20  # of each command and signal
@@ -26,6 +26,8 @@ LONGER = {
     "diagnose": "diagnose {given}/pendulum --out out",
     "reproduce": COMMANDS["reproduce"].words,  # of a paper whose parts take a second
     "generate, 2 workers": "generate {given}/spec.toml --count 60 --seed 3 --workers 2 --out out",
+    "sweep": "sweep {given}/wide.toml --estimator seel2012 --workers 2 --out out",
+    "check, 2 workers": "check {given}/close.toml --workers 2 --runs 300 --out out",
     "export opensim": "export opensim {given}/dataset --out out",
     "prove": "prove --cases 3 --seed 5 --seconds 6 --workers 2 --out out --diagnosis",
 }
@@ -44,6 +46,8 @@ def run(names: Sequence[str] = ()) -> list[Row]:
         home = Path(temporary).resolve()
         made = given(home / "given")
         make_case(made / "minute", "hinge", [], 5, seconds=60.0)
+        (made / "wide.toml").write_text(SWEEP.replace("recordings = 1\n", "recordings = 30\n"))
+        (made / "close.toml").write_text(CLAIMS.replace('"5 deg"', '"0.1 deg"'))
         program = made / "silent.py"
         program.write_text(SLOWER + program.read_text())
         for number, name in enumerate(names or LONGER):

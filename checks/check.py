@@ -1,6 +1,6 @@
 """From a file of claims to their verdicts: runs are added until every claim is decided."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from time import monotonic
@@ -9,9 +9,7 @@ from imubench.checks.baseline import Baseline
 from imubench.checks.claim import Claim
 from imubench.checks.decide import Decision, about_the_bound, beside_the_baseline
 from imubench.checks.runs import Runs, Subject
-
-Report = Callable[[str, int, int], None]
-"""Called with what is checked, how many runs are done, and how many there can be at most."""
+from imubench.progress import Report
 
 
 @dataclass(frozen=True)

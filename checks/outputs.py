@@ -12,6 +12,7 @@ from imubench.checks import words
 from imubench.checks.baseline import runs_as_dict
 from imubench.checks.check import Checked
 from imubench.checks.decide import Decision
+from imubench.figures import words as figure_words
 
 CLAIMS, JUNIT, SUMMARY = "claims.json", "junit.xml", "summary.md"
 ENTITIES = {"<": "&lt;", ">": "&gt;", "|": "&#124;", "&": "&amp;"}
@@ -92,6 +93,7 @@ def summary(done: Sequence[Checked], source: str) -> str:
         for d in sorted(decisions, key=lambda d: d.verdict == "holds")
     ]
     notes = [f"- {_cell(words.title(d))}: {_cell(words.troubles(d))}" for d in decisions if words.troubles(d)]
+    figures = dict.fromkeys(d.claim.figure for d in decisions)
     sure = list(dict.fromkeys(f"- {_cell(words.title(d))}: {words.rates(d)}" for d in decisions))
     text = [
         f"## imubench check: {_cell(words.finding(done))}",
@@ -101,6 +103,10 @@ def summary(done: Sequence[Checked], source: str) -> str:
         *rows,
         "",
         *([*notes, ""] if notes else []),
+        "What is measured:",
+        "",
+        *(f"- {_cell(figure)}: {_cell(figure_words(figure))}" for figure in figures),
+        "",
         "How sure:",
         "",
         *sure,

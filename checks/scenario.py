@@ -11,9 +11,12 @@ import tomli_w
 
 from imubench.dataset.playing import make
 from imubench.dataset.spec import SPEC_FILE, Spec, parse_spec
+from imubench.entry_points import SCENARIOS as POINTS
+from imubench.entry_points import offered
 from imubench.errors import InputError, shown, unknown
 from imubench.inputs.files import below, read_bytes
 from imubench.inputs.limits import BINARY_BYTES
+from imubench.models.outside import rig_key
 from imubench.plugin_versions import module_of, module_version
 from imubench.recording import Recording
 from imubench.scenarios import SCENARIOS, find_scenario, known_scenarios
@@ -35,6 +38,9 @@ class Named:
         """What tells it from other scenarios; one of an installed package also from other versions of it."""
         if self.name in SCENARIOS:
             return f"name {self.name}"
+        played = find_scenario(self.name)
+        if self.name not in offered(POINTS) and isinstance(played, PlayedScenario):
+            return f"name {self.name}, {rig_key(played.rig)}"
         return f"name {self.name}, {module_version(module_of(_play(self.name)))}"
 
     def recording(self, number: int) -> tuple[Recording, Truth]:
@@ -57,6 +63,8 @@ class Drawn:
         digest = sha256()
         for name, content in self.content:
             digest.update(f"{name} {len(content)} ".encode() + content)
+        for key in _spec(self.content).rig_keys.values():
+            digest.update(key.encode())
         return f"spec {digest.hexdigest()[:16]}"
 
     def recording(self, number: int) -> tuple[Recording, Truth]:

@@ -47,7 +47,7 @@ def measured(decision: Decision) -> str:
     if not decision.runs:
         return "no run to compare"
     if decision.baseline is not None:
-        return f"{decision.measured:.3g} times the baseline's, the median of {runs}"
+        return f"errors {decision.measured:.3g} times the baseline's, the median of {runs}"
     if math.isinf(decision.measured):
         return f"no {claim.over} over {runs}, for an estimate is missing"
     if claim.over == "share":

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.correction import EXPLAINED_FIT
 from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.conditional_aic import aic_gain_of, tally
@@ -138,7 +137,7 @@ def refitted(nominal: Fit, effects: Sequence[StartedEffect]) -> Fit:
 
     def levelled(loosened: float) -> Fit:
         levels = noise | {name: std * loosened for name, std in rough.items()}
-        return fit_with_noise(model, fit.state, levels, nominal.anchor, rounds=EXPLAINED_FIT.rounds, only=only)
+        return fit_with_noise(model, fit.state, levels, nominal.anchor, rounds=REML.last_rounds, only=only)
 
     tight = levelled(1 / REML.loosened)
     if not lawful:

@@ -11,8 +11,8 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.errors import InputError, unknown
 from imubench.inputs.mjcf import compiled
+from imubench.models import is_rig, known_rigs
 from imubench.models.tree import Tree, rig_tree
-from imubench.recording import RIGS
 from imubench.sim.compile import CARRIER, SPRING_LAW, STOP_LAW
 from imubench.sim.joint_model import PLAY
 from imubench.sim.joints import Play, Stop
@@ -27,8 +27,8 @@ NUMBERS_OF_A_LAW = {SPRING_LAW: 3, STOP_LAW: 3} | {
 
 def read_rig(path: Path, family: str) -> Rig:
     """Return the rig that an MJCF file of `imubench diagnose` describes: poses, springs, masses, friction, gravity."""
-    if family not in RIGS:
-        raise unknown("rig", family, RIGS)
+    if not is_rig(family):
+        raise unknown("rig", family, known_rigs())
     write_no_log()
     model = compiled(path)
     bodies = {model.body(i).name for i in range(model.nbody)}

@@ -17,8 +17,8 @@ from imubench.effects import EFFECTS
 from imubench.errors import InputError, unknown
 from imubench.inputs.json import parse_json
 from imubench.inputs.parquet import opened_parquet
+from imubench.models import is_rig
 from imubench.models.tree import rig_tree
-from imubench.recording import RIGS
 
 CARD = "card.html"
 NAMES = ("family", "motion", "split", "imu1_profile")
@@ -127,7 +127,7 @@ def census(tables: Iterable[Path | IO[bytes]]) -> Census:
 
 
 def _count(found: Census, row: Mapping[str, Any]) -> None:
-    if row["family"] not in RIGS:
+    if not is_rig(row["family"]):
         raise LookupError(row["family"])
     for key in NAMES:
         found.names[key][row[key]] += 1

@@ -28,7 +28,8 @@ def effect_from_text(text: str) -> EffectRange:
     for pair in filter(None, (part.strip() for part in tail.split(","))):
         key, equals, value = (part.strip() for part in pair.partition("="))
         if not equals or not key or not value:
-            raise InputError(f"--effect {shown(text)}: expected NAME@PLACE:KEY=VALUE,..., got '{pair}'")
+            several = "" if equals else "; one VALUE or LOW..HIGH is for all numbers of a KEY"
+            raise InputError(f"--effect {shown(text)}: expected NAME@PLACE:KEY=VALUE,..., got '{pair}'{several}")
         if key in ("name", "at", "probability") or key in table:
             raise InputError(f"--effect {shown(text)}: expected each number of the effect once, got '{key}'")
         table[key] = value.split("+") if key in LISTS else _value(value)

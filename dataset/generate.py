@@ -1,7 +1,7 @@
 """A dataset is made, or gone on with: shards first, in any order, each finished or not there; the manifest last."""
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
@@ -18,12 +18,10 @@ from imubench.dataset.shard import RECEIPTS, Job, Receipt, finished, is_there, r
 from imubench.dataset.storage import Folder, Place
 from imubench.errors import InputError, unknown
 from imubench.lock import locked
+from imubench.progress import Report
 
 LOCK, JOB = f"{RECEIPTS}/lock", f"{RECEIPTS}/job.json"
 SAME = {"spec": "another spec", "seed": "another seed", "count": "another count"}
-
-Report = Callable[[str, int, int], None]
-"""Called with what is counted, how many are done, and how many there are."""
 
 
 def generate(

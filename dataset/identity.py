@@ -11,6 +11,7 @@ from imubench.reproduce.parts import hash_code
 
 if TYPE_CHECKING:
     from imubench.dataset.shard import Job
+    from imubench.dataset.spec import Spec
 
 DECIDING = ("numpy", "scipy", "mujoco", "pyarrow")  # packages whose versions decide about bytes
 COMPUTING = ("imubench.dataset", "imubench.effects", "imubench.models", "imubench.scenarios", "imubench.sim")
@@ -20,10 +21,16 @@ def identity(job: "Job") -> dict[str, Any]:
     """Return what decides about the bytes of a dataset: what was asked, and what computes it."""
     return {
         "spec": hashes(job.content),
+        **rigs_of(job.spec),
         "seed": job.seed,
         "count": job.count,
         **computed_by(COMPUTING, DECIDING),
     }
+
+
+def rigs_of(spec: "Spec") -> dict[str, Any]:
+    """Return `rig_files`, what changes with each rig that a package offers; nothing where there is none."""
+    return {"rig_files": spec.rig_keys} if spec.rig_keys else {}
 
 
 def hashes(content: Mapping[str, bytes]) -> dict[str, str]:

@@ -21,8 +21,9 @@ from imubench.inputs.files import plain_name
 from imubench.inputs.json import parse_json
 from imubench.inputs.parquet import opened_parquet
 from imubench.inputs.tables import check_size
+from imubench.models import is_rig, known_rigs
 from imubench.models.tree import rig_tree
-from imubench.recording import RIGS, Body, Encoder, Imu, Pose, Recording
+from imubench.recording import Body, Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
 from imubench.truth import SegmentTruth, SensorTruth, Truth
 
@@ -140,8 +141,8 @@ def _contents(folder: str) -> Contents:
 
 
 def _recording(row: Mapping[str, Any], table: pa.Table) -> Recording:
-    if row["family"] not in RIGS:
-        raise unknown("rig", row["family"], RIGS)
+    if not is_rig(row["family"]):
+        raise unknown("rig", row["family"], known_rigs())
     sensors = rig_tree(row["family"]).imus
     free = row["free_swing"] is not None
     return Recording(

@@ -14,8 +14,8 @@ from imubench import rotations
 from imubench.arrays import Array
 from imubench.dataset.ranges import Range, check_keys, chosen, located, number, parse_range, weight
 from imubench.errors import InputError
+from imubench.models import RIG_FILES, known_rigs
 from imubench.models.tree import Tree, rig_tree
-from imubench.recording import RIGS
 from imubench.sim.injected import sprung_mount
 from imubench.sim.rigs import Mount, Rig, Segment, rod, standard_rig
 
@@ -33,6 +33,8 @@ SPRING_NUMBERS: Mapping[str, tuple[object, float, bool]] = {
     "com": ([-0.004, 0.004], -np.inf, False),  # m
     "lever": ([-0.02, 0.02], -np.inf, False),  # m
 }
+SIZES = tuple(key for key in NUMBERS if key != "gravity")
+"""What is drawn of our own rigs; a package's is as its file has it."""
 KEYS = ("family", "weight", "base", "mount_rotation", "soft", "rocking", "soft_probability", "rocking_probability")
 GYRATION = 0.015  # m, of an IMU in its box about its pivot
 FARTHEST = 0.006  # m, of a com along each axis: a mount's body can be so however the three come
@@ -60,6 +62,11 @@ class RigRange:
     rocking: Springs
 
     @property
+    def as_built(self) -> bool:
+        """Whether its sizes and mounts are those of its file: it is a package's."""
+        return self.family not in RIG_FILES
+
+    @property
     def tree(self) -> Tree:
         """The family's segments, joints and IMUs."""
         return rig_tree(self.family)
@@ -82,10 +89,14 @@ class DrawnRig:
 def parse_rig(table: Mapping[str, Any], where: str) -> RigRange:
     """Return one `[[rig]]`; `InputError` for an unknown key, a number out of bounds, ranges that make no rig."""
     check_keys(table, (*KEYS, *NUMBERS), where)
-    family = chosen(table.get("family"), f"{where}.family", RIGS)
+    family = chosen(table.get("family"), f"{where}.family", tuple(known_rigs()))
     base = chosen(table.get("base", "free"), f"{where}.base", ("free", "fixed"))
     if base == "fixed" and not rig_tree(family).clamps:
         raise InputError(f"{where}.base: expected a hinge for base = 'fixed', got {family}")
+    if family not in RIG_FILES:
+        for key in (*SIZES, "mount_rotation"):
+            if key in table:
+                raise InputError(f"{where}.{key}: expected none of the rig {family}, whose file says it")
     turned = table.get("mount_rotation", "any")
     found = RigRange(
         family,
@@ -123,7 +134,11 @@ def _springs(table: Mapping[str, Any], kind: str, keys: tuple[str, ...], where: 
 
 def _check_makes_rigs(ranges: RigRange, where: str) -> None:
     """Raise `InputError` where a corner of the ranges is no rig: extremes are where numbers stop to fit."""
-    if not ranges.tree.loose and ranges.ranges["mount_distance"].low > ranges.ranges["segment_length"].high:
+    if (
+        not ranges.tree.loose
+        and not ranges.as_built
+        and ranges.ranges["mount_distance"].low > ranges.ranges["segment_length"].high
+    ):
         near, far = ranges.ranges["mount_distance"].low, ranges.ranges["segment_length"].high
         raise InputError(
             f"{where}.mount_distance: expected mounts that a segment of at most {far:g} m can hold, "
@@ -137,12 +152,7 @@ def _check_makes_rigs(ranges: RigRange, where: str) -> None:
 def draw_rig(ranges: RigRange, rng: np.random.Generator) -> DrawnRig:
     """Return a rig; `InputError` where the numbers drawn make none."""
     shapes, mounts_rng, springs_rng, base_rng = rng.spawn(4)
-    directions = [None if s.along is None else np.array(s.along) for s in ranges.tree.segments]
-    bodies = [_segment(ranges, along, shapes) for along in directions]
-    changes: dict[str, Any] = {"segments": tuple(body for body, _ in bodies)}
-    changes["mounts"] = tuple(
-        _mount(ranges, along, reach, mounts_rng) for along, (_, reach) in zip(directions, bodies, strict=True)
-    )
+    changes = {} if ranges.as_built else _sizes(ranges, shapes, mounts_rng)
     if ranges.base == "fixed":
         changes |= {"base": "fixed", "base_quaternion": rotations.random(base_rng)}
     rig = standard_rig(ranges.family, gravity=ranges.ranges["gravity"].one(base_rng), **changes)
@@ -150,6 +160,14 @@ def draw_rig(ranges: RigRange, rng: np.random.Generator) -> DrawnRig:
     drawn = DrawnRig(rig, tuple(springs))
     _ = drawn.loaded  # raises where a mount cannot be
     return drawn
+
+
+def _sizes(ranges: RigRange, shapes: np.random.Generator, mounts: np.random.Generator) -> dict[str, Any]:
+    """Return the segments and mounts of a rig."""
+    directions = [None if s.along is None else np.array(s.along) for s in ranges.tree.segments]
+    bodies = [_segment(ranges, along, shapes) for along in directions]
+    placed = (_mount(ranges, along, reach, mounts) for along, (_, reach) in zip(directions, bodies, strict=True))
+    return {"segments": tuple(body for body, _ in bodies), "mounts": tuple(placed)}
 
 
 def _segment(ranges: RigRange, along: Array | None, rng: np.random.Generator) -> tuple[Segment, float]:

@@ -19,6 +19,7 @@ from imubench.errors import InputError, shown
 from imubench.inputs.files import below, plain_name, read_bytes
 from imubench.inputs.limits import BINARY_BYTES
 from imubench.inputs.toml import parse_toml
+from imubench.models.outside import rig_key
 from imubench.sim.injected import rolled_out
 
 KEYS = (
@@ -69,6 +70,11 @@ class Spec:
     def sensors(self) -> int:
         """How many IMUs the largest rig has."""
         return max(len(rig.tree.imus) for rig in self.rigs)
+
+    @property
+    def rig_keys(self) -> dict[str, str]:
+        """By name of a rig that a package offers: what changes with it."""
+        return {rig.family: rig_key(rig.family) for rig in self.rigs if rig.as_built}
 
 
 def load_spec(path: Path) -> Spec:

@@ -133,13 +133,14 @@ def weight_of(work: Work, found: Explanation) -> Weight:
     named, rest = (with_moves(some, moves, work.tolerance) for some in (found.named, found.rest))
     with work.budget.part(BUDGET.numbers, "what all findings move together"):
         all_moves = moves_of_all(found.fit, work.recording, work.tolerance)
+    slight = {f"{f.effect}@{f.at}" for f in named if not (f.material and f.confidence >= CONFIDENCE.counts)}
     with work.step("ask whether the halves agree"):
         if any(f.confidence >= CONFIDENCE.counts for f in named) and found.numbers.model.hypotheses:
             with work.budget.part(BUDGET.numbers, "whether the halves of the recording agree"):
                 against = work.use.changed(
                     "halves-disagree",
                     against,
-                    lambda _: doubts(found.numbers, found.before, found.after, work.tolerance),
+                    lambda _: doubts(found.numbers, found.before, found.after, work.tolerance, slight),
                 )
     return Weight(replace(found, named=named, rest=rest), without, all_moves, against)
 

@@ -12,7 +12,6 @@ T = TypeVar("T")
 RULES: Mapping[str, str] = {
     # the search, in the order of its table
     "backlash-for-clocks": "put backlash in the place of every clock's offset, if that is worth more",
-    "renew-quick-filters": "compute what a quick filter does beside delaying again, from the motion that it leaves",
     "quick-filter-for-clock": "put a filter far quicker than the motion in the place of a clock's offset",
     "add": "add the effects that explain most and gain on left-out data",
     "rival-for-effect": "put a rival that was as good when it was passed over in the place of an effect",
@@ -24,7 +23,6 @@ RULES: Mapping[str, str] = {
     "rounded-states": "drop state effects that gain no more than rounding may have",
     "merge": "put one effect in the place of two",
     "filter-for-clock": "put a filter with states in the place of a clock's offset",
-    "settle-noise": "estimate the noise levels to the end",
     "settle-laws": "estimate the noise of springs' and filters' laws to the end",
     "mask-moments": "let the moments in which effects act count as much as they tell",
     "converge": "solve the last fit to the end",

@@ -85,7 +85,6 @@ class QuickLowPass(_Filter):
     """
 
     law = "y(t) = x(t - tau) + c(t) + (tau - tau_0) c'(t), tau = 1 / (2 pi cutoff), c held"
-    renewed = True
 
     def __init__(self, time: Array, beside: Mapping[str, Array], slope: Mapping[str, Array], delay: float) -> None:
         """Take times (n,) s of the world, what gyro and accel (n, 3) read beside a `delay` in s, and that by s."""

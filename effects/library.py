@@ -7,6 +7,7 @@ no effect, or has a name that is taken is left out with a warning: it may not st
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from typing import overload
 
@@ -64,6 +65,19 @@ class Library(Sequence[Effect]):
         self._gone.discard(name)
         self._added = [e for e in self._added if e.name != name]
         self._forget()
+
+    @contextmanager
+    def ours_alone(self) -> Iterator[None]:
+        """Have our own effects alone in the library, for the block it opens: our pages are not about a package's."""
+        others = {e.name for e in self._every} - {e.name for e in self.own}
+        before = set(self._gone)
+        self._gone |= others
+        self._forget()
+        try:
+            yield
+        finally:
+            self._gone = before
+            self._forget()
 
     def look_again(self) -> None:
         """Look anew for what packages offer: one was installed since, or Python looks into other folders."""

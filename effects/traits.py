@@ -109,7 +109,6 @@ class Traits:
     late_by: ClassVar[str] = ""  # the parameter in s by which all that a sensor reads is late
     filters: ClassVar[bool] = False  # whether its readings follow the truth; to first order that is a delay
     leaves_to: ClassVar[tuple[str, ...]] = ()  # effects that take a part of what it does, where it is fitted in vain
-    renewed: ClassVar[bool] = False  # whether it holds what it has from a motion, and is built anew from another one
 
     # of mounts
     misplaces: ClassVar[bool] = False  # whether the sensor is all along elsewhere than declared: rotation, translation

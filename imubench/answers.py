@@ -9,6 +9,7 @@ import numpy as np
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.estimate import Estimate, Failed
+from imubench.estimators import ESTIMATORS
 from imubench.recording import Recording
 from imubench.reference_axes import HINGE_AXIS
 from imubench.score import Score, axis_score, line_deviation, vector_error
@@ -56,8 +57,11 @@ def pairing_note(estimate: Estimate, recording: Recording) -> str:
         return "sign pairing not said by the estimator: taken as claimed"
     if estimate.pairing != "unknown":
         return f"sign pairing {estimate.pairing}"
-    why = "no declared mounts" if declared_axes(recording) is None else "the declared mounts do not tell it"
-    return f"sign pairing unknown: {why}"
+    if declared_axes(recording) is None:
+        return "sign pairing unknown: no declared mounts"
+    if estimate.estimator not in ESTIMATORS:  # which may have no use for them
+        return "sign pairing unknown, the estimator says: figures are of the better of both pairings"
+    return "sign pairing unknown: the declared mounts do not tell it"
 
 
 def moved(before: Estimate, after: Estimate) -> tuple[Array, str] | None:

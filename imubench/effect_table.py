@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from imubench.correction.sensor_chain import plays
 from imubench.dataset.effect_ranges import EffectRange, Shown
 from imubench.effect_reference import sections
-from imubench.effects import EFFECTS
+from imubench.effects import EFFECTS, VARIANTS
 from imubench.models import RIG_FILES
 from imubench.models.tree import rig_tree
 from imubench.sim.injected import injectable
@@ -65,6 +65,7 @@ def cell(name: str, rig: str) -> Cell:
     return Cell(name, rig, tuple(door for door in DOORS if goes[door]))
 
 
+@VARIANTS.ours_alone()
 def page() -> str:
     """Return docs/effects.md."""
     found = {(c.effect, c.rig): c for c in cells()}

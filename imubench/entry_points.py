@@ -14,7 +14,7 @@ from types import ModuleType
 from imubench.errors import InputError, first_line, unknown
 
 ESTIMATORS, CONVERTERS, SCENARIOS = "imubench.estimators", "imubench.converters", "imubench.scenarios"
-EFFECTS = "imubench.effects"
+EFFECTS, RIGS = "imubench.effects", "imubench.rigs"
 """The groups of entry points that are looked at."""
 OURS = str(Path(__file__).parent)
 PACKAGES = "site-packages", "dist-packages"

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from imubench.diagnosis.report.words import called
-from imubench.effects import EFFECTS
+from imubench.effects import EFFECTS, VARIANTS
 from imubench.effects.effect import Effect
 from imubench.errors import InputError, shortened, unknown
 from imubench.glossary import FIGURES, TERMS
@@ -66,7 +66,7 @@ def _listed(name: str) -> Explanation | None:
     for kind, entries in known().items():
         if name in entries:
             text = entries[name].rstrip(".")
-            details = _options(name) if kind == "formats" else ()
+            details = DETAILS[kind](name) if kind in DETAILS else ()
             return Explanation(name, KINDS.get(kind, kind.removesuffix("s")), f"{text[:1].upper()}{text[1:]}.", details)
     return None
 
@@ -76,6 +76,25 @@ def _options(name: str) -> tuple[str, ...]:
     from imubench.convert import find_converter
 
     return tuple(f"--option {key}=...: {option.help}" for key, option in find_converter(name).options.items())
+
+
+def _frames(name: str) -> tuple[str, ...]:
+    """Return a rig's segments and where their IMUs sit, a line each."""
+    from imubench.models import RIG_FILES
+    from imubench.models.outside import find_rig
+    from imubench.models.tree import rig_tree
+
+    lines = [] if name in RIG_FILES else [find_rig(name).summary]
+    for segment in rig_tree(name).segments:
+        held = ", ".join(f"{joint.name} ({joint.kind})" for joint in segment.joints) or "the world"
+        for imu in segment.imus:
+            place, turn = ([round(v, 6) + 0.0 for v in values] for values in (imu.position, imu.quaternion))
+            lines.append(f"{segment.name} on {held}; {imu.name} at {place} m, quaternion {turn} (sensor -> segment)")
+    return tuple(lines)
+
+
+DETAILS = {"formats": _options, "rigs": _frames}
+"""By kind of `imubench list`: what there is to say beside the line."""
 
 
 def every() -> Iterator[Explanation]:
@@ -114,6 +133,7 @@ def _plain(name: str) -> str:
     return name.casefold().replace("_", " ").replace("-", " ").strip()
 
 
+@VARIANTS.ours_alone()
 def glossary_page() -> str:
     """Return docs/glossary.md."""
     lines = [

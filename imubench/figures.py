@@ -56,6 +56,8 @@ def parts(figure: str) -> tuple[str, str]:
 
 def words(figure: str) -> str:
     """Return what a figure is, in words."""
+    if figure.startswith(BEST_PAIRING):
+        return f"{words(figure.removeprefix(BEST_PAIRING))}, how the signs of the axes go together left aside"
     base, imu = parts(figure)
     return f"{base.replace('_', ' ')} of {imu}" if imu else FIGURES[base].words
 

@@ -27,14 +27,14 @@ TERMS: dict[str, str] = {
         "learned the noise does not."
     ),
     "hinge axis": "The line that a hinge turns about; +y of both segments, and a direction in each sensor's axes.",
-    "immaterial": "Moves nothing that you ask for by the tolerance: real, perhaps, but of no consequence.",
+    "immaterial": "Makes nothing that you ask for farther off by the tolerance: real, perhaps, of no consequence.",
     "joint centre": "The point that both segments share: the origin of both segment frames.",
     "knot": "A place in time where the pieces of a fitted motion's curve meet. More knots follow quicker motion.",
     "left-out channel": (
         "A channel is hidden from the fit and predicted from all others. The error is in units of its noise: near 1 "
         "means that the sensors agree."
     ),
-    "material": "Moves something that you ask for by the tolerance or more, or by an amount that is not known.",
+    "material": "Makes something that you ask for farther off by the tolerance or more, or by how much is not known.",
     "misfit": (
         "The power of what a fitted motion leaves over the power of sensor noise; 1 is only noise. The motion is free, "
         "so it follows the sensors even where the physics is wrong: how far the simulation is off says more."
@@ -50,7 +50,8 @@ TERMS: dict[str, str] = {
         "sliding or late then moves by its law."
     ),
     "reference": "A better measurement of the same motion, such as motion capture. It enters no fit; it only judges.",
-    "rejected": "An effect that was tried and does not help enough on samples that the fit has not seen.",
+    "rejected": "An effect that was tried and not taken: another one explains more, or it does not help enough on "
+    "samples that the fit has not seen.",
     "residual": "What is measured less what a model says.",
     "RMS": "Root mean square: the typical size of something that changes, its square averaged over the samples.",
     "rolled out": (

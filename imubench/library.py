@@ -6,20 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from imubench.diagnosis.budget import Budget
-from imubench.diagnosis.on_disk import diagnosed
 from imubench.diagnosis.result import TOLERANCE, Diagnosis
 from imubench.recording import Recording
 from imubench.reference import Reference
-from imubench.sim import imu_model
-from imubench.sim.imu_model import Declared
-from imubench.sim.imu_profile import ImuProfile
-from imubench.sim.profiles import profile as named_profile
 from imubench.sources import Source, read
 from imubench.truth import Truth
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # what computes is imported where it is called
     from imubench.checks.check import Checked
+    from imubench.sim.imu_model import Declared
+    from imubench.sim.imu_profile import ImuProfile
     from imubench.sweeps.cells import Cell
 
 
@@ -52,10 +48,10 @@ def load_reference(source: Source) -> Reference | None:
 
 def observe(
     truth: Truth,
-    profile: str | ImuProfile | Mapping[str, str | ImuProfile] = "xsens_mtw",
+    profile: "str | ImuProfile | Mapping[str, str | ImuProfile]" = "xsens_mtw",
     seed: int | np.random.Generator = 0,
     name: str = "simulated",
-    declared: Declared | None = None,
+    declared: "Declared | None" = None,
 ) -> Recording:
     """Return what IMUs record of a truth.
 
@@ -69,6 +65,8 @@ def observe(
     Raises:
         InputError: an unknown profile or sensor.
     """
+    from imubench.sim import imu_model
+
     rng = np.random.default_rng(seed) if isinstance(seed, int) else seed
     if isinstance(profile, Mapping):
         profiles = {sensor: _profile(one) for sensor, one in profile.items()}
@@ -95,6 +93,9 @@ def diagnose(
     Raises:
         InputError: no recording there, a rig of one's own, a baseline of other sensors.
     """
+    from imubench.diagnosis.budget import Budget
+    from imubench.diagnosis.on_disk import diagnosed
+
     if not isinstance(recording, Recording):
         recording, own = read(recording)
         reference = own if reference is None else reference
@@ -165,5 +166,7 @@ def check(
         return decided(asked, runs, seed, earlier)
 
 
-def _profile(one: str | ImuProfile) -> ImuProfile:
-    return one if isinstance(one, ImuProfile) else named_profile(one)
+def _profile(one: "str | ImuProfile") -> "ImuProfile":
+    from imubench.sim.profiles import profile as named
+
+    return named(one) if isinstance(one, str) else one

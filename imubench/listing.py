@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping
 
 
 def _rigs() -> dict[str, str]:
-    from imubench.models import RIG_FILES, RIG_SUMMARIES
+    from imubench.models import known_rigs
 
-    return {name: RIG_SUMMARIES[name] for name in RIG_FILES}
+    return known_rigs()
 
 
 def _scenarios() -> dict[str, str]:

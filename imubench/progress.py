@@ -5,6 +5,7 @@ from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from time import monotonic
 
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
 from imubench.errors import printable
@@ -12,6 +13,9 @@ from imubench.terminal import Terminal
 
 Step = Callable[[str], AbstractContextManager[None]]
 """Takes what is being done; the context lasts as long as it takes."""
+
+Report = Callable[[str, int, int], None]
+"""Takes the stage, how many of it are done, and how many there are."""
 
 READING = "read "
 """How a stage begins that reads what it was given: no line says so, for broken input is answered by one line."""
@@ -30,6 +34,21 @@ def tell(detail: str) -> None:
     listener = _listener.get()
     if listener is not None:
         listener(detail)
+
+
+@contextmanager
+def bars(console: Terminal) -> Iterator[Report]:
+    """Hand out a report that shows a bar for each stage on a terminal, and nothing elsewhere."""
+    columns = (TextColumn("{task.description:<16}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as progress:
+        tasks: dict[str, object] = {}
+
+        def report(stage: str, done: int, total: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = progress.add_task(stage, total=total)
+            progress.update(tasks[stage], completed=done)  # type: ignore[arg-type]
+
+        yield report
 
 
 def on_console(console: Terminal) -> Step:

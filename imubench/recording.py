@@ -11,11 +11,8 @@ from numpy.typing import ArrayLike
 from imubench.arrays import Array, frozen, frozen_quaternion, frozen_time
 from imubench.displays import Displayed, Summarised
 from imubench.errors import InputError, unknown
-from imubench.models import RIG_FILES
+from imubench.models import imu_names, is_rig, known_rigs
 from imubench.models.tree import Tree, rig_tree
-
-RIGS = tuple(RIG_FILES)
-"""The names of the rigs; `Recording.tree` says what one has."""
 
 OWN_IMUS = ("imu1", "imu2")  # of a rig of its owner's own
 
@@ -119,7 +116,7 @@ class Recording(Summarised, Displayed):
     """Everything an estimator or the diagnosis may see of one experiment."""
 
     name: str
-    rig: str  # a rig of models/, or a path to an MJCF file
+    rig: str  # one of `imubench list rigs`, or a path to an MJCF file
     imus: tuple[Imu, ...] = ()
     motion: Literal["hand", "free"] = "hand"  # free: no outside force inside the free swings
     gravity: float = STANDARD_GRAVITY  # m/s^2
@@ -133,8 +130,8 @@ class Recording(Summarised, Displayed):
     def __post_init__(self) -> None:
         if not self.name.isprintable():
             raise InputError(f"name: expected text without control characters, got '{self.name}'")
-        if self.rig not in RIGS and not self.rig.endswith(".xml"):
-            raise unknown("rig", self.rig, RIGS)
+        if not is_rig(self.rig) and not self.rig.endswith(".xml"):
+            raise unknown("rig", self.rig, known_rigs())
         for value, key, known in ((self.motion, "motion", ("hand", "free")), (self.base, "base", ("free", "fixed"))):
             if value not in known:
                 raise unknown(key, value, known)
@@ -143,7 +140,7 @@ class Recording(Summarised, Displayed):
         if not (self.imus or self.encoders or self.poses):
             raise InputError(f"{self.name}: expected at least one imu, encoder or pose, got none")
         names = [imu.name for imu in self.imus]
-        allowed = self.tree.imus or OWN_IMUS
+        allowed = imu_names(self.rig) if is_rig(self.rig) else OWN_IMUS
         for name in names:
             if name not in allowed:
                 raise unknown(f"imu on rig {self.rig}", name, allowed)
@@ -201,10 +198,10 @@ def span_of(recording: Recording) -> tuple[float, float]:
 
 def require_known_rig(recording: Recording, what: str) -> None:
     """Raise `InputError` where a recording is of a rig of its owner's own, which `what` does not support yet."""
-    if recording.rig not in RIGS:
+    if not is_rig(recording.rig):
         raise InputError(
-            f"{recording.name}, key 'rig': expected {', '.join(RIGS)} for {what}, got '{recording.rig}'; a rig of "
-            "one's own can be read and written, but nothing knows its joints and segments yet"
+            f"{recording.name}, key 'rig': expected {', '.join(known_rigs())} for {what}, got '{recording.rig}'; "
+            "a file beside a recording is not looked into: a package can offer it as a rig (docs/your-rig.md)"
         )
 
 

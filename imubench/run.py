@@ -3,6 +3,7 @@
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,28 +20,26 @@ from imubench.answers import (
 from imubench.atomic import atomic_directory
 from imubench.attempt import attempted
 from imubench.band import banded, independent
-from imubench.correction.corrected import Done, corrected
-from imubench.diagnosis.result import Diagnosis
-from imubench.diagnosis.result_read import read_diagnosis
-from imubench.diagnosis.simulation.model_folder import check_same, is_model, replay
 from imubench.errors import InputError
 from imubench.estimate import Estimate, Failed
 from imubench.estimators import Estimator
 from imubench.estimators.banded import BLOCKS, explained
 from imubench.format1 import write_recording
-from imubench.inputs.files import below
-from imubench.log import log_run
+from imubench.inputs.files import below, what_is
 from imubench.models.tree import rig_tree
 from imubench.plugins import find_estimator, is_outside
 from imubench.progress import Step, silent
 from imubench.recording import Recording, require_known_rig
 from imubench.reference import Reference
 from imubench.reference_axes import reference_axes
-from imubench.scenarios import find_scenario
 from imubench.score import Score, score
 from imubench.simulation import AS_IT_IS, Changes, effects_of, simulate
 from imubench.sources import Source, read
 from imubench.truth import Truth
+
+if TYPE_CHECKING:  # what logs, replays and corrects is imported where it is done: a refusal needs none of it
+    from imubench.correction.corrected import Done
+    from imubench.diagnosis.result import Diagnosis
 
 TRACE_FILE = "failure.txt"
 
@@ -122,19 +121,34 @@ def run_scenario(
     an estimator for the scenario's rig, score.json says so; and so it does where one from outside fails, or has not
     answered after `time_limit` s. Its trace is then in failure.txt.
     """
-    replayed = is_model(Path(scenario))
+    replayed = what_is(Path(scenario)) == "a folder" and _is_model(Path(scenario))
     if replayed and changes:
         raise InputError(f"{scenario}: expected a scenario for another IMU, duration or effect, got a diagnosis' model")
-    name = estimator or (None if replayed else find_scenario(scenario).estimator)
+    name = estimator or (None if replayed else _own_estimator(scenario))
     by = None if name is None else find_estimator(name)
     with atomic_directory(out, [Path(scenario)] if replayed else ()) as folder:
         with step(f"simulate {scenario}"):
             if replayed:
+                from imubench.diagnosis.simulation.model_folder import replay
+
                 drawn = replay(Path(scenario), np.random.default_rng(seed))
             else:
                 drawn = simulate(scenario, seed, changes)
         facts = {"format": 1, "scenario": scenario, "seed": seed, **_changes_as_dict(scenario, seed, changes)}
         return _run_into(folder, facts, drawn, by, step, band, time_limit)
+
+
+def _is_model(folder: Path) -> bool:
+    from imubench.diagnosis.simulation.model_folder import is_model
+
+    return is_model(folder)
+
+
+def _own_estimator(scenario: str) -> str | None:
+    """Return the estimator that a scenario takes by default."""
+    from imubench.scenarios import find_scenario
+
+    return find_scenario(scenario).estimator
 
 
 def _run_into(
@@ -158,6 +172,8 @@ def _run_into(
         write_recording(recording, folder / "recording", reference_of(truth, recording))
         write_json(folder / "score.json", facts | _outcome(answer, judged, failed))
         _write_trace(folder, failed)
+        from imubench.log import log_run
+
         log_run(folder / "run.rrd", recording, truth, answer, judged)
     return Run(recording, truth, answer, judged, failed)
 
@@ -170,8 +186,8 @@ class OnDisk:
     estimate: Estimate
     beside_reference: Score | None
     beside_declared: Score | None
-    diagnosis: Diagnosis | None = None  # that the recording was corrected with
-    done: tuple[Done, ...] = ()  # about each of its findings
+    diagnosis: "Diagnosis | None" = None  # that the recording was corrected with
+    done: "tuple[Done, ...]" = ()  # about each of its findings
     uncorrected: Estimate | None = None  # of the recording as it came; None: none was corrected, or it takes it not
 
 
@@ -212,7 +228,7 @@ def _estimate_into(
     band: float | None,
     time_limit: float | None,
 ) -> OnDisk | Failed:
-    told = None if diagnosis is None else read_diagnosis(diagnosis)
+    told = None if diagnosis is None else _diagnosis(diagnosis)
     with step(f"read {source}"):
         recording, reference = read(source)
     done: tuple[Done, ...] = ()
@@ -240,6 +256,8 @@ def _estimate_into(
         uncorrected,
     )
     with step("write and log"):
+        from imubench.log import log_run
+
         content = {"format": 1, "recording": recording.name, "rig": recording.rig, **estimate_as_dict(answer)}
         words = explained(answer)
         if words:
@@ -267,8 +285,17 @@ def _estimate_into(
     return result
 
 
-def _without(recording: Recording, told: Diagnosis, path: Path, step: Step) -> tuple[Recording, tuple[Done, ...]]:
+def _diagnosis(path: Path) -> "Diagnosis":
+    from imubench.diagnosis.result_read import read_diagnosis
+
+    return read_diagnosis(path)
+
+
+def _without(recording: Recording, told: "Diagnosis", path: Path, step: Step) -> "tuple[Recording, tuple[Done, ...]]":
     """Return a recording without what its diagnosis at `path` found, and what was done about each finding."""
+    from imubench.correction.corrected import corrected
+    from imubench.diagnosis.simulation.model_folder import check_same
+
     require_known_rig(recording, "a correction by its diagnosis")
     folder = path if path.is_dir() else path.parent
     if told.model:

@@ -1,18 +1,18 @@
 """A scenario's recording and its truth, and what a run may change of it: the IMU, the duration, left-out physics."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from imubench.dataset.effect_ranges import EffectRange, Shown, check_once
 from imubench.entry_points import blamed
 from imubench.errors import InputError
 from imubench.models.tree import rig_tree
 from imubench.recording import Recording, positive
-from imubench.scenarios import SCENARIOS, find_scenario
-from imubench.sim.profiles import profile
 from imubench.truth import Truth
+
+if TYPE_CHECKING:  # what plays is imported where something is played
+    from imubench.dataset.effect_ranges import EffectRange
 
 EFFECTS = 1  # beside a seed: what draws the numbers of effects
 NEED_MORE = ("end_stop",)  # effects whose numbers say nothing without where the limb hangs, which a dataset knows
@@ -24,7 +24,7 @@ class Changes:
 
     imu: str | None = None  # another IMU's profile
     seconds: float | None = None  # s
-    effects: tuple[EffectRange, ...] = ()  # left-out physics, drawn with the seed
+    effects: "tuple[EffectRange, ...]" = ()  # left-out physics, drawn with the seed
 
     def __bool__(self) -> bool:
         """Whether there is anything."""
@@ -40,6 +40,9 @@ def simulate(scenario: str, seed: int = 0, changes: Changes = AS_IT_IS) -> tuple
     Raises:
         InputError: an unknown scenario or IMU; a duration that its motion cannot have; effects as in `effects_of`.
     """
+    from imubench.scenarios import SCENARIOS, find_scenario
+    from imubench.sim.profiles import profile
+
     plan = find_scenario(scenario)
     imu = None if changes.imu is None else profile(changes.imu)
     effects = effects_of(scenario, seed, changes)
@@ -55,6 +58,9 @@ def effects_of(scenario: str, seed: int, changes: Changes) -> list[dict[str, Any
     Raises:
         InputError: one would not show in the scenario, or comes twice at one place.
     """
+    from imubench.dataset.effect_ranges import Shown, check_once
+    from imubench.scenarios import find_scenario
+
     plan = find_scenario(scenario)
     seconds = plan.seconds if changes.seconds is None else changes.seconds
     positive(seconds, "duration")

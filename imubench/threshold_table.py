@@ -13,11 +13,11 @@ from imubench.setting import SOURCES, settings_of
 def page() -> str:
     """Return docs/thresholds.md."""
     text = [
-        "# Thresholds\n\nEvery number of `imubench/diagnosis/config/` that the diagnosis decides by. Written by\n"
+        "# Thresholds\n\nEvery number of `diagnosis/config/` that the diagnosis decides by. Written by\n"
         "`python scripts/threshold_table.py`; what the search decides by still stands in its modules.\n",
-        "To see what a number does, change it there and diagnose a recording again; a test may replace one by\n"
-        '`monkeypatch.setattr(module, "RECORD", dataclasses.replace(RECORD, field=value))`, but for what is the\n'
-        "default of a parameter: that is read when its module is imported.\n",
+        "To see what a number does to a recording: `python -m benchmarks.why RECORDING --set RECORD.FIELD=VALUE`\n"
+        '([how](rules.md)). A test may replace one by `monkeypatch.setattr(module, "RECORD",\n'
+        "dataclasses.replace(RECORD, field=value))`, but for what is read when its module is imported.\n",
         "| source | a value that is |\n|---|---|",
         *(f"| {name} | {means} |" for name, means in SOURCES.items()),
     ]
@@ -42,8 +42,9 @@ def modules() -> Iterator[ModuleType]:
 
 
 def records(module: ModuleType) -> Iterator[tuple[str, object]]:
-    """Yield the records of a module of the config with their names, in their order."""
-    yield from ((name, x) for name, x in vars(module).items() if is_dataclass(x) and not isinstance(x, type))
+    """Yield the records of a module of the config with their names, in their order; not those that it imports."""
+    own = ((name, x) for name, x in vars(module).items() if is_dataclass(x) and not isinstance(x, type))
+    yield from ((name, x) for name, x in own if type(x).__module__ == module.__name__)
 
 
 def shown(value: object) -> str:

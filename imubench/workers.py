@@ -14,12 +14,14 @@ from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import wait
+from typing import Any
 
 from imubench.errors import InputError
 from imubench.leftovers import undone
 from imubench.signals import HANDLED
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+LEAKED = "ignore:resource_tracker:UserWarning"  # workers are killed, and leave theirs
 DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux's prctl
 
 
@@ -36,6 +38,10 @@ class WorkerError(InputError):
 
 class Pool(ProcessPoolExecutor):
     """Processes that are started with the signals blocked: `begin` unblocks them, with nothing lost in between."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        _start_tracker()  # before it has a semaphore
+        super().__init__(*arguments, **options)
 
     def _spawn_process(self) -> None:
         with _blocked():
@@ -73,14 +79,23 @@ def _blocked() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    from multiprocessing import resource_tracker
-
-    resource_tracker.ensure_running()  # unblocks signals when it starts
+    _start_tracker()  # would unblock signals later on
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [getattr(signal, name) for name in HANDLED])
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _start_tracker() -> None:
+    """Start the process that removes semaphores of processes that were killed, without what it would say of them."""
+    from multiprocessing import resource_tracker
+
+    sys.warnoptions.append(LEAKED)  # handed to what this interpreter starts
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        sys.warnoptions.remove(LEAKED)
 
 
 @contextmanager

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
-from imubench.models import RIG_FILES, mjcf
+from imubench.models import RIG_FILES, is_rig, mjcf
 
 HINGE, BALL, SLIDE, FREE = "hinge", "ball", "slide", "free"
 """The kinds of joint, as MuJoCo calls them."""
 
 Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class ImuSite:
 
     name: str
     position: Vector  # m, segment frame
+    quaternion: Quaternion  # sensor -> segment
     case: Vector | None  # m, along the sensor's axes; None: it has no picture
 
 
@@ -191,12 +193,17 @@ def _joint(joint: Any) -> Joint:
 def _imu(site: Any, part: Any, segment: Any, data: Any) -> ImuSite:
     """Return the IMU at a site of a segment or of a part of it; a mount's box is its case."""
     import mujoco
+    import numpy as np
 
     boxes = [geom for geom in part.geoms if geom.type == mujoco.mjtGeom.mjGEOM_BOX]
     case = _vector(2 * boxes[0].size) if part.name == site.name and boxes else None
     frame = data.body(segment.name)
-    at = frame.xmat.reshape(3, 3).T @ (data.site(site.name).xpos - frame.xpos)
-    return ImuSite(site.name, _vector(at), case)
+    axes = frame.xmat.reshape(3, 3).T
+    at = axes @ (data.site(site.name).xpos - frame.xpos)
+    turn = np.zeros(4)
+    mujoco.mju_mat2Quat(turn, (axes @ data.site(site.name).xmat.reshape(3, 3)).ravel())
+    w, x, y, z = (float(v) for v in turn)
+    return ImuSite(site.name, _vector(at), (w, x, y, z), case)
 
 
 def _along(body: Any) -> Vector | None:
@@ -223,10 +230,19 @@ def rig_spec(rig: str) -> Any:
     return mujoco.MjSpec.from_string(mjcf(rig))
 
 
-@lru_cache
 def rig_tree(rig: str) -> Tree:
-    """Return the tree of a rig of `models/`; `UNREAD` of any other."""
-    return tree_of(rig_spec(rig)) if rig in RIG_FILES else UNREAD
+    """Return the tree of one of our rigs or of a package's; `UNREAD` of any other."""
+    if rig in RIG_FILES:
+        return _tree(rig, None)
+    return _tree(rig, mjcf(rig)) if is_rig(rig) else UNREAD
+
+
+@lru_cache
+def _tree(rig: str, text: str | None) -> Tree:
+    """Return a rig's tree; `text` is the MJCF of a package's, which may be installed anew."""
+    import mujoco
+
+    return tree_of(rig_spec(rig) if text is None else mujoco.MjSpec.from_string(text))
 
 
 __all__ = [

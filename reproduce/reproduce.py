@@ -39,11 +39,13 @@ def reproduce(
     watch: Watch,
     workers: int | None = None,
     estimators: Sequence[str] = (),
+    seconds: float | None = None,
 ) -> Reproduced:
     """Reproduce a paper into the folder `out`: claims.json and report.html; return the judged claims.
 
     With `estimators` each of them is also given the paper's recordings, beside the paper's own method: a table of the
-    report, and beside.json. Claims are about the paper's method whatever stands beside it.
+    report, and beside.json. One that has not answered after so many `seconds` by the clock hangs. Claims are about the
+    paper's method whatever stands beside it.
 
     What is finished stays in a hidden folder beside `out` until everything is: the same call goes on from there.
     Raises `InputError` for an unknown paper or estimator, without matplotlib, or where `out` cannot be written.
@@ -53,7 +55,7 @@ def reproduce(
     require_matplotlib()
     paper = PAPERS[name]
     settings = paper.settings(quick, seed)
-    asked = beside.asked_for(paper, settings, estimators)
+    asked = beside.asked_for(paper, settings, estimators, seconds)
     files = [Path(place.rpartition(":")[0]) for place in (asked.places.values() if asked else ())]
     with undone(own_apart().end), atomic_directory(out, [file for file in files if file.suffix == ".py"]) as folder:
         parts = [*paper.parts(settings), *(beside.parts(asked) if asked else ())]

@@ -1,9 +1,10 @@
-"""The experiments that can be played; `SCENARIOS` lists ours, and installed packages may offer more."""
+"""The experiments that can be played; `SCENARIOS` lists ours, and installed packages may offer more, and rigs."""
 
 from imubench.entry_points import SCENARIOS as POINTS
 from imubench.entry_points import from_package, offered, origin
 from imubench.errors import unknown
 from imubench.scenarios import hinge, moving_pivot, pendulum
+from imubench.scenarios.of_rigs import by_hand, known_by_hand, rig_of
 from imubench.scenarios.olsson2020 import named
 from imubench.scenarios.olsson2020.named import SequenceScenario
 from imubench.scenarios.scenario import Scenario
@@ -18,6 +19,8 @@ def find_scenario(name: str) -> Scenario | SequenceScenario:
     if name in SCENARIOS:
         return SCENARIOS[name]
     found = from_package(POINTS, name, "scenario", Scenario)
+    if found is None and (rig := rig_of(name)) is not None:
+        return by_hand(rig)
     if not isinstance(found, Scenario):
         raise unknown("scenario", name, known_scenarios())
     return found
@@ -26,4 +29,5 @@ def find_scenario(name: str) -> Scenario | SequenceScenario:
 def known_scenarios() -> dict[str, str]:
     """Return the scenarios by name, each with one line about it; no package is imported for that."""
     outside = {name: origin(points) for name, points in offered(POINTS).items()}
-    return {**outside, **{name: s.summary for name, s in SCENARIOS.items()}}
+    ours = {name: s.summary for name, s in SCENARIOS.items()}
+    return {**ours, **known_by_hand(), **outside, **ours}

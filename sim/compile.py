@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 
 from imubench import rotations
+from imubench.models import mjcf
 from imubench.models.tree import rig_spec, rig_tree
 from imubench.sim.joint_model import PLAY, TINY_ARMATURE, gear, lighten, set_joint
 from imubench.sim.rigs import Mount, Rig
@@ -30,7 +31,7 @@ IMU_SENSORS = ("framepos", "framequat", "framelinacc", "frameangacc", "accelerom
 
 def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", watch_segments: bool = True) -> Any:
     """Return the MjSpec of a rig with sensors on its IMUs and, if so wanted, its segments and pictures."""
-    spec = _template(rig.family, watch_segments).copy()
+    spec = _template(rig.family, mjcf(rig.family), watch_segments).copy()
     spec.option.timestep = timestep
     spec.option.gravity = [0.0, 0.0, -rig.gravity]
     spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
@@ -61,8 +62,8 @@ def specify(rig: Rig, timestep: float = 1e-3, integrator: str = "implicitfast", 
 
 
 @lru_cache
-def _template(family: str, watch_segments: bool) -> Any:
-    """Return the MjSpec of a family's MJCF file, to be copied."""
+def _template(family: str, text: str, watch_segments: bool) -> Any:
+    """Return the MjSpec of a family's MJCF file, to be copied; `text` is what the file holds now."""
     write_no_log()
     spec, imus = rig_spec(family), rig_tree(family).imus
     springs = [joint for name in imus for joint in spec.body(name).joints]

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from imubench.arrays import Array, frozen, frozen_quaternion
 from imubench.errors import InputError, unknown
-from imubench.models import RIG_FILES
+from imubench.models import is_rig, known_rigs, mjcf
 from imubench.models.tree import Tree, rig_spec, rig_tree
 from imubench.recording import STANDARD_GRAVITY, positive
 from imubench.sim.joints import Play, Stop
@@ -132,7 +132,7 @@ class Segment:
 class Rig:
     """One rig, ready to be compiled into a MuJoCo model."""
 
-    family: str  # a key of models.RIG_FILES
+    family: str  # a rig of `imubench list rigs`
     mounts: tuple[Mount, ...]  # imu1 on segment 1, imu2 on segment 2
     segments: tuple[Segment, ...]
     base: Literal["free", "fixed"] = "free"  # fixed: its first segment is clamped
@@ -153,8 +153,8 @@ class Rig:
     gravity: float = STANDARD_GRAVITY  # m/s^2
 
     def __post_init__(self) -> None:
-        if self.family not in RIG_FILES:
-            raise unknown("rig", self.family, RIG_FILES)
+        if not is_rig(self.family):
+            raise unknown("rig", self.family, known_rigs())
         tree, expected = self.tree, len(self.tree.names)
         if len(self.segments) != expected or not 1 <= len(self.mounts) <= expected:
             raise InputError(
@@ -243,28 +243,31 @@ def rod(mass: float, start: ArrayLike, end: ArrayLike, radius: float) -> Segment
 
 
 @cache
-def _standard(family: str) -> Rig:
-    """Return a rig as its file has it: a segment with the file's own inertia, or a cylinder as its capsule is."""
+def _standard(family: str, text: str) -> Rig:
+    """Return a rig as its file has it, which holds `text` now: segments with its inertia, or cylinders as capsules."""
     spec, tree = rig_spec(family), rig_tree(family)
     segments = []
     for body in (spec.body(name) for name in tree.names):
         geom = body.geoms[0]
         if body.explicitinertial:
-            segments.append(Segment(float(body.mass), body.ipos, body.inertia))
+            ends = np.asarray(geom.fromto).reshape(2, 3)
+            length = {"length": float(np.linalg.norm(ends, axis=1).max())} if np.isfinite(ends).all() else {}
+            segments.append(Segment(float(body.mass), body.ipos, body.inertia, **length))
         else:
             segments.append(rod(float(geom.mass), geom.fromto[:3], geom.fromto[3:], float(geom.size[0])))
-    mounts = tuple(Mount(position=np.array(tree.sites[imu].position)) for imu in tree.imus)
+    sites = (tree.sites[imu] for imu in tree.imus)
+    mounts = tuple(Mount(np.array(site.position), np.array(site.quaternion)) for site in sites)
     return Rig(family, mounts, tuple(segments))
 
 
 def standard_rig(family: str, **changes: object) -> Rig:
-    """Return a rig as `models/` has it, with changes.
+    """Return a rig as its file has it, with changes.
 
     Args:
-        family: a key of `models.RIG_FILES`.
+        family: one of `imubench list rigs`.
         **changes: fields of `Rig`.
     """
-    return replace(_standard(family), **changes)  # type: ignore[arg-type]
+    return replace(_standard(family, mjcf(family)), **changes)  # type: ignore[arg-type]
 
 
 def hinge(**changes: object) -> Rig:

@@ -157,9 +157,10 @@ def parse_parameter(text: str, where: str) -> Parameter:
 
 
 def _label(paths: tuple[Parameter, ...]) -> str:
-    """Return `frequency of soft_mount`: the last key, and whose it is."""
-    last = paths[0].keys[-1].replace("_", " ")
-    owners = dict.fromkeys(p.keys[-2] for p in paths if len(p.keys) > 1)
+    """Return `frequency of soft_mount`, `bias std of gyro_bias`: the last keys, and whose they are."""
+    owned = paths[0].keys[2:] if paths[0].keys[0] == "effect" else paths[0].keys[-1:]
+    last = " ".join(owned).replace("_", " ")
+    owners = dict.fromkeys(p.keys[-len(owned) - 1] for p in paths if len(p.keys) > len(owned))
     return f"{last} of {' and '.join(owners)}" if owners else last
 
 

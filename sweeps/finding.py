@@ -39,7 +39,9 @@ def finding(sweep: Sweep, found: Map) -> str:
 
 
 def headline(sweep: Sweep, found: list[Map]) -> str:
-    """Return how many cells each estimator keeps the limit in, the best first."""
+    """Return how many cells each estimator keeps the limit in, the best first; of one alone what its map shows."""
+    if len(found) == 1:
+        return finding(sweep, found[0])
     counts = sorted(((int(m.below(sweep.limit).sum()), m.estimator) for m in found), key=lambda pair: -pair[0])
     (most, first), *others = counts
     told = [f"{first} in {most} of {found[0].value.size} cells", *(f"{name} in {count}" for count, name in others)]

@@ -63,9 +63,12 @@ def _setting(sweep: Sweep, figure: str) -> str:
 def _figures(sweep: Sweep, drawn: Sequence[Map]) -> str:
     pictures = figures(sweep, drawn)
     if len(sweep.axes) == 1:
-        said = "<br>".join(escape(finding(sweep, m)) for m in drawn)
-        alone = f"<figcaption>{said}</figcaption>{svg(pictures[0], 'curves')}"
+        said = "<br>".join(escape(finding(sweep, m)) for m in drawn if len(drawn) > 1)
+        caption = f"<figcaption>{said}</figcaption>" if said else ""
+        alone = f"{caption}{svg(pictures[0], 'curves')}"
         return f"<div class='maps one'><figure>{alone}</figure></div>"
+    if len(drawn) == 1:  # the headline has said it
+        return f"<div class='maps'><figure>{svg(pictures[0], drawn[0].estimator)}</figure></div>"
     each = (
         f"<figure><figcaption>{escape(finding(sweep, m))}</figcaption>{svg(picture, m.estimator)}</figure>"
         for m, picture in zip(drawn, pictures, strict=True)
@@ -78,11 +81,14 @@ def _key(sweep: Sweep, drawn: Sequence[Map]) -> str:
     limit, percent = f"{sweep.limit:g} {sweep.unit}", f"{100 * CONFIDENCE:g} %"
     silent = any(np.isposinf(m.value).any() for m in drawn)
     part = bool((drawn[0].played < 1).any())
+    known = any((np.isfinite(m.low) & (m.low > 0)).any() or np.isfinite(m.high).any() for m in drawn)
+    few = f"No {percent} interval: {sweep.recordings} recordings in a cell are too few for one."
     if len(sweep.axes) == 1:
-        lines = [
-            f"Dashed: {limit}. Shaded: {percent} interval, value by value, from order statistics; "
-            "none where the recordings are too few for one."
-        ]
+        shaded = (
+            f"Shaded: {percent} interval, value by value, from order statistics; none where the recordings are too few "
+            "for one."
+        )
+        lines = [f"Dashed: {limit}. {shaded if known else few}"]
         if silent:
             lines.append("Triangle on top: no answer in half of the recordings or more.")
         if part:
@@ -95,7 +101,7 @@ def _key(sweep: Sweep, drawn: Sequence[Map]) -> str:
         ("below", f"below {limit}", True),
         ("above", f"above {limit}", True),
         ("limit", f"where the error passes {limit}", ends),
-        ("ends", f"where the ends of its {percent} interval do, cell by cell, from order statistics", ends),
+        ("ends", f"where the ends of its {percent} interval do, cell by cell, from order statistics", ends and known),
         ("some", "some recordings without an answer: the larger, the more", some),
         ("silent", "no answer in half of the recordings or more", silent),
         ("part", "some of the recordings cannot be played: the colour is of the others", part),
@@ -107,7 +113,8 @@ def _key(sweep: Sweep, drawn: Sequence[Map]) -> str:
         for kind, text, there in rows
         if there
     )
-    return f"<ul class='key soft'>{items}</ul>"
+    more = "" if known or not ends else f"<p class='soft'>{escape(few)}</p>"
+    return f"<ul class='key soft'>{items}</ul>{more}"
 
 
 def _notes(sweep: Sweep, drawn: Sequence[Map], outcomes: Sequence[Outcome]) -> str:
@@ -127,7 +134,11 @@ def _notes(sweep: Sweep, drawn: Sequence[Map], outcomes: Sequence[Outcome]) -> s
             items.append(f"{m.estimator}: {kind} on {count} recordings: {'; '.join(whys)}")
         unsure = sum(o.estimator == m.estimator and o.outcome in ANSWERED[1:] for o in outcomes)
         if unsure:
-            items.append(f"{m.estimator}: {unsure} answers that it calls itself not converged, or not identifiable")
+            answers = sum(o.estimator == m.estimator and o.outcome in ANSWERED for o in outcomes)
+            items.append(
+                f"{m.estimator} calls {unsure} of its {answers} answers not converged, or not identifiable; they count "
+                "as they are"
+            )
         if m.best_pairing:
             items.append(
                 f"{m.estimator} does not always know how the signs of the two axes go together: where it says so, it "

@@ -2,7 +2,7 @@
 
 import json
 import platform
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from itertools import chain
 from pathlib import Path
@@ -20,6 +20,7 @@ from imubench.estimators import Estimator
 from imubench.leftovers import undone
 from imubench.plugin_versions import absolute, versions
 from imubench.plugins import find_estimator
+from imubench.progress import Report
 from imubench.reproduce.parts import Store
 from imubench.reproduce.report import require_matplotlib
 from imubench.sweeps import attempts
@@ -34,9 +35,6 @@ from imubench.sweeps.work import COMPUTING, Outcome, Piece, SweepWork
 
 SECONDS = 60.0
 """s that an estimate may take, if nothing else is said: a hundred times what the slowest of ours takes for 10 s."""
-
-Report = Callable[[str, int, int], None]
-"""Called with what is counted, how many are done, and how many there are."""
 
 
 def sweep(
@@ -89,7 +87,7 @@ def sweep(
             (folder / "spec" / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / "spec" / name).write_bytes(content)
         write_json(folder / "sweep.json", _told(work, identity, asked, drawn))
-        text = page(asked, work.figure, done, drawn, outcomes, _footer(names, seed))
+        text = page(asked, work.figure, done, drawn, outcomes, _footer(names, seed, asked))
         (folder / "report.html").write_text(text, encoding="utf-8")
     store.forget()
     return done
@@ -193,14 +191,15 @@ def _told(work: SweepWork, identity: Mapping[str, Any], asked: Sweep, drawn: lis
         "findings": {m.estimator: finding(asked, m) for m in drawn},
         **{
             key: identity[key]
-            for key in ("spec", "recordings", "seed", "seconds", "versions", "peers", "code", "machine")
+            for key in ("spec", "rig_files", "recordings", "seed", "seconds", "versions", "peers", "code", "machine")
+            if key in identity
         },
         "estimators": as_table(list(work.estimators), work.prints),
     }
 
 
-def _footer(names: Sequence[str], seed: int) -> str:
-    given = " ".join(f"--estimator {name}" for name in names)
+def _footer(names: Sequence[str], seed: int, asked: Sweep) -> str:
+    given = " ".join([*(f"--estimator {name}" for name in names), f"--recordings {asked.recordings}"])
     return (
         f"imubench {imubench.__version__}: imubench sweep {SWEEP_FILE} {given} --seed {seed}, on {platform.machine()} "
         f"with Python {platform.python_version()}. Every number is in sweep.parquet and sweep.csv, every recording's "

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from imubench.attempt import Failed
 from imubench.dataset.identity import COMPUTING as PLAYING
-from imubench.dataset.identity import DECIDING, computed_by, hashes
+from imubench.dataset.identity import DECIDING, computed_by, hashes, rigs_of
 from imubench.dataset.playing import Made, make
 from imubench.errors import InputError
 from imubench.figures import value_of
@@ -91,6 +91,7 @@ class SweepWork:
         """Return what decides about the result."""
         return {
             "spec": hashes(self.content),
+            **rigs_of(self.sweep.cell(0, 0)),
             "recordings": self.recordings,
             "seed": self.seed,
             "figure": self.figure,

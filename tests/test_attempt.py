@@ -1,6 +1,8 @@
 """Whatever an estimator does wrong is its result: a crash, a hang, NaN, a wrong shape or quantity, a dead process."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 from textwrap import dedent
 
@@ -130,3 +132,34 @@ def test_a_process_apart_outlives_what_hangs_and_dies_in_it(path):
         assert found.why == "no answer after 2 s"
         answer = attempted(find_estimator(f"{path}:sound"), recording(), 10.0, apart)
     assert isinstance(answer, Estimate)
+
+
+@pytest.mark.long
+def test_a_worker_that_is_killed_leaves_the_semaphores_of_its_process_apart_unsaid(tmp_path):
+    """Python's resource tracker removes them, and would warn of them behind the one line that a command says."""
+    program = tmp_path / "killed.py"
+    program.write_text(
+        dedent("""
+        import time
+        from pathlib import Path
+
+        from imubench.attempt import attempted, own_apart
+        from imubench.estimators import ESTIMATORS
+        from imubench.workers import process_pool
+
+        def work(ready):
+            attempted(ESTIMATORS["seel2012"], None, 60.0, own_apart())
+            ready.touch()
+            time.sleep(60)
+
+        if __name__ == "__main__":
+            with process_pool(1) as pool:
+                ready = Path(__file__).with_name("ready")
+                pool.submit(work, ready)
+                while not ready.exists():
+                    time.sleep(0.01)
+                raise SystemExit(3)
+        """)
+    )
+    ended = subprocess.run([sys.executable, program], capture_output=True, text=True, timeout=120, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (3, "", "")

@@ -35,6 +35,22 @@ def test_csv_maps_columns_and_units(tmp_path):
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)  # rounding of the unit factors
 
 
+def test_csv_of_a_part_of_the_time(tmp_path):
+    """Both sensors between the same two moments of one clock, which counts on as it did."""
+    t, gyro, _ = imu_csv(tmp_path / "a.csv")
+    rows = (tmp_path / "a.csv").read_text().splitlines()
+    (tmp_path / "late.csv").write_text("\n".join([rows[0], *rows[26:]]) + "\n")  # begins half a second later
+    columns = ",".join(f"{ours}={theirs}" for ours, theirs in NAMES.items())
+    (out,) = CONVERTERS["csv"](tmp_path / "a.csv", second="late.csv", columns=columns, start="0.4", end="2")
+    one, two = out.recording.imus
+    inside = (t >= 0.4) & (t <= 2.0)
+    np.testing.assert_array_equal(one.time, t[inside])
+    np.testing.assert_array_equal(one.gyro, gyro[inside])
+    assert (two.time[0], two.time[-1], two.rate) == (0.5, 2.0, 50.0)
+    with pytest.raises(InputError, match=r"a\.csv: expected samples from 9 s to the end, got 0 to 3\.98 s"):
+        CONVERTERS["csv"](tmp_path / "a.csv", columns=columns, start=9)
+
+
 def test_csv_without_stamps_needs_a_rate(tmp_path):
     ours = {name: name for name in NAMES}
     t, gyro, _ = imu_csv(tmp_path / "a.csv", ours, timed=False)

@@ -17,7 +17,8 @@ from imubench.dataset.spec import KEYS
 from imubench.sim.injected import all_injectable
 from tests.hub import offline
 
-PAGE = (Path(__file__).resolve().parent.parent / "docs/datasets.md").read_text()
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+PAGE = (DOCS / "datasets.md").read_text()
 FIRST, SPEC = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
 BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
 __all__ = ["offline"]
@@ -49,10 +50,16 @@ def test_other_readers_as_shown(folder, package, offline):
 
 @pytest.mark.parametrize(
     "key",
-    [*KEYS[1:], *RIG_KEYS, *NUMBERS, *SPRING_NUMBERS, *KINDS, *RandomMotion.DEFAULTS, *all_injectable(), *RECORDING],
+    [*KEYS[1:], *RIG_KEYS, *NUMBERS, *SPRING_NUMBERS, *KINDS, *RandomMotion.DEFAULTS, *RECORDING],
 )
 def test_every_key_is_told(key):
     assert f"`{key}`" in PAGE or f"[[{key}]]" in PAGE
+
+
+@pytest.mark.parametrize("effect", all_injectable())
+def test_every_effect_is_on_the_page_that_is_named(effect):
+    assert "[the effects](effects.md)" in PAGE
+    assert f"### {effect}\n" in (DOCS / "effects.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("key", [*SEGMENT, *IMU])

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from imubench.errors import InputError
 from imubench.format1 import read, read_recording, read_reference, write_recording
+from imubench.models import RIG_FILES
 from imubench.models.tree import rig_tree
-from imubench.recording import RIGS, Body, Encoder, Imu, Pose, Recording
+from imubench.recording import Body, Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
 from imubench.run import simulate
 from tests.calls import calls
@@ -70,7 +71,7 @@ maybe_std = st.none() | numbers(0.0, 10.0)
 @st.composite
 def recordings(draw: st.DrawFn) -> tuple[Recording, Reference | None]:
     """Every field of the format, there or not; a few samples each."""
-    rig = draw(st.sampled_from(sorted(RIGS)))
+    rig = draw(st.sampled_from(sorted(RIG_FILES)))
     n = draw(st.integers(2, 6))
     time = stamps(draw, n)
     imus = tuple(

@@ -14,7 +14,7 @@ from tests.test_main import one_line
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds processes in /proc")
 LONG = ("run", "estimate", "convert csv", "diagnose", "reproduce", "generate, 2 workers", "export qmt", "prove",
-    "check, 2 workers",
+    "sweep", "check, 2 workers",
 )  # fmt: skip
 
 

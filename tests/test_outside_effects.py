@@ -1,11 +1,15 @@
 """Effects from outside the package: injected, found, replayed and reported as our own; a broken one breaks nothing."""
 
+import re
 import warnings
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from imubench import effect_table
 from imubench.correction.read_model import read_model
 from imubench.correction.replay import truth_of_motion
 from imubench.correction.sensor_chain import plays, read_by
@@ -13,8 +17,12 @@ from imubench.dataset.effect_ranges import Shown, parse_effect
 from imubench.diagnosis.on_disk import diagnose_on_disk
 from imubench.effect_reference import section
 from imubench.effects import EFFECTS, VARIANTS, possible
+from imubench.effects.effect import Reading
+from imubench.effects.library import checked
 from imubench.errors import InputError
+from imubench.explain import glossary_page
 from imubench.format1 import write_recording
+from imubench.jets import Jet
 from imubench.recording import Recording
 from imubench.sim import rigs
 from imubench.sim.imu_model import Declared, DeclaredMount, observe
@@ -101,6 +109,22 @@ def test_an_effect_of_a_package_is_one_of_the_library(package):
     assert here("list", "effects").out.count("gyro_square") == 1
     assert "A gyroscope in a sensor that reads a part of its square." in here("explain", "gyro_square").out
     assert "- law: `p = p_model + height e_z`" in list(section("raised", EFFECTS["raised"]))
+
+
+def test_the_example_of_the_page_is_an_effect_as_it_stands():
+    page = (Path(__file__).resolve().parent.parent / "docs" / "add-an-effect.md").read_text(encoding="utf-8")
+    space: dict[str, Any] = {}
+    exec(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0], space)
+    (square,) = checked((space["GyroSquare"](),), "the page", set(EFFECTS))
+    rate = np.array([[1.0, -2.0, 3.0]])
+    error = square.error(Reading(Jet(rate), Jet(rate), Jet(np.zeros((1, 1)))), {"square": Jet(SQUARE[None])})
+    assert np.array_equal(error.gyro.value, SQUARE * rate * rate)
+
+
+def test_our_pages_are_not_about_the_effects_of_a_package(package):
+    assert "gyro_square" in EFFECTS
+    assert "gyro_square" not in effect_table.page() + glossary_page()
+    assert "gyro_square" in EFFECTS
 
 
 def test_an_effect_of_a_package_is_injected_and_drawn_for_datasets(package):

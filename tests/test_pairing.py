@@ -160,6 +160,8 @@ def test_files_and_lines_say_it():
     assert pairing_note(known, sure) == "sign pairing from declared mounts"
     assert pairing_note(replace(known, pairing=None), sure).startswith("sign pairing not said by the estimator")
     assert pairing_note(replace(known, pairing="unknown"), sure).endswith("the declared mounts do not tell it")
+    theirs = replace(known, pairing="unknown", estimator="mine.py:estimate")  # which never asked the mounts
+    assert pairing_note(theirs, sure).startswith("sign pairing unknown, the estimator says")
     vector = Estimate("joint_vector", "test", axes, None, "none")
     assert pairing_note(vector, recording) == ""
     assert "pairing" not in estimate_as_dict(vector)

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from scipy.ndimage import median_filter
 
 from imubench import rotations
-from imubench.recording import RIGS
+from imubench.models import RIG_FILES as RIGS
 from imubench.sim import rigs
 from imubench.sim.compile import DRIVEN_ARMATURE, compile_model, specify
 from imubench.sim.driven import evaluate, joint_state

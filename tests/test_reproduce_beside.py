@@ -34,6 +34,15 @@ THEIRS = """
         return np.zeros((2, 3))
 
     centre.quantity = "joint_vector"
+
+    def hanging(recording):
+        while True:
+            pass
+
+    def nan(recording):
+        return np.full((2, 3), np.nan)
+
+    nan.quantity = "joint_axis"
 """
 
 
@@ -77,6 +86,21 @@ def test_each_is_in_the_report_and_in_beside_json_and_the_claims_are_the_papers(
     assert (tmp_path / "alone" / "claims.json").read_bytes() == (tmp_path / "out" / "claims.json").read_bytes()
 
 
+@pytest.mark.long
+def test_one_that_hangs_or_answers_nan_is_told_in_its_place(small, monkeypatch, tmp_path):
+    """Each in a process of its own, which is ended; the others have their errors all the same."""
+    monkeypatch.setattr(beside, "attempted", attempted)
+    names = ("theirs.py:hanging", "theirs.py:nan", "theirs.py:y")
+    words = [word for name in names for word in ("--estimator", name)]
+    done = here("reproduce", "small", *words, "--time-limit", "5", "--out", "out")
+    assert done.code == 0, done.err
+    entries = json.loads((tmp_path / "out" / "beside.json").read_text())
+    why = {e["estimator"]: e["why"].partition(":")[0] for e in entries}
+    assert why == {"seel2012": "", "theirs.py:hanging": "timed out", "theirs.py:nan": "malformed", "theirs.py:y": ""}
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert page.count("<td class='number'>timed out</td>") == page.count("<td class='number'>malformed</td>") == 2
+
+
 def test_what_cannot_stand_beside_a_paper_is_one_line(small):
     for paper, name, message in (
         (
@@ -98,7 +122,7 @@ def test_the_trials_of_arve_are_its_runs():
     assert [t.name for t in asked.trials][:2] == ["r constant, seed 0", "r constant, seed 1"]
     assert len(asked.trials) == 10
     np.testing.assert_array_equal(recording.imus[0].time, truth.time)
-    found = beside.estimated(run_of_the_pendulum, {"varying": False, "seed": 3}, "mrvs", "mrvs", "ours", "error")
+    found = beside.estimated(run_of_the_pendulum, {"varying": False, "seed": 3}, "mrvs", "mrvs", "ours", "error", 60.0)
     assert found["error"] < 0.02  # m: a tenth of |r|, the paper's limit
 
 

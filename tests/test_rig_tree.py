@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from imubench.effects import EFFECTS
-from imubench.models import RIG_FILES, RIG_SUMMARIES
+from imubench.models import RIG_FILES, RIG_SUMMARIES, imu_names
 from imubench.models.tree import BALL, FREE, HINGE, UNREAD, Tree, rig_tree, tree_of
 from imubench.recording import Imu, Recording
 from imubench.sim.rigs import hinge, standard_rig
@@ -79,6 +79,11 @@ def test_our_rigs_are_three_instances(rig, kind, floats, clamps, carriers):
     assert (tree.kind, tree.floats, tree.clamps, tree.carriers) == (kind, floats, clamps, carriers)
     assert tree.loose == (kind == FREE)
     assert RIG_SUMMARIES.keys() == RIG_FILES.keys()
+
+
+@pytest.mark.parametrize("rig", RIG_FILES)
+def test_the_names_of_imus_are_those_of_the_tree(rig):
+    assert imu_names(rig) == rig_tree(rig).imus
 
 
 def test_a_rig_that_nobody_has_read_has_nothing():

@@ -142,7 +142,7 @@ def arrays(recording):
         ("hinge-hand", "soft_mont", "unknown --effect soft_mont.name 'soft_mont'; .*did you mean 'soft_mount'"),
         ("hinge-hand", "soft_mount@imu3", "unknown --effect soft_mount.at 'imu3'; known: imu1, imu2"),
         ("hinge-hand", "soft_mount:freq=3", "unknown key in --effect soft_mount 'freq'"),
-        ("hinge-hand", "soft_mount:frequency", r"expected NAME@PLACE:KEY=VALUE,\.\.\., got 'frequency'"),
+        ("hinge-hand", "soft_mount:frequency", r"expected NAME@PLACE:KEY=VALUE,\.\.\., got 'frequency'; one VALUE"),
         (
             "hinge-hand",
             "soft_mount:frequency=3,frequency=4",

@@ -24,6 +24,13 @@ def test_the_example_is_the_one_that_made_the_picture():
     assert found.recordings == 20
 
 
+def test_the_sweeps_of_the_paper_s_motions_are_sweeps():
+    files = sorted((ROOT / "docs/examples/sweeps").glob("*.toml"))
+    assert [load_sweep(file).shape for file in files] == [(6, 6), (9, 1), (7, 5)]
+    for file in files:
+        assert f"examples/sweeps/{file.name}" in PAGE
+
+
 def test_the_piece_is_a_sweep_with_a_rig_and_a_limit():
     found = parse_sweep({"sweep.toml": f"limit_deg = 2\n[[rig]]\nfamily = 'hinge'\n{PIECE}".encode()})
     assert found.axes[0].in_spec == (0.0, 0.01, 0.02, 0.05, 0.1)

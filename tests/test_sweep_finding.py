@@ -70,6 +70,11 @@ def test_the_headline_has_the_best_first():
     assert headline(sweep, [worse, better]) == "Error below 2 deg: theirs in 3 of 4 cells, mine in 2"
 
 
+def test_the_headline_of_one_is_what_its_map_shows():
+    sweep, alone = of([8, 4, 1, 1])
+    assert headline(sweep, [alone]) == finding(sweep, alone)
+
+
 def test_a_crossing_is_where_the_straight_line_of_logarithms_has_it():
     assert crossing(X, (10.0, 1.0), (20.0, 4.0), 2.0) == pytest.approx(np.sqrt(200), rel=1e-12)  # rounding
     assert crossing(OFFSETS, (0.0, 1.0), (20.0, 4.0), 2.0) == pytest.approx(10.0, rel=1e-12)

@@ -1,6 +1,6 @@
 """What is held beside the diagnosis on the same cases: baselines, and itself without the effect in its library."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import as_completed
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from imubench.diagnosis.result_read import read_diagnosis
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.inputs.json import load_json
+from imubench.progress import Report
 from imubench.trials import baselines
 from imubench.trials.oracle import oracle
 from imubench.trials.scoring import CaseScore, failed, score
@@ -21,7 +22,6 @@ from imubench.trials.seal import Truth
 from imubench.workers import process_pool
 
 FITTED = ("L1", "oracle")
-Report = Callable[[str, int, int], None]
 
 
 def fitted(recording: Path, truth: Truth, kept: Path) -> None:

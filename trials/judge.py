@@ -1,12 +1,13 @@
 """The answers of a proof against its opened truths: one by one, in pairs, or as their experimenters documented."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import replace
 from pathlib import Path
 
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.errors import InputError
+from imubench.progress import Report
 from imubench.trials import blind
 from imubench.trials.real import beside
 from imubench.trials.replayed import Replayed, replayed
@@ -30,7 +31,7 @@ def with_replays(
     answers: Path,
     cases: Path,
     workers: int,
-    report: Callable[[str, int, int], None],
+    report: Report,
 ) -> tuple[CaseScore, ...]:
     """Return the scores with what the simulations of each diagnosis were worth; `cases` holds the recordings."""
     asked = [s.name for s in scores if s.alarm and s.observable and s.truth]

@@ -16,6 +16,7 @@ from imubench.atomic import atomic_directory
 from imubench.inputs.files import real
 from imubench.inputs.json import load_table
 from imubench.inputs.limits import JSON_BYTES
+from imubench.progress import Report
 from imubench.trials import blind
 from imubench.trials.beside import fit_baselines, residual_size, to_leave_out, without
 from imubench.trials.crime import SUFFIX, compared
@@ -26,7 +27,7 @@ from imubench.trials.scoring import CaseScore
 from imubench.trials.seal import Truth, check, salt_of
 from imubench.trials.sealed import as_scored, opened, publish_sealed
 from imubench.trials.settings import Settings, asked_of, key, not_simulated
-from imubench.trials.stages import Report, diagnose_cases, make_cases, publish
+from imubench.trials.stages import diagnose_cases, make_cases, publish
 from imubench.workers import cores
 
 LEFT_OUT = ("answered", "confidently_wrong", "outside_flagged", "outside_located")

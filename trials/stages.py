@@ -2,7 +2,7 @@
 
 import hashlib
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, as_completed, wait
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from imubench.errors import InputError
 from imubench.inputs.json import load_json
 from imubench.inputs.limits import JSON_BYTES
 from imubench.leftovers import undone
+from imubench.progress import Report
 from imubench.proof.mixture import Question
 from imubench.trials import blind
 from imubench.trials.crime import Simulated, made_simulated
@@ -20,9 +21,6 @@ from imubench.trials.real import Added, made_real
 from imubench.trials.seal import Truth, commitment, folder_hash, salt_of
 from imubench.trials.settings import Settings
 from imubench.workers import process_pool
-
-Report = Callable[[str, int, int], None]
-"""Takes the stage, how many of it are done, and how many there are."""
 
 
 def make_cases(

@@ -15,6 +15,7 @@ from imubench.arrays import Array
 from imubench.band import banded
 from imubench.diagnosis.config.candidates import BOTH_MOUNTS
 from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
@@ -105,7 +106,7 @@ def slow_recording(recording: Recording, hz: float) -> Recording:
     return replace(slow, imus=tuple(thinned(imu) for imu in slow.imus))
 
 
-def on_springs(fit: Fit, hz: float, rounds: int = BOTH_MOUNTS.rounds) -> Fit | None:
+def on_springs(fit: Fit, hz: float, rounds: int = REML.few_rounds) -> Fit | None:
     """Return a fit whose IMUs are both on rocking springs, begun from the geometry below `hz` Hz.
 
     None where the first steps of the springs leave most of what the rigid model left.
@@ -136,5 +137,5 @@ def on_springs(fit: Fit, hz: float, rounds: int = BOTH_MOUNTS.rounds) -> Fit | N
         return None
     found = fit_with_noise(found.model, found.state, found.noise, fit.anchor, rounds=rounds)
     return fit_with_noise(
-        replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=BOTH_MOUNTS.rounds
+        replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=REML.few_rounds
     )

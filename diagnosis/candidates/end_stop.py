@@ -19,7 +19,7 @@ from scipy.ndimage import binary_dilation
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.candidates import END_STOP
-from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.shared import CONFIDENCE, EVIDENCE
 from imubench.diagnosis.problem.bspline import Moment
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.rig_kinematics import HINGE
@@ -59,7 +59,7 @@ class Stop:
         """Return what the samples say, the stop in the place of its knocks."""
         angle = {"angle": Parameter(np.array(self.angle), np.array(self.std), "rad")}
         name = EFFECTS.name_of(lambda e: e.stops_at)
-        said = Finding(name, "joint", CONFIDENCE.end_stop, angle, Interval(0.0, (0.0, 0.0)))
+        said = Finding(name, "joint", CONFIDENCE.repeated, angle, Interval(0.0, (0.0, 0.0)))
         words = f"{len(self.knocks)} contacts begin at a joint's angle of {self.angle:.3f} rad, the farthest reached."
         return replace(samples, findings=(*samples.findings, said), unless_stopped=(), notes=(*samples.notes, words))
 
@@ -71,7 +71,7 @@ def stop_of(fit: Fit, samples: SampleChecks) -> Stop | None:
         return None
     start = fit.model.start
     times = np.concatenate([np.atleast_1d(f.parameters["times"].value) for f in samples.unless_stopped])
-    if len(times) < (END_STOP.knocks_about if ball else END_STOP.knocks):
+    if len(times) < (END_STOP.knocks_about if ball else EVIDENCE.events):
         return None
     knocks = times - start
     heading = _agreed(fit, knocks) if ball else 0.0
@@ -91,7 +91,7 @@ def stop_of(fit: Fit, samples: SampleChecks) -> Stop | None:
     )
     if beyond or np.median(np.abs(at - angle)) > apart:
         return None
-    windows = left_out(fine + start, free & (away > -END_STOP.near_rad))
+    windows = left_out(fine + start, free & (away > -END_STOP.same_rad))
     return Stop(
         angle,
         END_STOP.same_rad,

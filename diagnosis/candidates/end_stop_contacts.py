@@ -97,7 +97,7 @@ def stop_from(fit: Fit, body: Body, met: Sequence[Window], swings: Sequence[Wind
         return None
     side, heading, away, deepest = found
     angle = float(np.median(away[deepest]))
-    windows = left_out(fine + fit.model.start, touching | (free & (away > angle - END_STOP.near_rad)))
+    windows = left_out(fine + fit.model.start, touching | (free & (away > angle - END_STOP.same_rad)))
     stop = Stop(
         side * angle,
         END_STOP.same_rad,

@@ -12,6 +12,7 @@ from scipy.ndimage import median_filter
 
 from imubench.diagnosis.candidates.slips import slip
 from imubench.diagnosis.config.candidates import HUM_START
+from imubench.diagnosis.config.samples import TONE
 from imubench.diagnosis.criteria.dynamic_score import lawful_score
 from imubench.diagnosis.criteria.score_test import Score, score
 from imubench.diagnosis.problem.fit import Fit
@@ -66,7 +67,7 @@ def hum_frequency(fit: Fit, at: str) -> float:
     A motion with 128 knots a second follows 53 Hz, and what it leaves of that is their image at 75 Hz.
     """
     left, raw = strongest_line(fit, at), fit.model.humming.get(at)
-    return raw if left and raw and abs(left - raw) > HUM_START.other_line_hz else left
+    return raw if left and raw and abs(left - raw) > TONE.neighbours_from_hz else left
 
 
 def strongest_line(fit: Fit, at: str) -> float:

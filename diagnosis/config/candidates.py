@@ -18,7 +18,6 @@ class BothMountsConfig:
         "at most: else it is not springs that the rest is made of",
         "judgement",
     )
-    rounds: int = setting(2, "rounds", "of the noise, mounts held", "time")
 
     @property
     def hopeless(self) -> float:
@@ -43,9 +42,10 @@ BEGINNING = BeginningConfig()
 class EndStopConfig:
     """A stop that a free swing knocks against."""
 
-    knocks: int = setting(2, "knocks", "that can agree", "statistics")
     knocks_about: int = setting(4, "knocks", "that can agree about an axis that is sought for them", "statistics")
-    same_rad: float = setting(0.02, "rad", "how closely knocks agree, as a median: stops 0.003", "trials")
+    same_rad: float = setting(
+        0.02, "rad", "how closely knocks agree, as a median: stops 0.003; so near, a limb is at its stop", "trials"
+    )
     same_share: float = setting(0.01, "of the swing", "the same, of how far the joint swings", "trials")
     beyond_rad: float = setting(0.15, "rad", "that a smeared contact may seem to go beyond the stop", "numerics")
     beyond_share: float = setting(0.2, "of the swing", "the same, of how far the joint swings", "numerics")
@@ -53,7 +53,6 @@ class EndStopConfig:
         0.3, "rad", "the same right after a knock: the spline turns round later than the segment", "numerics"
     )
     soon_s: float = setting(0.1, "s", "after a knock that was heard, for which that holds", "numerics")
-    near_rad: float = setting(0.02, "rad", "before the stop that is left out with it", "numerics")
     pad_s: float = setting(0.02, "s", "around it that are left out with it", "numerics")
     grid_s: float = setting(0.005, "s", "between the times that are looked at", "numerics")
     unsettled_rad: float = setting(
@@ -131,7 +130,6 @@ class HumStartConfig:
     """Where a hum begins."""
 
     line_bins: int = setting(41, "bins", "of a spectrum that a line must stand out of", "numerics")
-    other_line_hz: float = setting(1.0, "Hz", "off: another line than that of the raw samples", "numerics")
     least_hum_hz: float = setting(1.0, "Hz", "under which a hum is part of the motion", "physics")
 
 
@@ -149,10 +147,14 @@ class SlipScanConfig:
         2, "moments", "to either side are looked at anew: a peak is as narrow as a slip is short", "numerics"
     )
     coarse_moments: int = setting(60, "moments", "of a long recording, first", "time")
-    peak_s: float = setting(0.05, "s", "between moments about the loudest", "numerics")
     peak_moments: int = setting(3, "moments", "to either side of the loudest", "numerics")
     parts: int = setting(4, "parts", "of a slip, at which the loudest stretch may begin", "numerics")
     clear: float = setting(1.25, "of a slip's length", "from one to the next", "judgement")
+
+    @property
+    def peak_s(self) -> float:
+        """In s, between moments about the loudest, as near as any."""
+        return self.apart_s[-1]
 
 
 SLIP_SCAN = SlipScanConfig()

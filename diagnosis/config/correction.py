@@ -14,11 +14,13 @@ class ReadModelConfig:
     )
     least_rate_hz: float = setting(0.1, "Hz", "of inertial sensors and encoders", "judgement")
     most_rate_hz: float = setting(10_000.0, "Hz", "of inertial sensors and encoders", "judgement")
-    most_s: float = setting(
-        5_000.0, "s", "of a recording: 2 million states at 400 Hz, the least that is played", "time"
-    )
     edge_s: float = setting(0.5, "s", "by which samples may go on beyond the motion's first and last row", "judgement")
     rounding_s: float = setting(1e-6, "s", "by which rounding may move an end", "numerics")
+
+    @property
+    def most_s(self) -> float:
+        """In s, of a recording: as many states at the least rate that is played as samples of a sensor."""
+        return self.most_samples / REPLAY.least_rate_hz
 
 
 READ_MODEL = ReadModelConfig()
@@ -39,13 +41,3 @@ class ReplayConfig:
 
 
 REPLAY = ReplayConfig()
-
-
-@dataclass(frozen=True)
-class ExplainedFitConfig:
-    """The fit from the diagnosed numbers."""
-
-    rounds: int = setting(5, "rounds", "of its noise levels", "time")
-
-
-EXPLAINED_FIT = ExplainedFitConfig()

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from imubench.diagnosis.config.shared import DECLARED_NOISE, EVIDENCE
 from imubench.setting import setting
 
 
@@ -9,12 +10,16 @@ from imubench.setting import setting
 class HeldOutConfig:
     """Cross-validation."""
 
-    block_s: float = setting(5.0, "s", "left out at a time", "judgement")
     least_blocks: int = setting(8, "blocks", "when the recording is short", "statistics")
     bootstrap_draws: int = setting(2000, "draws", "of blocks", "time")
     bootstrap_seed: int = setting(20201, "1", "so that a diagnosis repeats itself", "convention")
     little: float = setting(0.01, "of what is gained", "that blocks without a say may lose", "judgement")
     against: float = setting(0.2, "of what some blocks gain", "that others may lose", "judgement")
+
+    @property
+    def block_s(self) -> float:
+        """In s, left out at a time: as short a piece as can tell."""
+        return EVIDENCE.least_s
 
 
 HELD_OUT = HeldOutConfig()
@@ -24,12 +29,8 @@ HELD_OUT = HeldOutConfig()
 class AdmissionConfig:
     """When an effect is tried, and what else is asked."""
 
-    refits: int = setting(3, "effects", "of the best scores, refitted exactly in each round", "time")
-    unexplained_misfit: float = setting(
-        1.4,
-        "misfit",
-        "above which a sensor's own motion is tried too; a declared noise explains up to 1.6",
-        "judgement",
+    refits: int = setting(
+        3, "effects", "of the best scores, refitted exactly in each round, and of the closest rivals of one", "time"
     )
     screened_s: float = setting(15.0, "s", "of a recording on which effects with states are tried first", "time")
     most_effects: int = setting(5, "effects", "in one diagnosis", "judgement")
@@ -38,8 +39,12 @@ class AdmissionConfig:
         1.5, "of the declared level", "from which it may have been raised by an effect", "judgement"
     )
     moments_at_once: int = setting(2, "moments", "whose columns are held at once", "time")
-    columns_at_once: int = setting(48, "columns", "that are held together", "time")
-    numbers_at_once: int = setting(8_000_000, "numbers", "of these columns: memory", "time")
+    numbers_at_once: int = setting(8_000_000, "numbers", "of columns that are held together: memory", "time")
+
+    @property
+    def unexplained_misfit(self) -> float:
+        """Misfit above which a sensor's own motion is tried too: more than a std that was declared too small leaves."""
+        return DECLARED_NOISE.misdeclared_power
 
 
 ADMISSION = AdmissionConfig()
@@ -59,7 +64,6 @@ class EquivalenceConfig:
         1.5, "of white noise", "from where on more is in doubt: a rival has its own part of the noise", "judgement"
     )
     dull_doubt: float = setting(0.6, "of what an effect explains", "the share that is refitted there", "judgement")
-    refits: int = setting(3, "rivals", "at most", "time")
 
 
 EQUIVALENCE = EquivalenceConfig()
@@ -111,14 +115,12 @@ DELAY = DelayConfig()
 class LawConfig:
     """Effects with states and the laws that these obey."""
 
-    doubted_std: float = setting(4.0, "of a law's std", "that may be left; beyond, its state is a spline", "judgement")
     doubted_share: float = setting(0.05, "of what drives a law", "that may be left", "judgement")
     tighter: float = setting(0.1, "of a law's level", "at its floor: tried as well", "judgement")
     decided: float = setting(
         10.0, "of the freedoms", "worth so much, a refit is not chosen or refused for them", "judgement"
     )
     tighter_cost_nat: float = setting(1.0, "nat", "which a tighter law may cost", "judgement")
-    delay_nat: float = setting(15.0, "nat", "that a filter must be worth by its delay alone", "judgement")
     free_roughness: tuple[float, ...] = setting(
         (1e2, 1e3, 1e4, 1e5), "unit/s^4/sqrt(Hz)", "of a free state, a grid", "numerics"
     )

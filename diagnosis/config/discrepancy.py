@@ -53,9 +53,6 @@ class TermConfig:
     rival: float = setting(
         0.5, "of the best promise", "from which the best of another place is fitted too", "judgement"
     )
-    shape_alone_nat: float = setting(
-        30.0, "nat", "that a slow error's shape must be worth where it foretells nothing", "judgement"
-    )
     shape_nat: float = setting(
         4.0, "nat", "of a slow error's shape; in 67 recordings with nothing wrong 1.8 at most", "trials"
     )

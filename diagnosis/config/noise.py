@@ -116,7 +116,6 @@ class KnotSelectionConfig:
         7, "knots", "in the period of springs that ring, at least: a spline of fewer damps them", "numerics"
     )
     rung: float = setting(0.65, "of a spring's frequency", "a motion clear up to there makes it ring", "physics")
-    shown: float = setting(0.4, "of a sensor's rate", "what rings quicker it does not show", "physics")
     change: float = setting(1.1, "times", "as far apart as the knots are: less is no change", "time")
     steps: int = setting(15, "steps", "of the solver, to where fewer knots lead", "time")
     window_samples: int = setting(256, "samples", "of which a spectrum is taken", "numerics")
@@ -145,7 +144,6 @@ class LooseFitConfig:
         3.0, "times the start's roughness", "where that is more than the first guess", "judgement"
     )
     freer: float = setting(8.0, "times the roughness", "of a motion that may be held too smooth", "judgement")
-    unrelated: float = setting(1.0, "of `follows_motion`", "no more than by chance", "statistics")
     still_follows: float = setting(
         0.7, "of what follows the motion", "where a freer motion leaves more, it was not held too smooth", "judgement"
     )
@@ -182,6 +180,7 @@ class RemlConfig:
     law_rise: float = setting(4.0, "times its level", "of the round before, at most", "numerics")
     smallest: float = setting(1e-7, "of a unit", "no group is taken for exact", "numerics")
     rounds: int = setting(3, "rounds", "of levels and fit", "time")
+    few_rounds: int = setting(2, "rounds", "of the same where little has changed, or mounts are held", "time")
     last_rounds: int = setting(5, "rounds", "at most once the motion is free: a quick one settles late", "time")
     loosened: float = setting(
         32.0,

@@ -21,7 +21,6 @@ class ChartConfig:
     ticks: int = setting(5, "numbers", "along an axis", "convention")
     columns: int = setting(120, "columns", "over time: a phone has about 300 pixels for them", "convention")
     bins: int = setting(60, "rows", "over frequency", "convention")
-    least_column_s: float = setting(0.5, "s", "of a column: a few samples of the slowest sensor", "judgement")
     levels: tuple[float, ...] = setting(
         (1.5, 3.0, 6.0, 15.0, 50.0),
         "of the noise",
@@ -46,16 +45,7 @@ class PageConfig:
         0.5, "of the difference's power", "at less than a cycle an excerpt: then the whole is shown", "convention"
     )
     channels: int = setting(2, "channels", "of a finding", "convention")
-    seen: float = setting(
-        1.1, "of the error with a finding", "less is lost in how well the noise is known, 15 %", "judgement"
-    )
     places: int = setting(2, "sentences", "of where they differ; the others stand at the map", "convention")
-    at_noise: float = setting(
-        1.2,
-        "of the noise",
-        "over all channels: a declared std is right within 15 %, and coloured noise adds up to 10 % to it",
-        "judgement",
-    )
     ideal_noise: float = setting(
         1e-4,
         "rad/s and m/s^2",

@@ -23,7 +23,6 @@ class ScreeningConfig:
     resampling_degree: int = setting(6, "1", "of the polynomial that gaps are filled with", "numerics")
     filled_samples: int = setting(6, "samples", "in a row that are filled in; a longer gap ends a stretch", "judgement")
     listed_times: int = setting(10, "times", "spelled out in a sentence", "convention")
-    faint_knocks: int = setting(2, "peaks", "one may be anything that happens once", "statistics")
     lasting_share: float = setting(
         0.25, "of a peak's power", "as long as the power is above, a knock lasts", "judgement"
     )
@@ -91,7 +90,7 @@ class NoiseFloorConfig:
     least_hz: float = setting(12.0, "Hz", "the motion ends below", "physics")
     most_of_nyquist: float = setting(0.97, "of the Nyquist frequency", "the highest that is looked at", "judgement")
     bands: int = setting(4, "bands", "that a spectrum is compared in", "judgement")
-    windows: int = setting(4, "windows", "that a median needs", "statistics")
+    windows: int = setting(4, "windows", "that a median needs, and a hum to be heard in", "statistics")
     quartile: float = setting(0.25, "1", "of the windows' power: quieter ones tell the floor", "statistics")
     flat_power: float = setting(1.6, "ratio of powers", "up to which two bands say the same", "judgement")
     calm_share: float = setting(0.05, "of the windows", "that are calm enough to judge by", "judgement")
@@ -101,7 +100,6 @@ class NoiseFloorConfig:
     noise_bandwidth_bins: float = setting(
         2.0, "bins", "noise bandwidth of the window: neighbours in frequency are that much alike", "numerics"
     )
-    piece_s: float = setting(0.5, "s", "judged as a whole", "judgement")
     rest_power: float = setting(
         2.5, "of the white power", "coloured noise and a declared level that is a little low stay below", "judgement"
     )
@@ -121,7 +119,6 @@ class NotchConfig:
     half_width_hz: float = setting(
         2.0, "Hz", "on either side of a hum; one that wanders moves by 0.75 Hz from one window to the next", "physics"
     )
-    heard_windows: int = setting(4, "windows", "of a span in which a hum is heard", "statistics")
     gyro_contrast: float = setting(
         3.0, "of the neighbourhood's power", "3.5 standard deviations of the mean of four windows", "statistics"
     )
@@ -155,9 +152,6 @@ class ToneConfig:
 
     window_s: float = setting(4.0, "s", "a resolution of a quarter of a hertz", "numerics")
     least_hz: float = setting(6.0, "Hz", "a slow motion is below", "physics")
-    usual_least_hz: float = setting(
-        13.0, "Hz", "above twice where motion ends, at most 12 Hz, and a line's width", "physics"
-    )
     neighbours_from_hz: float = setting(1.0, "Hz", "from a line, where its neighbourhood begins", "numerics")
     neighbours_to_hz: float = setting(2.5, "Hz", "from a line, where its neighbourhood ends", "numerics")
     broken_windows: int = setting(
@@ -175,6 +169,11 @@ class ToneConfig:
         0.3, "of the strongest line's power", "that a line with harmonics has at least", "judgement"
     )
     moved_power: float = setting(4.0, "of the noise power", "from which a frequency belongs to the motion", "judgement")
+
+    @property
+    def usual_least_hz(self) -> float:
+        """In Hz: where motion ends, and a line's width above."""
+        return NOISE_FLOOR.least_hz + self.neighbours_from_hz
 
     @property
     def log_contrast(self) -> float:

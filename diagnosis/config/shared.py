@@ -23,17 +23,12 @@ class StatisticsConfig:
     rare_sigmas: float = setting(
         4.0,
         "std",
-        "the same where some fifty numbers are looked at: one recording in 300 has one so far off by chance",
+        "the same where some fifty numbers are looked at: one recording in 300 has one so far off by chance; a number "
+        "so far off its prior is none of nature's, and a law so far off its std does not hold",
         "statistics",
     )
     band_sigmas: float = setting(
         2.5, "std", "scatter of a band's power that white noise is allowed: 1.2 % of bands, two-sided", "statistics"
-    )
-    prior_sigmas: float = setting(
-        4.0,
-        "std of a prior",
-        "a prior holds what is plausible; beyond so much of it a number is none of nature's",
-        "judgement",
     )
     interval_sigmas: float = setting(1.96, "std", "half width of the 95 % interval of a normal deviate", "statistics")
 
@@ -52,6 +47,16 @@ class EvidenceConfig:
         "statistics",
     )
     clear_nat: float = setting(10.0, "nat", "odds of 22,000: a gain so large needs no further proof", "statistics")
+    certain_nat: float = setting(
+        30.0,
+        "nat",
+        "that need no closer look: coloured noise, or what is screened on a part, is worth less",
+        "judgement",
+    )
+    state_nat: float = setting(
+        15.0, "nat", "that splines must be worth, which fit more, and a filter's delay alone", "judgement"
+    )
+    events: int = setting(2, "events", "that can agree; one may be anything that happens once", "statistics")
     least_s: float = setting(5.0, "s", "a shorter recording, or piece of one, is too short to tell", "judgement")
 
 
@@ -66,7 +71,14 @@ class ConfidenceConfig:
     sure: float = setting(
         0.9, "1", "of noise power beyond the declared, and from where a finding stands before doubted ones", "judgement"
     )
-    as_good: float = setting(0.6, "1", "at most, of a law beside which another was worth as much", "trials")
+    doubtful: float = setting(
+        0.6,
+        "1",
+        "at most, where something else is as likely: what has no name (7 of 11 such names in 300 blind trials were "
+        "true), a law that was worth as much, a stronger name (2 of 7 in 515), or for one knock what happens once",
+        "trials",
+    )
+    repeated: float = setting(0.95, "1", "of several knocks, and of a stop at whose angle all begin", "judgement")
     free_splines: float = setting(
         0.65,
         "1",
@@ -74,21 +86,12 @@ class ConfidenceConfig:
         "and of a law beside which the fit leaves too much",
         "trials",
     )
-    overshadowed: float = setting(
-        0.6,
-        "1",
-        "at most, beside a stronger name that is worth far more: 2 of 7 in 515 blind trials were true",
-        "trials",
-    )
-    implausible_place: float = setting(
+    strange: float = setting(
         0.2,
         "1",
-        "of a name at a sensor with numbers that no sensor has: each of seven in 900 blind trials was false",
+        "at most, of a name beside something without one that is worth as much (2 of 15 were true), or at a sensor "
+        "with numbers that no sensor has (none of seven in 900 blind trials)",
         "trials",
-    )
-    end_stop: float = setting(0.95, "1", "of a stop at whose angle all knocks begin", "judgement")
-    knock_or_knocks: tuple[float, float] = setting(
-        (0.6, 0.95), "1", "of one knock, which may be something else that happens once, and of several", "judgement"
     )
 
 
@@ -115,14 +118,19 @@ class DeclaredNoiseConfig:
         return 1 - self.std_error
 
     @property
+    def unsure(self) -> float:
+        """Times an error, less than which is lost in how well the noise is known."""
+        return 1 + self.std_error
+
+    @property
     def most_std(self) -> float:
         """Times the declared std, coloured noise on top of an error of the std."""
-        return (1 + self.std_error) * float(np.sqrt(1 + self.colour))
+        return self.unsure * float(np.sqrt(1 + self.colour))
 
     @property
     def most_power(self) -> float:
         """Times the declared power, beyond which a sensor is louder than declared."""
-        return (1 + self.std_error) ** 2 * (1 + self.colour) * self.rough_motion
+        return self.unsure**2 * (1 + self.colour) * self.rough_motion
 
     @property
     def misdeclared_power(self) -> float:

@@ -64,9 +64,6 @@ class SimulatedBesideConfig:
         "of rows while a start is looked for: cubics between them are off by 1e-5 rad/s at swings' rates",
         "numerics",
     )
-    start_step_s: float = setting(
-        2.5e-3, "s", "of the integration meanwhile: Runge and Kutta's error is 1e-8 rad in a second", "numerics"
-    )
     tells: float = setting(
         4.0, "of another half's std", "with a sixteenth of its samples a half still teaches it something", "judgement"
     )
@@ -82,6 +79,11 @@ class SimulatedBesideConfig:
         2, "steps", "of the solver, from where one step of the whole leads: the motion only has to follow", "time"
     )
     channels: int = setting(3, "channels", "that are shown of a finding, the worst first", "convention")
+
+    @property
+    def start_step_s(self) -> float:
+        """In s, of the integration meanwhile, two a row: Runge and Kutta's error is 1e-8 rad in a second."""
+        return 0.5 / self.start_rate_hz
 
 
 SIMULATED_BESIDE = SimulatedBesideConfig()

@@ -16,7 +16,6 @@ class SolverConfig:
     foretold: float = setting(
         0.25, "of the least gain", "a step that gained what it promised but for so much was the last", "numerics"
     )
-    least_damping: float = setting(1e-14, "of the diagonal", "no less is damped", "numerics")
     most_damping: float = setting(1e3, "of the diagonal", "beyond, the fit has ended", "numerics")
     free_damping: float = setting(
         1e-11,
@@ -27,7 +26,6 @@ class SolverConfig:
     fine_gain: float = setting(
         1e-6, "of the cost per measured number", "of a fit that numbers are read off", "numerics"
     )
-    fine_steps: int = setting(30, "steps", "of a fit that numbers are read off", "time")
     eased: float = setting(
         3.0, "times", "by what a whole step lowers the damping and a shortened one raises it", "numerics"
     )
@@ -60,7 +58,7 @@ class AlgebraConfig:
     ridge: float = setting(
         1e-14,
         "relative",
-        "what rounding may take from a diagonal; 1e-12 held the heading, and a mount with it",
+        "what rounding may take from a diagonal: no less is damped; 1e-12 held the heading, and a mount with it",
         "numerics",
     )
     damped: float = setting(
@@ -103,7 +101,9 @@ class StartConfig:
     most_knots_per_s: float = setting(
         128.0, "1/s", "no rig moves faster than that shows, and time grows with their number", "time"
     )
-    levelling_s: float = setting(3.0, "s", "over which the mean specific force is taken for up", "judgement")
+    levelling_s: float = setting(
+        3.0, "s", "over which the mean specific force is taken for up, as VQF's time constant is", "judgement"
+    )
     edge_s: float = setting(
         0.06, "s", "of spline beyond the first and the last sample, besides the largest clock offset", "numerics"
     )
@@ -112,13 +112,9 @@ class StartConfig:
         5.0, "std", "that a residual may count for, so that one knock does not choose", "statistics"
     )
     subset_hop_s: float = setting(1.0, "s", "between the windows that are compared", "time")
-    free_state_roughness: float = setting(
-        1e3, "unit/s^4/sqrt(Hz)", "of an effect's states without a law, before it is estimated", "numerics"
-    )
     lawful_state_roughness: float = setting(
         1e9, "of a state's size/s^4/sqrt(Hz)", "a law alone says how it moves", "numerics"
     )
-    law_level: float = setting(1.0, "of a law's std", "that states obey, before it is estimated", "numerics")
 
 
 START = StartConfig()

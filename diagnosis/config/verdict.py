@@ -22,7 +22,12 @@ class FindingsConfig:
         "that is read off the states: their range over the recording, no variance is carried yet",
         "judgement",
     )
-    much: float = setting(0.1, "of what a name is worth on held-out data", "that must be told apart", "judgement")
+    much: float = setting(
+        0.1,
+        "of what a name is worth",
+        "so much of it is no little of something else: a curve holds a scale too",
+        "judgement",
+    )
 
 
 FINDINGS = FindingsConfig()
@@ -63,7 +68,6 @@ class KnockConfig:
     moments: int = setting(9, "moments", "of a stretch that are looked at", "time")
     one_s: float = setting(0.1, "s", "nearer peaks are one", "physics")
     samples: int = setting(2, "samples", "of a peak; a single wild one is none", "statistics")
-    may_be_play: int = setting(2, "knocks", "that may be play", "judgement")
     called_play: int = setting(3, "knocks", "that are called so", "judgement")
     from_s: float = setting(-0.01, "s", "from the beginning of a knock, within which it is", "physics")
     to_s: float = setting(0.06, "s", "from the beginning of a knock, within which it is", "physics")
@@ -93,11 +97,15 @@ class BudgetConfig:
         "judgement",
     )
     search: float = setting(0.75, "of the limit", "the search for effects", "judgement")
-    terms: float = setting(0.9, "of the limit", "terms without a name, and names for these", "judgement")
     numbers: float = setting(
         1.0, "of the limit", "intervals, equivalents and the motions that would tell them apart", "judgement"
     )
     baseline: float = setting(0.5, "of the limit", "that a baseline's recording may take", "judgement")
+
+    @property
+    def terms(self) -> float:
+        """Of the limit, terms without a name, and names for these: the rest is for the numbers of what is found."""
+        return self.fit
 
 
 BUDGET = BudgetConfig()

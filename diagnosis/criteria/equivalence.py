@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.criteria import EQUIVALENCE
+from imubench.diagnosis.config.criteria import ADMISSION, EQUIVALENCE
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.delays import filters, late_imu, left_by
 from imubench.diagnosis.criteria.signatures import MARK, Columns, JointInformation, joint_information, signature
@@ -80,7 +80,7 @@ def rivals(fit: Fit, h: Hypothesis, sure: bool = True) -> list[Rival]:
     if sure:
         shown = noise_spectra(fit)
         doubt = EQUIVALENCE.dull_doubt if louder(fit, added, shown) > EQUIVALENCE.dull_level else EQUIVALENCE.doubt
-        close = [one for one in single if one.loss > EVIDENCE.needed_nat and one.share < doubt][: EQUIVALENCE.refits]
+        close = [one for one in single if one.loss > EVIDENCE.needed_nat and one.share < doubt][: ADMISSION.refits]
         asked = {one.hypothesis: one.guess for one in close} | elsewhere(fit, h)
         tried = [_refitted(fit, h, other, guess, shown) for other, guess in asked.items()]
         found += [t for t in tried if t is not None]

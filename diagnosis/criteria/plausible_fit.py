@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.diagnosis.config.criteria import LAW
-from imubench.diagnosis.config.shared import STATISTICS
+from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
 from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.coloured import off_none
 from imubench.diagnosis.problem.fit import Fit
@@ -37,11 +37,11 @@ def holds_its_law(trial: Trial) -> bool:
             value = fit.state.values[h.key(p.name)]
             most = rates.get(h.at, np.inf) / (2 if h.effect.filters else 1)  # above is a delay, which has a name
             unseen = p.unit == "Hz" and float(np.exp(value).min()) > most  # not on any axis
-            if not apart and (unseen or np.all(np.abs(value - p.centre) > STATISTICS.prior_sigmas * p.std)):
+            if not apart and (unseen or np.all(np.abs(value - p.centre) > STATISTICS.rare_sigmas * p.std)):
                 return False
-            if h.effect.filters and 0.5 * off_none(fit, h.key(p.name)) ** 2 < LAW.delay_nat:
+            if h.effect.filters and 0.5 * off_none(fit, h.key(p.name)) ** 2 < EVIDENCE.state_nat:
                 return False
-    return all(left < max(LAW.doubted_std, LAW.doubted_share * drive) for left, drive in laws(fit, found))
+    return all(left < max(STATISTICS.rare_sigmas, LAW.doubted_share * drive) for left, drive in laws(fit, found))
 
 
 def natural(fit: Fit, h: Hypothesis) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.batch_model import started
 from imubench.diagnosis.problem.bspline import Tracks
 from imubench.diagnosis.problem.fit import Fit
@@ -84,7 +85,7 @@ def reduced(base: Base, some: Sequence[Hypothesis]) -> tuple[Parameters, Array, 
 def at_once(base: Base) -> int:
     """Return how many parameters' columns may be held together: as many numbers each as a fit has coefficients."""
     tracks = base.fit.model.tracks
-    return min(ADMISSION.columns_at_once, ADMISSION.numbers_at_once // max(tracks.knots.count * tracks.width, 1))
+    return min(ALGEBRA.columns, ADMISSION.numbers_at_once // max(tracks.knots.count * tracks.width, 1))
 
 
 def at_best_size(values: Array, pull: Array, sizes: Iterable[float], louder: float = 1.0) -> tuple[float, float]:

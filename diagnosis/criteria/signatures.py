@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Tracks
 from imubench.diagnosis.problem.fit import Fit
@@ -65,7 +65,7 @@ def joint_information(
     base, none = Base.of(replace(fit, model=others, rows=kept)), Tracks(model.tracks.knots, {})
     every = Parameters(own | dict.fromkeys(extra, 1))
     information, gradient = np.zeros((every.count, every.count)), np.zeros(every.count)
-    for some in list(together(fresh, ADMISSION.columns_at_once)) or [[]]:
+    for some in list(together(fresh, ALGEBRA.columns)) or [[]]:
         names = [h.key(p.name) for h in some for p in h.effect.parameters] + list(extra)
         shared = Parameters({n: every.widths[n] for n in names})
         touched = (r for r in kept if any(n in shared.widths for n, _ in r.residual.blocks))

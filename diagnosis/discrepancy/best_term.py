@@ -56,7 +56,7 @@ def needs_no_cross_validation(done: FittedTerm) -> bool:
     A mount that creeps is worth less beside coloured noise than what it gains on left-out seconds may differ by chance,
     so the held-out test cannot decide; without a creep such a turn loses.
     """
-    return done.shape > TERM.shape_alone_nat or (done.term.part == "both" and done.heldout.value > 0)
+    return done.shape > EVIDENCE.certain_nat or (done.term.part == "both" and done.heldout.value > 0)
 
 
 @one_thread

@@ -44,7 +44,7 @@ def settled(fit: Fit) -> Fit:
             fit.state,
             fit.noise,
             fit.anchor,
-            DEBIAS.steps if turn else SOLVER.fine_steps,
+            DEBIAS.steps if turn else SOLVER.steps,
             SOLVER.fine_gain,
             SOLVER.free_damping,
         )[0]

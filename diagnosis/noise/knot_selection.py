@@ -19,7 +19,7 @@ from scipy.sparse import csr_array, identity
 from scipy.sparse.linalg import spsolve
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
+from imubench.diagnosis.config.noise import COHERENCE, KNOT_SELECTION, REML
 from imubench.diagnosis.noise.coherence import clear_at, clear_in
 from imubench.diagnosis.noise.debias import law_parameters
 from imubench.diagnosis.noise.noise_levels import levels
@@ -72,7 +72,7 @@ def ringing(fit: Fit) -> float:
         quick = [np.exp(fit.state.values[h.key(p.name)]) for p in h.effect.parameters if p.unit == "Hz"]
         most = max((float(f.max()) for f in quick), default=0.0)
         if KNOT_SELECTION.rung * most <= clear_in(fit, imus[h.at], "gyro"):
-            out = max(out, min(most, KNOT_SELECTION.shown * imus[h.at].rate))
+            out = max(out, min(most, COHERENCE.most_of_rate * imus[h.at].rate))
     return out
 
 

@@ -125,7 +125,7 @@ def with_freer_motion(fit: Fit) -> Fit:
     if max(follows_motion(freer).values()) > LOOSE_FIT.still_follows * found:
         return fit
     freer = with_noise(freer)
-    return freer if max(follows_motion(freer).values()) < LOOSE_FIT.unrelated else fit
+    return freer if max(follows_motion(freer).values()) < 1.0 else fit
 
 
 __all__ = ["first_fit", "nominal_fit", "with_freer_motion"]

@@ -6,6 +6,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.report import PAGE
+from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.evidence import Comparison, Evidence, Trace
 from imubench.diagnosis.report.chart import Line, Panel, chart
 from imubench.diagnosis.report.numbers import brief, printed
@@ -133,7 +134,7 @@ def changed_power(c: Comparison) -> float:
 def is_seen(c: Comparison) -> bool:
     """Return whether a channel is farther off without a finding than with it."""
     before, after = (float(np.sum((y - c.measured) ** 2)) for y in (c.before, c.after))
-    return before > PAGE.seen**2 * after
+    return before > DECLARED_NOISE.unsure**2 * after
 
 
 def loudest(time: Array, values: Array) -> slice:

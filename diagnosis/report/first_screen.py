@@ -210,7 +210,7 @@ def steps(d: Diagnosis, evidence: Evidence) -> Iterator[str]:
         return
     if d.stopped:
         yield words.stopped(d)
-        yield "Diagnose it again with a longer --time-limit."
+        yield "Diagnose it again with a longer --time-limit, or a shorter part of it, in which it moves briskly."
     for u in d.unseen:
         yield f"To see {u.what}: {u.motion}."
     for f in d.findings:

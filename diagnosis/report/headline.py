@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.diagnosis.config.report import PAGE
-from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.shared import CONFIDENCE, DECLARED_NOISE
 from imubench.diagnosis.report import words
 from imubench.diagnosis.report.numbers import brief, printed, shown
 from imubench.diagnosis.result import Diagnosis, Simulation
@@ -51,7 +51,7 @@ def shown_by(s: Simulation | None) -> bool:
     if s is None or not s.channels:
         return False
     before, after = times_noise(s)
-    return before > PAGE.at_noise and before > after
+    return before > DECLARED_NOISE.most_std and before > after
 
 
 def explained_percent(d: Diagnosis) -> str:
@@ -62,7 +62,7 @@ def explained_percent(d: Diagnosis) -> str:
     before, after = d.misfit
     if d.simulation is not None and shown_by(d.simulation):
         before, after = (x**2 for x in times_noise(d.simulation))
-    elif before <= PAGE.at_noise:
+    elif before <= DECLARED_NOISE.most_std:
         return ""
     share = float(np.clip(1 - after / before, 0, 1)) if before > 0 else 0.0
     return words.percent(np.floor(100 * share) / 100)  # 99.7 % explained is not 100 %
@@ -105,7 +105,7 @@ def _agrees(d: Diagnosis) -> str:
             "Nothing was found that the simulation leaves out. How loud the sensors are is not known, so what is as "
             "quiet as their noise may still be there."
         )
-    if d.simulation is not None and d.simulation.channels and times_noise(d.simulation)[1] > PAGE.at_noise:
+    if d.simulation is not None and d.simulation.channels and times_noise(d.simulation)[1] > DECLARED_NOISE.most_std:
         return f"No effect was found that the simulation leaves out. {_off(d, with_it=False)}"
     return "The simulation and this recording agree: what differs is sensor noise."
 
@@ -132,7 +132,7 @@ def _left(d: Diagnosis) -> str:
         sensors = words.listed(list(d.noise_unknown))
         return f"{told}Whether only noise is left cannot be said: the noise of {sensors} is not known."
     if d.verdict == "explained":
-        if d.simulation is None or not d.simulation.channels or times_noise(d.simulation)[1] <= PAGE.at_noise:
+        if d.simulation is None or not d.simulation.channels or times_noise(d.simulation)[1] <= DECLARED_NOISE.most_std:
             return "With that in it, only sensor noise is left."
         return f"That explains {share} of what differs." if share else ""
     return f"That explains {share} of what differs; the rest is unexplained." if share else "The rest is unexplained."
@@ -179,10 +179,12 @@ def places(d: Diagnosis, span: tuple[float, float], zero: float | None = None) -
         return list(dict.fromkeys(f"To do: {n.advice}." for n in d.nonsense))
     if d.where:
         return [words.location(w, span, zero) for w in d.where]
-    if d.simulation is not None and d.simulation.channels and times_noise(d.simulation)[0] > PAGE.at_noise:
+    if d.simulation is not None and d.simulation.channels and times_noise(d.simulation)[0] > DECLARED_NOISE.most_std:
         worst = deviations(d.simulation)[:3]
         told = [
-            f"the {words.spelled(o.channel)} ({o.before} {o.unit} RMS)" for o in worst if o.times_before > PAGE.at_noise
+            f"the {words.spelled(o.channel)} ({o.before} {o.unit} RMS)"
+            for o in worst
+            if o.times_before > DECLARED_NOISE.most_std
         ]
         return [f"At {words.listed(told)}."]
     if d.noise_unknown:

@@ -8,6 +8,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.report import CHART
+from imubench.diagnosis.config.residuals import LOCALIZE
 from imubench.diagnosis.evidence import Comparison, Evidence, Trace
 from imubench.diagnosis.report.words import covers
 from imubench.diagnosis.result import Pair, Where
@@ -84,7 +85,7 @@ def misfit_map(evidence: Evidence, where: Sequence[Where], found: bool = True) -
 
 def over_time(series: Sequence[Series], values: Sequence[Array], span: Pair) -> tuple[Array, Array]:
     """Return edges (m + 1,) s and each channel's RMS (channels, m) of values between them, NaN where there are none."""
-    count = max(1, min(CHART.columns, round((span[1] - span[0]) / CHART.least_column_s)))
+    count = max(1, min(CHART.columns, round((span[1] - span[0]) / LOCALIZE.bin_s)))
     edges = np.linspace(*span, count + 1)
     out = []
     for s, z in zip(series, values, strict=True):

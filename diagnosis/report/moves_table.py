@@ -37,7 +37,10 @@ def moves_table(d: Diagnosis, evidence: Evidence, shown: Sequence[int]) -> str:
         whose = f" of {words.listed(list(e.imus))}" if len(e.imus) > 1 else ""
         body.append((f"{QUANTITIES[e.quantity]}{whose}, by {e.estimator} ({e.unit})", *cells))
     heads = [f"finding {shown.index(i) + 1}" for i in known] + (["all together"] if together else [])
-    said = "How much a result changes without a finding, by the fitted motion or by the estimator that is named:"
+    said = (
+        "How much farther off a result is without a finding, beside the fitted motion; how much it changes, by an "
+        "estimator that is named:"
+    )
     parts = [_reference(e) for e in evidence.estimates if e.off is not None]
     parts += [f"<p>{said}</p>", table(("what", *heads), body, last=len(heads) + 1)]
     parts += [_status(e) for e in evidence.estimates if set(e.status) != {"converged"}]

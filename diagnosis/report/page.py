@@ -100,7 +100,7 @@ def _rejected(d: Diagnosis) -> str:
         (words.called(r.effect, r.at), fixed(r.heldout_gain, 0), words.rejection(r))
         for r in sorted(d.rejected, key=lambda r: -r.heldout_gain)
     ]
-    return table(("effect", "gain on unseen samples (nat)", "why not"), body, last=2) if body else ""
+    return table(("effect", "gain (nat)", "why not"), body, last=2) if body else ""
 
 
 def _search(evidence: Evidence) -> str:

@@ -8,7 +8,8 @@ UNNAMED = "something at {imu} that no effect of the library explains"
 MEASURED_WORDS = {
     "hinge_angle": "hinge angle",
     "hinge_angle_but_constant": "hinge angle, but for a constant",
-    "orientation1": "orientation of segment 1",
+    "orientation1": "orientation of segment 1, with the heading's drift",
+    "tilt1": "tilt of segment 1",
 }
 
 MOVED_WORDS = {  # what a finding moves -> in words
@@ -156,8 +157,8 @@ def channel(name: str) -> str:
 def rejection(r: Rejected) -> str:
     """Return why an effect was not taken."""
     if r.heldout_gain < 0:
-        return "with it, samples that the fit has not seen are predicted worse"
-    return "it predicts unseen samples hardly better, and explains too little for its freedom"
+        return "it explains less than what was taken, or predicts samples worse that the fit has not seen"
+    return "it is not sure to predict unseen samples better, or not needed beside what was found"
 
 
 def certainty(confidence: float) -> str:

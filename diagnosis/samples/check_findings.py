@@ -7,7 +7,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.samples import SCREENING
-from imubench.diagnosis.config.shared import CONFIDENCE, DECLARED_NOISE, STATISTICS
+from imubench.diagnosis.config.shared import CONFIDENCE, DECLARED_NOISE, EVIDENCE, STATISTICS
 from imubench.diagnosis.samples.impacts import Knocks
 from imubench.diagnosis.samples.noise_floor import Level, Rest
 from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART, Lost, Mask, more_than_odd
@@ -100,8 +100,13 @@ def dropouts_finding(imu: Imu, lost: Lost) -> list[RawFinding]:
     return out
 
 
+def confidence_of_knocks(times: Array) -> float:
+    """Return how sure knocks at some times (k,) are: a single one may be something else that happens once."""
+    return CONFIDENCE.repeated if times.size >= EVIDENCE.events else CONFIDENCE.doubtful
+
+
 def impacts_finding(imu: Imu, knocked: Knocks) -> RawFinding:
-    """Return the knocks; a single one may also be something else that happens once."""
+    """Return the knocks."""
     times, period = knocked.times, float(np.median(np.diff(imu.time)))
     few = ", ".join(f"{t:.2f}" for t in times[: SCREENING.listed_times]) + (
         " ..." if times.size > SCREENING.listed_times else ""
@@ -110,7 +115,7 @@ def impacts_finding(imu: Imu, knocked: Knocks) -> RawFinding:
         f"Above 15 Hz {imu.name}'s accelerometer is {knocked.ratio.min():.0f} to {knocked.ratio.max():.0f} times its "
         f"level just before and after, for tens of milliseconds, at {few} s."
     )
-    confidence = CONFIDENCE.knock_or_knocks[times.size > 1]
+    confidence = confidence_of_knocks(times)
     parameters = {"times": value(times, period, "s")}
     windows = joined(imu.time[knocked.samples])
     return RawFinding(called(Fault.STRUCK), imu.name, parameters, confidence, evidence, windows=windows)

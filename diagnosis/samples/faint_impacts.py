@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.samples import HIGH_BAND, IMPACT, SCREENING
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.samples.checks import spread
 from imubench.diagnosis.samples.even_grid import stretches
 from imubench.diagnosis.samples.high_band import beyond_chance, high_pass, peaks_of, quick_power
@@ -37,7 +38,7 @@ def faint_knocks(imu: Imu, bad: Mask, step: float) -> tuple[Window, ...]:
         for peak in peaks_of(power, limit * bar, rate):
             if not stepped(stretch.accel, int(peak), rate):
                 found.append(lasting(stretch.time, stretch.accel, power, int(peak), rate))
-    return tuple(found) if len(found) >= SCREENING.faint_knocks else ()
+    return tuple(found) if len(found) >= EVIDENCE.events else ()
 
 
 def lasting(time: Array, accel: Array, power: Array, peak: int, rate: float) -> Window:

@@ -16,7 +16,7 @@ from scipy.signal.windows import blackmanharris
 from scipy.stats import gamma
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.samples import NOISE_FLOOR
+from imubench.diagnosis.config.samples import NOISE_FLOOR, QUIET_MOMENTS
 from imubench.diagnosis.samples.even_grid import Stretch
 from imubench.diagnosis.samples.sample_faults import Mask
 
@@ -124,7 +124,7 @@ def rests(stretches: tuple[Stretch, ...], rate: float, noise: dict[str, float], 
     A half-second piece is at rest if neither triple's variance exceeds 2.5 times its white noise's power and the
     mean rate is that of the calmest pieces; a rest is a second of such pieces or more.
     """
-    width = max(8, round(NOISE_FLOOR.piece_s * rate))
+    width = max(8, round(QUIET_MOMENTS.window_s * rate))
     pieces = [(s, first) for s in stretches for first in range(0, s.time.size - width + 1, width)]
     mask = np.zeros(n, dtype=bool)
     empty = Rest((), 0, {}, {})

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.samples import NOTCH, TONE
+from imubench.diagnosis.config.samples import NOISE_FLOOR, NOTCH, TONE
 from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.samples.even_grid import stretches
 from imubench.diagnosis.samples.noise_floor import MEDIAN_OVER_MEAN, densities, white_level
@@ -37,7 +37,7 @@ def turns_with_hum(imu: Imu, frequency: float, skip: Mask) -> bool:
     near = np.flatnonzero(np.abs(frequency_of - frequency) <= NOTCH.half_width_hz)
     accel, gyro = (contrast(densities(pieces, p, width, none)[0], frequency_of[1])[:, near] for p in ("accel", "gyro"))
     heard = accel.max(axis=1) > TONE.log_contrast
-    if heard.sum() < NOTCH.heard_windows:
+    if heard.sum() < NOISE_FLOOR.windows:
         return False
     at = np.argmax(accel[heard], axis=1)  # where it is in the accelerometer: the gyroscope's own maximum is chance
     return bool(np.mean(gyro[heard][np.arange(len(at)), at]) > NOTCH.gyro_log_contrast)

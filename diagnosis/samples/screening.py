@@ -68,9 +68,7 @@ def check_samples(recording: Recording) -> SampleChecks:
     masks |= of_poses
     stops = [f for f in said if traits_of(f.effect).fault is Fault.STRUCK and stop_like(recording, f)]
     firm = tuple(_finding(f) for f in said if f not in stops)
-    stops = [
-        replace(f, confidence=CONFIDENCE.knock_or_knocks[0]) if jolted(recording.imu(f.at), f) else f for f in stops
-    ]
+    stops = [replace(f, confidence=CONFIDENCE.doubtful) if jolted(recording.imu(f.at), f) else f for f in stops]
     struck = {name.split(".")[0]: mask for c in checks for name, mask in c.struck.items() if mask.any()}
     white = {name: std for c in checks for name, std in c.white.items() if std <= MOST_REST_STD[name.split(".")[1]]}
     rest = {name: std for c in checks for name, std in c.rest.items()}

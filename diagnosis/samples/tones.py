@@ -16,7 +16,7 @@ from scipy.special import digamma, polygamma
 from scipy.stats import norm
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.samples import NOTCH, TONE
+from imubench.diagnosis.config.samples import NOISE_FLOOR, TONE
 from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.samples.even_grid import Stretch
 from imubench.diagnosis.samples.noise_floor import MEDIAN_OVER_MEAN, densities
@@ -109,7 +109,7 @@ def strongest(over: Array) -> tuple[int, int, int] | None:
     sums = np.concatenate([np.zeros((1, wide)), np.cumsum(over, axis=0)])
     best: tuple[float, int, int, int] = (0.0, 0, 0, 0)
     length, spans = count, 0
-    while length >= min(NOTCH.heard_windows, count):
+    while length >= min(NOISE_FLOOR.windows, count):
         starts = sorted({*range(0, count - length + 1, max(1, length // 2)), count - length})
         spans += len(starts)
         for first in starts:
@@ -141,7 +141,7 @@ def follow(
                 path[w], here, missed = k, k, 0
             else:
                 missed += 1
-                if missed > NOTCH.heard_windows:
+                if missed > NOISE_FLOOR.windows:
                     break
     seen = np.flatnonzero(path >= 0)
     found = np.array([_peak(frequency, over[w], path[w]) for w in seen])

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.criteria.trial import Gain
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 
 SOFT = 2.0  # nat, how fast confidence grows beyond what is needed; not yet calibrated
 MOST_SURE = 0.96  # 164 of 173 in 300 blind trials that said 0.98
-DOUBTFUL = 0.6  # the confidence at most of a name that something without one equals: 7 of 11 in 300 blind trials
-STRANGE = 0.2  # of one beside an unknown that is worth as much: 2 of 15
+DOUBTFUL, STRANGE = CONFIDENCE.doubtful, CONFIDENCE.strange
 
 
 def confidence(evidence: float, needed: float) -> float:

@@ -12,7 +12,6 @@ from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.refit import evidence_over
 
-HINTED = 30.0  # nat that a screening must promise where nothing else says that a sensor moves on its own
 CLEARLY = 100.0  # nat: of springs, from which on a spline without a law is tried too; of a name to ask with a clock's
 LEAST_SHARE_OF_MISFIT = 0.08  # of what is left
 FREE_FACTOR = 2.0  # times what effects without states explain: from there a spline without a law comes before them
@@ -78,4 +77,4 @@ def before_plain(lively: Trial, fit: Fit, further: Fit) -> bool:
     )
 
 
-__all__ = ["CLEARLY", "HINTED", "before_plain", "promised_by_law", "stateful", "suspicious"]
+__all__ = ["CLEARLY", "before_plain", "promised_by_law", "stateful", "suspicious"]

@@ -10,10 +10,11 @@ Left-out data are predicted by one linear step, and the freedoms that springs of
 of nat, so a mount that hardens may still lose there. So the distance of b from 0 (Savage and Dickey) counts instead if
 it is more and the samples are no worse for it.
 
-What a bend promises is half a chi-square with 3 degrees of freedom where the springs are straight. From `UNSURE` on
-their name is in doubt: some mounts that harden promise little more, and no straight one can be shown to be straight.
-From `LIKELY` on, which straight springs reach in two of a thousand, a soft mount's bend is reported as well, with low
-confidence. A rocking mount's is only doubted: it promises much also where a fit has not settled.
+What a bend promises is half a chi-square with 3 degrees of freedom where the springs are straight. Beyond
+`EVIDENCE.needed_nat`, as 2 % of straight springs are, their name is in doubt: some mounts that harden promise little
+more, and no straight one can be shown to be straight. From `LIKELY` on, which straight springs reach in two of a
+thousand, a soft mount's bend is reported as well, with low confidence. A rocking mount's is only doubted: it promises
+much also where a fit has not settled. Beyond `EVIDENCE.clear_nat` springs that bend are fitted.
 
 The bias of springs by noise (`debiased_fit`) looks like a bend too, so the promise is the smaller one of before and
 after it is removed; a bend is fitted after. The figures behind this are in lab/019.
@@ -27,6 +28,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
+from imubench.diagnosis.config.shared import CONFIDENCE, EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.trial import Gain
@@ -48,11 +50,8 @@ from imubench.diagnosis.solve.levenberg_marquardt import at_noise_of
 from imubench.diagnosis.solve.refit import information, refit
 from imubench.effects.effect import Effect
 
-PROMISED = 10.0  # nat, before they are fitted
-UNSURE = 5.0  # nat that a bend promises, from which on straight springs are in doubt: 2 % of those that are straight
 LIKELY = 7.5  # nat that a bend of a soft mount promises, from which on it is said too
 NEEDED = 20.0  # nat, before springs are believed to bend; what they gain on held-out data only has to be a gain
-LIKELY_SURE = 0.6  # confidence
 CLEAR = 25.0  # nat by which b is not 0: so much needs no left-out data
 BEND_NOISE_ROUNDS = 4  # of the noise's estimation, the law's own with it
 
@@ -83,13 +82,13 @@ def nonlinear_springs(
         say(f"looking whether the springs of {h.name} bend")
         with suppress(NotPositiveDefiniteError):
             promise = promised(fit, h, springs)
-            if promise < UNSURE:
+            if promise < EVIDENCE.needed_nat:
                 continue
             pulled = debiased(fit)
             promise = min(promise, promised(pulled, h, springs))
-            if promise > UNSURE:
+            if promise > EVIDENCE.needed_nat:
                 unsure[h] = promise
-            if promise < PROMISED:
+            if promise < EVIDENCE.clear_nat:
                 continue
             found = bending(pulled, h, springs)
             if found.clear or (found.evidence > NEEDED and found.heldout.value > 0):
@@ -148,7 +147,7 @@ def nonlinear_finding(found: NonlinearSprings) -> Finding:
 def suspected_findings(unsure: Mapping[Hypothesis, float], fit: Fit) -> list[Finding]:
     """Return soft mounts of a fit that likely bend as findings without a name; `unsure`: what each promises, in nat."""
     likely = [h for h, promise in unsure.items() if promise > LIKELY and not h.effect.rocks]
-    return [replace(left_by(h, fit), confidence=LIKELY_SURE) for h in likely if h in fit.model.hypotheses]
+    return [replace(left_by(h, fit), confidence=CONFIDENCE.doubtful) for h in likely if h in fit.model.hypotheses]
 
 
 def unheld(fit: Fit) -> list[Hypothesis]:

@@ -15,7 +15,6 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.search.dynamic_candidates import (
     CLEARLY,
-    HINTED,
     before_plain,
     promised_by_law,
     stateful,
@@ -70,9 +69,10 @@ def try_round(
     use.holds("plain-ahead", lambda: bool(chain))
     further = chain[-1].fit if chain else first
     moving = suspicious(further)
-    least = EVIDENCE.needed_nat if moving else max([HINTED, promised_by_law(further), *(t.evidence for t in tried)])
+    hinted = max([EVIDENCE.certain_nat, promised_by_law(further), *(t.evidence for t in tried)])
+    least = EVIDENCE.needed_nat if moving else hinted
     ruled = moving and use.holds("own-law-of-reading", lambda: reads_by_own_law(further))
-    alive = [] if ruled else stateful(fit, left, moving, least > HINTED, heard)
+    alive = [] if ruled else stateful(fit, left, moving, least > EVIDENCE.certain_nat, heard)
     lively = [
         t for t in dynamic_trials(fit, left, alive, say, least, vain, use) if t.evidence > promised_by_law(further)
     ]

@@ -10,7 +10,7 @@ from imubench.diagnosis.criteria.plausible_fit import law_levels, natural
 from imubench.diagnosis.criteria.trial import Kept, kind
 from imubench.diagnosis.noise.knot_selection import finer
 from imubench.diagnosis.noise.masking import weighed_beside
-from imubench.diagnosis.noise.reml import with_noise, with_settled_noise
+from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.search.admission import Add
@@ -20,7 +20,7 @@ from imubench.diagnosis.search.moves.drop import Drop, firmly
 from imubench.diagnosis.search.moves.merge import Merge
 from imubench.diagnosis.search.moves.move import RoundMemory, SearchState, Step
 from imubench.diagnosis.search.moves.swap_clock_for_backlash import ClocksToBacklash
-from imubench.diagnosis.search.moves.swap_clock_for_filter import ClockToFilter, RenewQuickFilters
+from imubench.diagnosis.search.moves.swap_clock_for_filter import ClockToFilter
 from imubench.diagnosis.search.moves.swap_for_one_triple import FilterOfOneTriple
 from imubench.diagnosis.search.moves.swap_for_rival import RivalForEffect
 from imubench.diagnosis.search.moves.swap_friction import FrictionMixture, together
@@ -124,7 +124,6 @@ ADD_ROUNDS = Repeat(
         Rule("rival-for-effect", RivalForEffect(), when=came_in),
         Rule("filter-of-one-triple", FilterOfOneTriple(), when=came_in),
         Rule("friction-mixture", FrictionMixture(), when=rubs),
-        Rule("renew-quick-filters", RenewQuickFilters(), when=came_late),
         Rule("quick-filter-for-clock", ClockToFilter(splines=False), when=came_late),
     ),
     again=another_round,
@@ -157,7 +156,6 @@ STAGES = (
             DROP_NEEDLESS,
             Rule("merge", Merge()),
             DROP_NEEDLESS,
-            Rule("renew-quick-filters", RenewQuickFilters()),
             Rule("filter-for-clock", ClockToFilter()),
             DROP_NEEDLESS,
         ),
@@ -165,7 +163,6 @@ STAGES = (
     Stage(
         SETTLING,
         (
-            Rule("settle-noise", Step("noise levels", lambda s: replace(s, fit=with_settled_noise(s.fit)))),
             Rule("settle-laws", Step("noise of laws", settled_laws)),
             Rule("drop", Drop(), when=unnatural),
             Rule("mask-moments", Step("moments of effects", weighed_moments)),

@@ -13,7 +13,8 @@ import numpy as np
 
 from imubench.diagnosis.candidates.both_mounts import gives_way
 from imubench.diagnosis.config.discrepancy import TERM
-from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.config.shared import CONFIDENCE, EVIDENCE
+from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.discrepancy.best_term import best_term
 from imubench.diagnosis.discrepancy.term_scores import FittedTerm
 from imubench.diagnosis.discrepancy.terms import Term, Unknown, channels_of, signals_of
@@ -30,7 +31,6 @@ from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.search.confidence import confidence, nameless
 from imubench.diagnosis.search.moves.drop import price_of_dropping
 from imubench.diagnosis.search.moves.swap_for_term import TermSwaps, swapped_for_terms
-from imubench.diagnosis.search.moves.term_rivals import MUCH
 from imubench.diagnosis.search.nonlinear_spring import (
     left_by,
     nonlinear_finding,
@@ -42,7 +42,6 @@ from imubench.diagnosis.search.unnamed import Unknowns
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.refit import information
 
-LATER_SURE = 0.6  # of what explains as much as a misalignment, a little later: 13 of 14 in 900 blind trials were none
 UNITS = {"gyro": "rad/s", "accel": "m/s^2", "torque": "N m"}
 
 
@@ -110,7 +109,7 @@ def superseded(before: Fit, new: FittedTerm, terms: Sequence[Term], say: Callabl
         say(f"trying to do without {h.name}")
         with suppress(NotPositiveDefiniteError):
             nat, without = price_of_dropping(fit, h)
-            if nat < EVIDENCE.needed_nat and MUCH * price_of_dropping(before, h)[0] < new.evidence:
+            if nat < EVIDENCE.needed_nat and FINDINGS.much * price_of_dropping(before, h)[0] < new.evidence:
                 fit = without
     return fit
 
@@ -138,7 +137,7 @@ def finding(found: FittedTerm) -> Finding:
 
 def instead_of(found: FittedTerm, names: Sequence[Hypothesis]) -> Finding:
     """Return a term that is likelier than the names that it equals as a finding that says so."""
-    return replace(finding(replace(found, equal=tuple(names))), confidence=LATER_SURE)
+    return replace(finding(replace(found, equal=tuple(names))), confidence=CONFIDENCE.doubtful)
 
 
 def sizes(found: FittedTerm) -> dict[str, Parameter]:

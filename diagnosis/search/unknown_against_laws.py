@@ -13,6 +13,8 @@ from functools import cache
 import numpy as np
 
 from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
+from imubench.diagnosis.config.noise import REML
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain, aic_gain_and_freedoms
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.dynamic_score import screen
@@ -23,9 +25,7 @@ from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.loop import Rule
-from imubench.diagnosis.search.moves.add_dynamic import MORE_ROUNDS
-from imubench.diagnosis.search.moves.drop import SPLINES
-from imubench.diagnosis.search.moves.dynamic_refits import STATE_NOISE_ROUNDS, refit_from_screening
+from imubench.diagnosis.search.moves.dynamic_refits import refit_from_screening
 from imubench.diagnosis.search.moves.move import Above, Holds, Proposal, Proposals, SearchState
 from imubench.diagnosis.search.moves.term_rivals import NEARLY
 from imubench.diagnosis.search.selected import DROP_NEEDLESS, Selection, candidates
@@ -72,7 +72,7 @@ class LawForSeries:
             f"{best.hypothesis.name} in the place of {self.term.name}",
             after,
             (
-                Above(lambda: best.evidence, SPLINES, reached=True),
+                Above(lambda: best.evidence, EVIDENCE.state_nat, reached=True),
                 Above(lambda: won().low - aic_gain_and_freedoms(fit, best.fit)[1], 0.0),
                 Holds(lambda: as_good(best, won(), fit, with_series(fit, self.term))),
             ),
@@ -112,7 +112,7 @@ def by_law(fit: Fit, at: str) -> Trial | None:
     trials = []
     for some in screen(fit, [h for h in asked if h.effect.variant != "isotropic"])[: ADMISSION.refits]:
         with suppress(NotPositiveDefiniteError):
-            trials.append(refit_from_screening(fit, [some], rounds=STATE_NOISE_ROUNDS + MORE_ROUNDS))
+            trials.append(refit_from_screening(fit, [some], rounds=REML.last_rounds))
     return max((t for t in trials if holds_its_law(t) and rings(t)), key=lambda t: t.evidence, default=None)
 
 

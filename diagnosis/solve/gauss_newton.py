@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import LAW
 from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.problem.batch_model import Model, middles, started
 from imubench.diagnosis.problem.dynamics_factors import swing_rows
@@ -111,10 +112,10 @@ def extended(fit: Fit, hypotheses: tuple[Hypothesis, ...], guess: dict[str, Arra
         for s in h.effect.states:
             noise.setdefault(
                 f"smooth.{h.key(s.name)}",
-                START.lawful_state_roughness * s.std if h.effect.lawful else START.free_state_roughness,
+                START.lawful_state_roughness * s.std if h.effect.lawful else LAW.middle_roughness,
             )
     for rows in equation_rows(model, state):
-        noise.setdefault(rows.name, START.law_level)
+        noise.setdefault(rows.name, 1.0)
     return replace(fit, model=model, state=state, noise=noise)
 
 

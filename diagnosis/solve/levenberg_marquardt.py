@@ -40,9 +40,7 @@ def converged(fit: Fit) -> Fit:
     A skin's slide and the mount of its sensor move together by far at next to no cost: a fit may stop tens of nat above
     the least with numbers that are several standard deviations off.
     """
-    return search(
-        fit.model, fit.state, fit.noise, fit.anchor, SOLVER.fine_steps, SOLVER.fine_gain, SOLVER.free_damping
-    )[0]
+    return search(fit.model, fit.state, fit.noise, fit.anchor, SOLVER.steps, SOLVER.fine_gain, SOLVER.free_damping)[0]
 
 
 @remembered
@@ -100,9 +98,7 @@ def search(
                 continue
             state, rows, cost = trial, trial_rows, trial_cost
             damping = (
-                max(damping / SOLVER.eased, SOLVER.least_damping)
-                if length == SOLVER.lengths[0]
-                else damping * SOLVER.eased
+                max(damping / SOLVER.eased, ALGEBRA.ridge) if length == SOLVER.lengths[0] else damping * SOLVER.eased
             )
             break
         gained = before - cost

@@ -102,3 +102,9 @@ def covariance_of(model: Model, schur: Array) -> Array:
     values, vectors = np.linalg.eigh(schur * np.outer(std, std))
     wide = std[:, None] * vectors / np.sqrt(np.maximum(values, 1.0))
     return np.asarray(wide @ wide.T, dtype=float)
+
+
+def root(covariance: Array) -> Array:
+    """Return W (k, k) with W W' a covariance: a standard deviation along each of its axes."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

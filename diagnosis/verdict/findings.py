@@ -49,15 +49,15 @@ def findings(selection: Selection, measured: Recording | None = None, briefly: b
         ties = [Rejected(t.hypothesis.effect.name, h.at, gain.value + t.evidence) for t in kept.ties]
         ties = [r for r in ties if (r.effect, r.at) not in told]
         most = (
-            CONFIDENCE.as_good
+            CONFIDENCE.doubtful
             if springs
-            else CONFIDENCE.overshadowed
+            else CONFIDENCE.doubtful
             if h in small
             else CONFIDENCE.free_splines
             if h in loose
             else MOST_SURE
         )
-        most = CONFIDENCE.implausible_place if h.at in odd else most
+        most = CONFIDENCE.strange if h.at in odd else most
         out.append(
             Finding(
                 h.effect.name,

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import IMPACT_TEST
-from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.config.verdict import KNOCK
 from imubench.diagnosis.criteria.impact_test import counted, knocks, solved
 from imubench.diagnosis.noise.looser_motion import at_estimated_roughness
 from imubench.diagnosis.problem.dynamics_factors import turning
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.result import Finding, Interval, Parameter
-from imubench.diagnosis.samples.check_findings import called, joined
+from imubench.diagnosis.samples.check_findings import called, confidence_of_knocks, joined
 from imubench.diagnosis.samples.faint_impacts import faint_knocks
 from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
 from imubench.diagnosis.search.confidence import DOUBTFUL
@@ -56,7 +56,7 @@ def unseen_knocks(
             times = faint(fit, imu, samples, named)
         if times.size:
             parameters = {"times": Parameter(times, np.full(times.size, 1 / imu.rate), "s")}
-            sure = min(CONFIDENCE.knock_or_knocks[times.size > 1], DOUBTFUL if imu.name in sprung else 1.0)
+            sure = min(confidence_of_knocks(times), DOUBTFUL if imu.name in sprung else 1.0)
             out.append(Finding(called(Fault.STRUCK), imu.name, sure, parameters, Interval(0.0, (0.0, 0.0))))
     return tuple(out)
 
@@ -79,7 +79,7 @@ def faint(fit: Fit, imu: Imu, struck: Mask, named: Sequence[Finding]) -> Array:
     step = max([0.0, *(float(s.value) for s in steps if s.unit == UNIT_OF_PART["accel"])])
     peaks = faint_knocks(imu, ~(np.logical_and.reduce([*known.values()]) | struck), step)
     peaks = tuple(p for p in peaks if not slips(fit, imu.name, p))
-    if len(peaks) < KNOCK.samples:
+    if len(peaks) < EVIDENCE.events:
         return np.array([])
     if fit.model.rig.placed and len(fit.model.recording.imus) == 1:
         fit = solved(at_estimated_roughness(fit), {})

@@ -17,7 +17,7 @@ from scipy.signal import butter, sosfiltfilt
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.config.samples import HIGH_BAND
-from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.shared import CONFIDENCE, EVIDENCE
 from imubench.diagnosis.config.verdict import KNOCK
 from imubench.diagnosis.result import Finding, Rejected
 from imubench.effects import EFFECTS, traits_of
@@ -46,7 +46,7 @@ def impacts_of_play(named: Sequence[Finding], recording: Recording) -> tuple[Fin
 def across(imu: Imu, times: Array) -> bool:
     """Return whether knocks that begin at `times` (k,) s are all along one line across the sensor's lever arm."""
     lever = rotations.rotate_back(imu.mount_quaternion, imu.mount_position)
-    if len(times) < KNOCK.may_be_play or not np.any(lever):
+    if len(times) < EVIDENCE.events or not np.any(lever):
         return False
     quick = sosfiltfilt(butter(2, HIGH_BAND.pass_hz, "high", fs=imu.rate, output="sos"), imu.accel, axis=0)
     spread = np.zeros((3, 3))

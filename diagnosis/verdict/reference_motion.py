@@ -8,7 +8,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.evidence import Evidence, Played
 from imubench.diagnosis.result import Change, Diagnosis
 from imubench.reference import Reference
-from imubench.rotations import conjugate, log, multiply
+from imubench.rotations import angle_between, conjugate, log, multiply, to_matrix
 
 DIFFERENCE_UNIT = "rad RMS"
 
@@ -27,7 +27,8 @@ def motion_errors(motion: Played, reference: Reference, span: tuple[float, float
 
     `span` is the recording's first and last stamp: the splines of the motion go on where nothing was measured.
     The hinge angle is given once more without its mean error: no sensor shows where the angle is zero, so a mount
-    that is declared to some degrees moves it by as many.
+    that is declared to some degrees moves it by as many. The orientation is given once more by its tilt, the angle
+    between the verticals as segment 1 sees them: without a magnetometer nothing corrects a heading that drifts.
     """
     out = {}
     inside = (reference.time >= span[0]) & (reference.time <= span[1])
@@ -41,15 +42,26 @@ def motion_errors(motion: Played, reference: Reference, span: tuple[float, float
     if reference.quaternion1 is not None:
         seen = inside & np.isfinite(reference.quaternion1).all(axis=1)
         if seen.any():
-            out["orientation1"] = rms(tilt(motion, reference.time[seen], reference.quaternion1[seen]))
+            found1, measured = quaternions_at(motion, reference.time[seen]), reference.quaternion1[seen]
+            out["orientation1"] = rms(off_but_heading(found1, measured))
+            out["tilt1"] = rms(angle_between(vertical(found1), vertical(measured)))
     return out
 
 
-def tilt(motion: Played, time: Array, measured: Array) -> Array:
-    """Return the angles (n,) rad between measured orientations (n, 4) and the motion's, one heading taken out."""
+def quaternions_at(motion: Played, time: Array) -> Array:
+    """Return segment 1's orientations (n, 4) at times (n,) s."""
     q = np.stack([np.interp(time, motion.time, x) for x in motion.quaternion1.T], axis=1)
-    q /= np.linalg.norm(q, axis=1, keepdims=True)
-    between = multiply(measured, conjugate(q))  # found world -> measured world
+    return np.asarray(q / np.linalg.norm(q, axis=1, keepdims=True))
+
+
+def vertical(q: Array) -> Array:
+    """Return which way is up (n, 3) as segments of orientations q (n, 4) see it."""
+    return to_matrix(q)[:, 2]
+
+
+def off_but_heading(found: Array, measured: Array) -> Array:
+    """Return the angles (n,) rad between orientations (n, 4) and measured ones, one heading taken out."""
+    between = multiply(measured, conjugate(found))  # found world -> measured world
     heading = heading_of(between)
     back = np.array([np.cos(heading / 2), 0.0, 0.0, -np.sin(heading / 2)])
     return np.linalg.norm(log(multiply(back, between)), axis=1)

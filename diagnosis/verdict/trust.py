@@ -8,12 +8,14 @@ serve.
 
 A number is doubted as well where it is far outside what nature has; both only if it matters: with the number held
 where the halves differ from it, or where it would be plausible, and all others fitted anew, something that a user asks
-for moves beyond the tolerance. How a spring that is hardly stretched is damped may be anything, and the axis is the
-same. The model as a whole is doubted where the declared one predicts better what neither was fitted to. That it
-predicts worse than noise allows is no doubt: it does not explain everything (`allowed`).
+for is farther off by the tolerance. How a spring that is hardly stretched is damped may be anything, and the axis is
+the same. Nor does a number matter whose whole effect may be left out: answers that are the same with it and without it
+lean on none of its numbers, and what is not likely is neither played nor taken out. The model as a whole is doubted
+where the declared one predicts better what neither was fitted to. That it predicts worse than noise allows is no doubt:
+it does not explain everything (`allowed`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,7 +38,14 @@ from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.normal_equations import Normal
 from imubench.diagnosis.solve.refit import information
 from imubench.diagnosis.solve.threads import one_thread
-from imubench.diagnosis.verdict.estimate_shift import estimates_of, moves_between, times
+from imubench.diagnosis.verdict.estimate_shift import (
+    Spread,
+    estimates_of,
+    farther_off,
+    moves_between,
+    spread_of,
+    times,
+)
 
 PREDICTION = "prediction"  # of the model as a whole
 SERVES_MOUNT = {"rotation": 0.05, "translation": 0.02}  # rad, m, of a mount: in the end the whole counts, not a half
@@ -52,7 +61,9 @@ class Question:
     otherwise: Array  # the parameter (k,) as it may as well be
 
 
-def doubts(fit: Fit, before: Weighed, after: Weighed, tolerance: Pair = TOLERANCE) -> tuple[Doubt, ...]:
+def doubts(
+    fit: Fit, before: Weighed, after: Weighed, tolerance: Pair = TOLERANCE, unused: Collection[str] = ()
+) -> tuple[Doubt, ...]:
     """Return what speaks against a model that was found.
 
     Args:
@@ -60,17 +71,20 @@ def doubts(fit: Fit, before: Weighed, after: Weighed, tolerance: Pair = TOLERANC
         before: the declared model's fit, its residuals beside the noise.
         after: that of the model that was found.
         tolerance: deg and mm by which what a user asks for may be off.
+        unused: effects, as "effect@place", without which all of that is within the tolerance, or that are not likely.
     """
     worse = after.left_out > max(before.left_out, allowed(after))  # within what noise may have neither is better
     beaten = (Doubt(PREDICTION, "the declared model predicts better"),) if worse else ()
-    asked_of = [*implausible(fit), *halves_that_differ(fit)]
-    return (*beaten, *(Doubt(q.of, q.why) for q in asked_of if matters(fit, q, tolerance)))
+    every = [*implausible(fit), *halves_that_differ(fit)]
+    asked_of = [q for q in every if q.of.rpartition(".")[0] not in unused]
+    spread = spread_of(fit) if asked_of else {}
+    return (*beaten, *(Doubt(q.of, q.why) for q in asked_of if matters(fit, q, tolerance, spread)))
 
 
-def matters(fit: Fit, question: Question, tolerance: Pair) -> bool:
-    """Return whether anything that a user asks for moves beyond the tolerance with a number as it may as well be.
+def matters(fit: Fit, question: Question, tolerance: Pair, spread: Spread) -> bool:
+    """Return whether a number as it may as well be makes anything that a user asks for farther off by the tolerance.
 
-    Where no motion fits with it, it does: nothing is known then of what else would hold.
+    Where no motion fits with it, it does: nothing is known then of what else would hold. `spread` is that of the fit.
     """
     model = replace(fit.model, fixed=dict(fit.model.fixed or {}) | {question.of: question.otherwise})
     state = replace(fit.state, values=fit.state.values | {question.of: question.otherwise})
@@ -79,9 +93,8 @@ def matters(fit: Fit, question: Question, tolerance: Pair) -> bool:
     except NotPositiveDefiniteError:
         return True
     time = times(fit)
-    return is_material(
-        moves_between(estimates_of(fit, time), estimates_of(other, time), fit.model.recording), tolerance
-    )
+    shift = moves_between(estimates_of(fit, time), estimates_of(other, time), fit.model.recording)
+    return is_material(farther_off(shift, spread), tolerance)
 
 
 def allowed(after: Weighed) -> float:
@@ -99,9 +112,9 @@ def implausible(fit: Fit) -> tuple[Question, ...]:
             prior, value = fit.model.priors[h.key(p.name)], fit.state.values[h.key(p.name)]
             away = (value - prior.start) / prior.std
             off = float(np.max(away if p.name == DAMPING else np.abs(away)))
-            if off > STATISTICS.prior_sigmas:
-                least = -np.inf if p.name == DAMPING else -STATISTICS.prior_sigmas
-                plausible = prior.start + prior.std * np.clip(away, least, STATISTICS.prior_sigmas)
+            if off > STATISTICS.rare_sigmas:
+                least = -np.inf if p.name == DAMPING else -STATISTICS.rare_sigmas
+                plausible = prior.start + prior.std * np.clip(away, least, STATISTICS.rare_sigmas)
                 found.append(
                     Question(h.key(p.name), f"{off:.1f} standard deviations from what is plausible", plausible)
                 )

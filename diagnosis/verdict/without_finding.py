@@ -1,7 +1,8 @@
 """The fit of a recording without one of its findings, and by how much that moves what a user asks for.
 
 An effect in the fit is taken out of it and the rest solved again, at the noise levels that the fit has: the motions of
-both are compared, and the geometry. What has no name is taken out as the signal that was fitted for it.
+both are compared, and the geometry. What has no name is taken out as the signal that was fitted for it. What the shift
+counts for beside what chance does to the same answer is in `estimate_shift`.
 
 An effect that acts on a mount is that mount's error: solved again, what is declared of how well a mount is known would
 take its place, and nothing would seem to move. So its geometry is that of the same fit, not solved again, with the
@@ -33,6 +34,7 @@ from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.residuals import equation_of
+from imubench.diagnosis.residual_checks.ordinary_estimates import MOUNT, OrdinaryEstimates
 from imubench.diagnosis.result import UNKNOWN, Finding, Move, Pair, is_material
 from imubench.diagnosis.samples.check_findings import declared
 from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
@@ -41,7 +43,14 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import refit_without
-from imubench.diagnosis.verdict.estimate_shift import Estimates, estimates_of, moves_between, times
+from imubench.diagnosis.verdict.estimate_shift import (
+    Estimates,
+    estimates_of,
+    farther_off,
+    moves_between,
+    spread_of,
+    times,
+)
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault
 from imubench.recording import Recording
@@ -54,7 +63,41 @@ def moves_of(
     recording: Recording,
     without: dict[tuple[str, str], Fit] | None = None,
 ) -> Iterator[tuple[Finding, dict[str, Move]]]:
-    """Yield each finding with what it moves, the surest first; nothing where that is not known.
+    """Yield each finding with by how much farther off all is without it, as `shifts_of`.
+
+    Orientations are asked of an orientation filter, mounts beside a measured orientation of the rates.
+    """
+    ordinary = OrdinaryEstimates.of(fit)
+    others = {} if without is None else without
+    for finding, shift in shifts_of(findings, fit, samples, recording, others):
+        gone = in_fit(fit, finding)
+        other = others.get((finding.effect, finding.at)) if gone else None
+        yield finding, _farther_off(shift, fit, other, gone, ordinary)
+
+
+def _farther_off(
+    shift: dict[str, Move], fit: Fit, other: Fit | None, gone: list[Hypothesis], ordinary: OrdinaryEstimates | None
+) -> dict[str, Move]:
+    """Return by how much farther off all is for a shift from one fit to another without the effects that are `gone`.
+
+    Mounts as they are declared are no estimate, and samples that are weighed otherwise are no other model.
+    """
+    if not shift:
+        return shift
+    estimated = other is not None and not any(on_mount(h) for h in gone)
+    known = farther_off(shift, spread_of(fit), spread_of(other) if other is not None and estimated else None)
+    said = ordinary.farther_off(gone) if ordinary is not None and gone else {}
+    return known | {name: move for name, move in said.items() if estimated or name != MOUNT}
+
+
+def shifts_of(
+    findings: Iterable[Finding],
+    fit: Fit,
+    samples: SampleChecks,
+    recording: Recording,
+    without: dict[tuple[str, str], Fit] | None = None,
+) -> Iterator[tuple[Finding, dict[str, Move]]]:
+    """Yield each finding with what it shifts, the surest first; nothing where that is not known.
 
     Args:
         findings: of the fit and of the raw samples, named or not.
@@ -103,8 +146,10 @@ def moves_of_all(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, M
         return {}
     with suppress(NotPositiveDefiniteError):
         time, mounts = times(fit), [h for h in gone if on_mount(h)]
-        said = _said_by(refit_without(fit, gone, SHIFT.steps_without), fit, mounts, time)
-        return worth_telling(moves_between(estimates_of(fit, time), said, recording), tolerance)
+        other = refit_without(fit, gone, SHIFT.steps_without)
+        shift = moves_between(estimates_of(fit, time), _said_by(other, fit, mounts, time), recording)
+        ordinary = OrdinaryEstimates.of(fit)
+        return worth_telling(_farther_off(shift, fit, other, gone, ordinary), tolerance)
     return {}
 
 
@@ -207,4 +252,4 @@ def _unrounded(fit: Fit, finding: Finding) -> Fit | None:
     return _reading(fit, finding.at, {part: readings})
 
 
-__all__ = ["drives", "fit_without", "in_fit", "moves_of", "moves_of_all", "with_moves"]
+__all__ = ["drives", "fit_without", "in_fit", "moves_of", "moves_of_all", "shifts_of", "with_moves"]

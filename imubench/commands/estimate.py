@@ -43,9 +43,10 @@ def estimate(
     from imubench.commands.shown import say_band, say_failed, say_figures, say_moved, say_note
     from imubench.plugins import known_estimators
     from imubench.run import NoEstimateError, estimate_on_disk
-    from imubench.sources import label
+    from imubench.sources import in_dataset, label
 
-    if what_is(Path(recording)) == NOTHING and what_is(Path(name)) == "a folder":
+    swapped = what_is(Path(name)) == "a folder" or in_dataset(name) is not None
+    if what_is(Path(recording)) == NOTHING and swapped:
         known = [*known_estimators(), *([recording] if ":" in recording else [])]
         check_order(name, recording, known, "imubench estimate")
     out = out or Path("runs") / f"{folder_name(Path(name).name)}-{label(recording)}"

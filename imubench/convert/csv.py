@@ -12,7 +12,8 @@ from imubench.convert.table import read_columns, read_header, stack
 from imubench.errors import InputError, unknown
 from imubench.inputs.files import NOTHING, what_is
 from imubench.inputs.tables import listed
-from imubench.recording import RIGS, STANDARD_GRAVITY, Imu, Recording
+from imubench.models import is_rig, known_rigs
+from imubench.recording import STANDARD_GRAVITY, Imu, Recording
 
 COLUMNS = ("time", "gyr_x", "gyr_y", "gyr_z", "acc_x", "acc_y", "acc_z")
 GYRO_UNITS = {"rad/s": 1.0, "deg/s": np.pi / 180}
@@ -43,14 +44,17 @@ def convert(
     time_unit: str = "",
     rate: float | None = None,
     rig: str = "",
+    start: float = 0.0,
+    end: float | None = None,
 ) -> list[Converted]:
     """Return one recording of the IMU in `source` and, if given, of the one in `second`.
 
     Without a `time` column the stamps are k / `rate`; with one, `rate` defaults to the median step's.
     `columns2` names the second IMU's columns and defaults to `columns`; `second` may be the same file.
     `time_unit` defaults to s. Large stamps, such as those since 1970, count from the first one's second, which the
-    note says. Raises `InputError` when the units cannot be right: at its slowest turning the IMU must read about
-    9.81 m/s^2, and give over one sample a second.
+    note says. Of the time from the first stamp on, what lies from `start` to `end` s is taken. Raises `InputError`
+    when the units cannot be right: at its slowest turning the IMU must read about 9.81 m/s^2, and give over one
+    sample a second.
     """
     files = [(source, columns or {})]
     if second:
@@ -59,10 +63,13 @@ def convert(
     read = [_read(path, names, rate) for path, names in files]
     moved, note = in_seconds([stamps for stamps, _, _ in read if isinstance(stamps, Stamps)], time_unit)
     stamped, imus = iter(moved), []
+    first = min([float(stamps[0]) for stamps in moved if stamps.size], default=0.0)
     for i, ((path, _), (stamps, gyro, accel)) in enumerate(zip(files, read, strict=True)):
         time = next(stamped) if isinstance(stamps, Stamps) else stamps
         gyro, accel = gyro * GYRO_UNITS[gyro_unit], accel * ACCEL_UNITS[accel_unit]
         hertz = rate or _rate(time)
+        part = _part(time - first, start, end, path)
+        time, gyro, accel = time[part], gyro[part], accel[part]
         imus.append(Imu(name=f"imu{i + 1}", time=time, gyro=gyro, accel=accel, rate=hertz))
         _check_units(path, imus[-1], gyro_unit, accel_unit)
     recording = Recording(name=source.stem, rig=rig or ("hinge" if second else "free"), imus=tuple(imus))
@@ -71,6 +78,17 @@ def convert(
         "Mount poses and noise are not declared: add them to recording.toml."
     )
     return [Converted(recording, None, note)]
+
+
+def _part(time: Array, start: float, end: float | None, path: Path) -> slice:
+    """Return the samples of a time (n,) in s that lie between two; `InputError` where there are none."""
+    if start == 0.0 and end is None:
+        return slice(None)
+    inside = np.flatnonzero((time >= start) & (time <= (np.inf if end is None else end)))
+    if not inside.size:
+        to = "the end" if end is None else f"{end:g} s"
+        raise InputError(f"{path}: expected samples from {start:g} s to {to}, got 0 to {np.max(time, initial=0.0):g} s")
+    return slice(int(inside[0]), int(inside[-1]) + 1)
 
 
 def _rate(time: Array) -> float:
@@ -116,6 +134,13 @@ def _check_units(path: Path, imu: Imu, gyro_unit: str, accel_unit: str) -> None:
         )
 
 
+def parse_rig(text: str) -> object:
+    """Return the name of a rig; `InputError` with those that are known."""
+    if not is_rig(text):
+        raise unknown("rig", text, known_rigs())
+    return text
+
+
 CONVERTER = Converter(
     "csv",
     "one or two CSV files with a header, an IMU each",
@@ -128,6 +153,8 @@ CONVERTER = Converter(
         "accel_unit": Option("m/s^2 or g", choice("accel_unit", tuple(ACCEL_UNITS))),
         "time_unit": Option("s, ms, us or ns; s where it is not said", choice("time_unit", tuple(TIME_UNITS))),
         "rate": Option("Hz, for files without stamps", number("rate", above_zero=True)),
-        "rig": Option("hinge, pendulum or free", choice("rig", tuple(RIGS))),
+        "rig": Option("hinge, pendulum or free, or a package's", parse_rig),
+        "start": Option("s from the first stamp on: what is before is left out", number("start")),
+        "end": Option("s from the first stamp on: what is after is left out", number("end", above_zero=True)),
     },
 )

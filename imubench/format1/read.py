@@ -19,8 +19,9 @@ from imubench.format1.track_checks import check_angle, check_lever, check_positi
 from imubench.format1.write import ANGLE, IMU, POSITION, QUATERNION, REFERENCE
 from imubench.inputs.files import what_is
 from imubench.inputs.tables import Table, read_table
+from imubench.models import is_rig, known_rigs
 from imubench.models.tree import rig_tree
-from imubench.recording import RIGS, STANDARD_GRAVITY, Body, Encoder, Imu, Pose, Recording
+from imubench.recording import STANDARD_GRAVITY, Body, Encoder, Imu, Pose, Recording
 from imubench.reference import Reference
 
 
@@ -154,10 +155,12 @@ def _group(path: Path, table: Table, names: tuple[str, ...], whole: bool) -> Arr
 
 
 def _check_rig(declared: Declared, rig: str) -> None:
-    if rig in RIGS:
+    if is_rig(rig):
         return
     if not rig.endswith(".xml"):
-        raise InputError(f"{declared.path}, key 'rig': {unknown('rig', rig, [*RIGS, 'or an .xml file beside it'])}")
+        raise InputError(
+            f"{declared.path}, key 'rig': {unknown('rig', rig, [*known_rigs(), 'or an .xml file beside it'])}"
+        )
     if what_is(declared.file(rig, "key 'rig'")) != "a file":
         raise InputError(f"{declared.path}, key 'rig': expected an MJCF file beside it, got no file '{rig}'")
 

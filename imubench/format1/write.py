@@ -15,7 +15,8 @@ from imubench.format1.keys import FILE_NAME, FORMAT, KEYS, LISTS, Declared
 from imubench.format1.profile_noise import by_profile
 from imubench.format1.tables import write_table
 from imubench.inputs.files import read_bytes
-from imubench.recording import RIGS, Recording
+from imubench.models import is_rig
+from imubench.recording import Recording
 from imubench.reference import Reference
 
 IMU = {"gyro": ("gyr_x", "gyr_y", "gyr_z"), "accel": ("acc_x", "acc_y", "acc_z")}
@@ -44,7 +45,7 @@ def write_recording(
     """
     if table not in ("csv", "parquet"):
         raise unknown("table", table, ("csv", "parquet"))
-    if (recording.rig not in RIGS) != (rig_file is not None):
+    if (not is_rig(recording.rig)) != (rig_file is not None):
         want = "an MJCF file" if rig_file is None else "no MJCF file"
         raise InputError(f"{folder}: expected {want} as rig_file for rig '{recording.rig}', got {rig_file}")
     if rig_file is not None:

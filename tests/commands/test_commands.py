@@ -125,6 +125,7 @@ def test_outside_estimators_are_listed_and_do_not_make_a_folder_of_their_path(ou
             ("estimate", "REC", "seel2012"),
             "imubench estimate: expected seel2012 before .*, got them the other way round",
         ),
+        (("estimate", "some-dataset#3", "seel2012"), "expected seel2012 before some-dataset#3, got them the other way"),
         (("estimate", "REC", "mine.py:f"), "imubench estimate: expected mine.py:f before .*, got them the other way"),
         (
             ("convert", "REC", "csv", "--out", "x"),
@@ -169,6 +170,22 @@ def test_help_needs_neither_numpy_nor_mujoco():
     script = "import sys, imubench.cli; print([m for m in ('numpy', 'scipy', 'mujoco', 'rerun') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_refusal_needs_neither_the_diagnosis_nor_what_logs(tmp_path):
+    """Of bad input one is told at once; and a recording of our rigs is made without MuJoCo."""
+    script = (
+        "import sys; from pathlib import Path; from imubench.errors import InputError\n"
+        "from imubench.recording import Imu, Recording; import numpy as np\n"
+        "still = Imu('imu1', np.arange(3.0), np.zeros((3, 3)), np.ones((3, 3)), 1.0)\n"
+        "Recording('r', 'hinge', (still,)); early = [m for m in ('mujoco', 'scipy.optimize') if m in sys.modules]\n"
+        "from imubench.run import estimate_on_disk\n"
+        "try:\n    estimate_on_disk('seel2012', Path('nowhere'), Path('out'))\nexcept InputError as error:\n"
+        "    heavy = ('mujoco', 'rerun', 'scipy.signal', 'scipy.stats', 'imubench.diagnosis.problem')\n"
+        "    print(early + [m for m in heavy if m in sys.modules], 'nowhere' in str(error))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert done.stdout.strip() == "[] True"
 
 
 def test_what_is_listed_imports_no_more_than_it_needs():

@@ -24,7 +24,7 @@ from imubench.diagnosis.verdict.reference_motion import motion_errors
 from imubench.format1 import write_recording
 from imubench.recording import Recording
 from imubench.reference import Reference
-from imubench.rotations import exp, from_axis_angle, multiply
+from imubench.rotations import exp, from_axis_angle, multiply, rotate_back
 from imubench.run import reference_of
 from imubench.sim import rigs
 from imubench.sim.imu_model import Declared, DeclaredMount, observe
@@ -225,6 +225,18 @@ def test_errors_against_a_reference_leave_one_heading_out():
     assert found["hinge_angle"] == pytest.approx(0.01, rel=1e-6)  # same stamps, nothing interpolated
     assert found["hinge_angle_but_constant"] == pytest.approx(0.0, abs=1e-9)
     assert found["orientation1"] == pytest.approx(0.02, rel=0.02)  # part of the tilt may pass for heading
+
+
+def test_a_heading_that_drifts_is_no_tilt():
+    time = np.arange(500) / 50
+    turn = exp(np.stack([0.3 * np.sin(time), 0.4 * np.sin(1.3 * time), 0.5 * time], axis=1))
+    drift = exp(np.stack([0 * time, 0 * time, 0.01 * (time - time.mean())], axis=1))
+    tilted = multiply(multiply(drift, turn), exp([0.02, 0.0, 0.0]))
+    found = motion_errors(Played(time, turn, np.zeros((500, 3)), None), Reference(time, quaternion1=tilted), (0, 10))
+    vertical = rotate_back(turn, np.array([0.0, 0.0, 1.0]))
+    seen = np.sqrt(np.mean(0.02**2 * (vertical[:, 1] ** 2 + vertical[:, 2] ** 2)))  # a turn about x moves y and z
+    assert found["tilt1"] == pytest.approx(seen, rel=1e-3)
+    assert found["orientation1"] > 0.03  # a hundredth rad a second, for 10 s
 
 
 def test_where_nothing_was_measured_the_motion_is_not_held_against_a_reference():

@@ -14,6 +14,9 @@ MARKER = ".imubench.json"  # sizes and times of change
 TIMED = ("proof.json", "diagnosis.json")
 """Our JSON files with run times: the values of every key `seconds`, and the proof's figure of that name."""
 
+STAGE = re.compile(r"^\d+ of \d+, \d+ s: .*\n", re.MULTILINE)
+"""What a command says of a stage that began after two seconds, where nobody sees a bar: on a slow machine alone."""
+
 SHOWN_TIMES = re.compile(r"\d+\.\d s(?=\. The same in numbers)|(?<=seconds for a diagnosis, median</td>).*?(?=</td>)")
 """Run times in our reports."""
 
@@ -98,3 +101,8 @@ def _values(parts: list[tuple[pa.Array, pa.Array]]) -> str:
 
 def _stored(array: pa.Array) -> pa.Array:
     return array.storage if isinstance(array, pa.ExtensionArray) else array
+
+
+def without_stages(said: str) -> str:
+    """Return what a command said on stderr, but for the lines by which it tells how far it is."""
+    return STAGE.sub("", said)

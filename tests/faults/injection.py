@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.faults.commands import COMMANDS, Command, given
-from tests.faults.content import content
+from tests.faults.content import content, without_stages
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
@@ -163,7 +163,7 @@ class Warm:
         answer = self._answer()
         calls = tuple(log.read_text().splitlines()) if log.exists() else ()
         running = outlived(answer["pid"])
-        texts = (said.read_text(errors="replace"), errors.read_text(errors="replace"))
+        texts = (said.read_text(errors="replace"), without_stages(errors.read_text(errors="replace")))
         return Ended(answer["code"], *texts, answer["seconds"], calls, answer["late"], running)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tests.faults.commands import Command
-from tests.faults.content import content
+from tests.faults.content import content, without_stages
 from tests.faults.injection import HIDDEN, environment_of_a_command
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
@@ -43,10 +43,10 @@ class Kills:
         work, self.before = self._set_up("whole")
         begun = time.monotonic()
         done = self.start(work)
-        _, errors = done.communicate(timeout=LIMIT)
+        errors = without_stages(done.communicate(timeout=LIMIT)[1].decode(errors="replace"))
         self.seconds, self.code = time.monotonic() - begun, done.returncode
         if self.code not in (0, 1) or errors:
-            raise RuntimeError(f"{command.name}: {self.code} {errors.decode()}")
+            raise RuntimeError(f"{command.name}: {self.code} {errors}")
         self.whole = content(work)
 
     def _set_up(self, name: str) -> tuple[Path, dict[str, object]]:
@@ -93,6 +93,7 @@ class Kills:
             os.killpg(process.pid, signal.SIGKILL)
             errors = process.communicate()[1].decode(errors="replace")
             done.wrong.append("did not end in 65 s")
+        errors = without_stages(errors)
         done.phase = self._phase(process.returncode, number, moment, errors)
         done.wrong += self._ended(process.returncode, errors, number, done.phase)
         if left := running(self.home):
@@ -102,7 +103,7 @@ class Kills:
         if after != self.before or temporary:
             done.again = True
             second = self.start(work)
-            errors = second.communicate(timeout=LIMIT)[1].decode(errors="replace")
+            errors = without_stages(second.communicate(timeout=LIMIT)[1].decode(errors="replace"))
             if second.returncode != self.code or errors:
                 done.wrong.append(f"again: {second.returncode} {errors[:300]}")
             if odd := different(content(work), self.whole):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.dynamic_aic import trial_beside
 from imubench.diagnosis.criteria.dynamic_score import Screened, screen
@@ -18,7 +19,6 @@ from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves.dynamic_order import pairs, promising, softer
 from imubench.diagnosis.search.moves.dynamic_refits import (
-    STATE_NOISE_ROUNDS,
     on_whole_recording,
     refit_beside,
     refit_from_screening,
@@ -28,10 +28,9 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.subset import excerpt, loudest
 from imubench.diagnosis.solve.threads import side_by_side
 
-MORE_ROUNDS = 2  # rounds for the best of them on the whole recording
 FREE = 0.75  # of what a state without a law explains, that one with a law must
 BROKEN_LAW_SHARE = 0.5  # of what a filter explains that breaks its law
-TWO, MORE_OF_TWO = 30.0, 0.1  # nat, and of what the best alone is worth, that two must be worth more
+MORE_OF_TWO = 0.1  # of what the best alone is worth, that two must be worth more, and `EVIDENCE.certain_nat`
 SHORT = 0.5  # of what a screening promised: springs that are worth less are begun anew
 HOPELESS = -150.0  # nat: from a refit worth less no softer start leads anywhere (of 14, one from -185 to -42)
 MOST_IN_VAIN = 2  # refits without evidence, after which a lower promise is not refitted
@@ -141,7 +140,7 @@ def _on_all(fit: Fit, best: Trial, some: list[Screened]) -> Trial | None:
         ways.append(on_whole_recording(fit, best))
     if not ways or ways[0].evidence < best.evidence:
         with suppress(NotPositiveDefiniteError):
-            ways.append(refit_from_screening(fit, some, rounds=STATE_NOISE_ROUNDS + MORE_ROUNDS))
+            ways.append(refit_from_screening(fit, some, rounds=REML.last_rounds))
     found = max(ways, key=lambda t: t.evidence, default=None)
     return found if found is not None and holds_its_law(found) else None
 
@@ -171,7 +170,7 @@ def _paired(
                 if out[-1][0].evidence < rival:
                     break
     alone_best = max((t.evidence for t, _ in single), default=0.0)
-    worth_it = [t for t in out if t[0].evidence > alone_best + max(TWO, MORE_OF_TWO * alone_best)]
+    worth_it = [t for t in out if t[0].evidence > alone_best + max(EVIDENCE.certain_nat, MORE_OF_TWO * alone_best)]
     return [max(worth_it, key=lambda t: t[0].evidence)] if worth_it else []
 
 
@@ -183,4 +182,4 @@ def _left_for_two(single: list[tuple[Trial, list[Screened]]], some: list[Screene
     return any(s.evidence > least for s in screen(best.fit, [h for h in names if h != best.hypothesis]))
 
 
-__all__ = ["MORE_ROUNDS", "SHORT", "explained", "state_trials"]
+__all__ = ["SHORT", "explained", "state_trials"]

@@ -23,9 +23,6 @@ from imubench.diagnosis.solve.refit import evidence_over, information, refit_wit
 from imubench.diagnosis.solve.subset import excerpt, loudest
 from imubench.progress import tell
 
-CERTAIN = 30.0  # nat that an effect is worth without looking closer
-SPLINES = 15.0  # nat that an effect with a life of its own must be worth
-
 
 class Drop:
     """The fit without the effects that it no longer needs, weakest first; no colour of noise was what is `firm`.
@@ -104,7 +101,7 @@ def firmly(fit: Fit, kept: Sequence[Kept]) -> list[Hypothesis]:
     linear = [k for k in kept if linear_in(k.hypothesis)]
     if not linear:
         return []
-    return [k.hypothesis for k in in_colour(fit, linear, *information(fit)) if k.evidence > CERTAIN]
+    return [k.hypothesis for k in in_colour(fit, linear, *information(fit)) if k.evidence > EVIDENCE.certain_nat]
 
 
 def in_colour(
@@ -140,7 +137,7 @@ def costs_more(without: Fit, fit: Fit) -> float:
 
 def needed(h: Hypothesis) -> float:
     """Return the nat that an effect must be worth to stay; splines of its own fit more, and by a Gaussian's price."""
-    return SPLINES if h.effect.states else EVIDENCE.needed_nat
+    return EVIDENCE.state_nat if h.effect.states else EVIDENCE.needed_nat
 
 
 def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | None]:
@@ -156,7 +153,7 @@ def lost_without(fit: Fit, kept: Kept, covariance: Array) -> tuple[float, Fit | 
         else:
             short = excerpt(fit, *loudest(fit, ADMISSION.screened_s))
             loss = aic_gain(_without(short, h), short)
-        if loss > CERTAIN:
+        if loss > EVIDENCE.certain_nat:
             return loss, None
     return price_of_dropping(fit, h)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.criteria.dynamic_aic import trial_beside
 from imubench.diagnosis.criteria.dynamic_score import Screened
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
@@ -17,10 +18,8 @@ from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.gauss_newton import all_rows, extended
 from imubench.diagnosis.solve.levenberg_marquardt import settled, solve
 
-STATE_NOISE_ROUNDS = 3  # of their noise estimation
 
-
-def refit_from_screening(fit: Fit, some: list[Screened], rounds: int = STATE_NOISE_ROUNDS) -> Trial:
+def refit_from_screening(fit: Fit, some: list[Screened], rounds: int = REML.rounds) -> Trial:
     """Return the refit with state effects, begun as their laws say and where a law outweighs the measurements.
 
     From the screening's stiff and damped starts: the motion of a fit that knows no spring holds the spring's own, and
@@ -45,7 +44,7 @@ def refit_beside(fit: Fit, alone: Trial, other: Screened) -> Trial:
     begun = extended(found, (*found.model.hypotheses, h), guess | dict(other.values))
     noise = begun.noise | found.noise | other.noise
     tried = solve(begun.model, driven_by_motion(begun.model, begun.state, [h]), noise, fit.anchor, steps=4)
-    tried = with_noise(tried, STATE_NOISE_ROUNDS)
+    tried = with_noise(tried, REML.rounds)
     return trial_beside(fit, [alone.hypothesis, h], tried)
 
 
@@ -63,7 +62,7 @@ def on_whole_recording(fit: Fit, trial: Trial) -> Trial:
     states += [settled(begun.model, s, quiet, fit.loose) for s in states]
     cost = [sum(r.cost for r in all_rows(begun.model, s, quiet, fit.anchor, fit.loose)) for s in states]
     begun = solve(begun.model, states[int(np.argmin(cost))], quiet, fit.anchor, steps=4)
-    tried = fit_with_noise(begun.model, begun.state, noise, fit.anchor, rounds=STATE_NOISE_ROUNDS)
+    tried = fit_with_noise(begun.model, begun.state, noise, fit.anchor, rounds=REML.rounds)
     return trial_beside(fit, hypotheses, tried)
 
 
@@ -78,4 +77,4 @@ def calm(fit: Fit) -> dict[str, float]:
     return {name: 10 * told[name] if name in told else std for name, std in fit.noise.items()}
 
 
-__all__ = ["STATE_NOISE_ROUNDS", "calm_for_laws", "on_whole_recording", "refit_beside", "refit_from_screening"]
+__all__ = ["calm_for_laws", "on_whole_recording", "refit_beside", "refit_from_screening"]

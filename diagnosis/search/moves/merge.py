@@ -7,6 +7,7 @@ that turns with the angle, then a centre that moves with it, and together they a
 from contextlib import suppress
 from itertools import combinations
 
+from imubench.diagnosis.config.criteria import EQUIVALENCE
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.equivalence import Replacement, alternatives, replacements
 from imubench.diagnosis.criteria.trial import Kept
@@ -16,7 +17,6 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.refit import evidence_over, refit
 from imubench.progress import tell
 
-MOST_SHARE_LOST = 0.2  # of what two explain, that one in their place is expected to lose at most: laws are not linear
 PRICE = EVIDENCE.needed_nat + EVIDENCE.needed_nat  # nat: what a second name must be worth, beyond what counts as a tie
 
 
@@ -35,7 +35,7 @@ class Merge:
                 continue
             for one in replacements(fit, two, alternatives(fit.model, two[0]))[:1]:
                 rub = all(h.effect.friction for h in (*two, one.hypothesis))  # settled, in a smoother motion
-                if one.share < MOST_SHARE_LOST and not rub and (proposal := instead(state, pair, one)) is not None:
+                if one.share < EQUIVALENCE.doubt and not rub and (proposal := instead(state, pair, one)) is not None:
                     answer = yield proposal
                     if answer.accepted:
                         yield from self.propose(answer.state)

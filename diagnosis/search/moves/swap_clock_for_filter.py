@@ -17,6 +17,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.delays import filter_beyond_delay, late_imu
@@ -37,7 +38,6 @@ from imubench.effects.effect import Effect
 from imubench.progress import tell
 from imubench.recording import Imu
 
-FILTER_NOISE_ROUNDS = 2  # of noise levels
 FASTEST = 5.0  # times the rate: a filter beyond is a delay
 AGAIN = 3  # times at most that what a quick filter does beside delaying is taken again
 
@@ -136,19 +136,6 @@ def put(new: Kept, old: Kept, kept: Sequence[Kept]) -> list[Kept]:
     return [new if other is old else other for other in kept]
 
 
-class RenewQuickFilters:
-    """Quick filters that are there, taken again from the motion that all effects leave."""
-
-    def propose(self, state: SearchState) -> Proposals:
-        """Yield the fit with each of them renewed, one after the other, where that gains."""
-        for k in [k for k in state.kept if k.hypothesis.effect.renewed]:
-            with suppress(NotPositiveDefiniteError):
-                fit, h = taken_again(state.fit, k.hypothesis)
-                if fit is not state.fit:
-                    after = state.changed(fit, put(replace(k, hypothesis=h), k, state.kept))
-                    state = (yield Proposal(f"{h.name} from the motion that it leaves", after)).state
-
-
 def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
     """Return a fit and its quick filter, what that does beside delaying from the motion it leaves, while that gains."""
     imu, rest = fit.model.recording.imu(h.at), tuple(other for other in fit.model.hypotheses if other != h)
@@ -166,7 +153,7 @@ def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
         if found.cost - tried.cost < EVIDENCE.needed_nat:
             break
         found, h = tried, new
-    return (fit if found is fit else with_noise(found, FILTER_NOISE_ROUNDS)), h
+    return (fit if found is fit else with_noise(found, REML.few_rounds)), h
 
 
 def at_the_late(fit: Fit, h: Hypothesis, imu: Imu, delay: float) -> Fit | None:
@@ -195,4 +182,4 @@ def gains(before: tuple[Fit, Fit], tried: Fit) -> tuple[float, float]:
 def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, start: dict[str, Array]) -> Fit:
     begun = extended(fit, (*rest, h), start)
     tried = solve(begun.model, driven_by_motion(begun.model, begun.state, [h]), begun.noise, fit.anchor, steps=6)
-    return with_noise(tried, FILTER_NOISE_ROUNDS)
+    return with_noise(tried, REML.few_rounds)

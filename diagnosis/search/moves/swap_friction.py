@@ -13,6 +13,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.plausible_fit import natural
@@ -27,8 +28,6 @@ from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.refit import evidence_over, information, refit, refit_without
 from imubench.effects import EFFECTS
 from imubench.progress import tell
-
-FRICTION_NOISE_ROUNDS = 2  # rounds of noise levels beside the smoother motion
 
 
 class FrictionMixture:
@@ -51,7 +50,7 @@ class FrictionMixture:
         others = (Hypothesis(e, "joint") for e in EFFECTS.values() if e.friction and e.name not in named)
         laws = [*now, *others]
         with suppress(NotPositiveDefiniteError):
-            whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), FRICTION_NOISE_ROUNDS)
+            whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), REML.few_rounds)
             best = mixture(whole, laws)
             if not best or set(best) == set(now):
                 return

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.discrepancy.basis_functions import drifts
 from imubench.diagnosis.discrepancy.term_scores import FittedTerm, Guess
 from imubench.diagnosis.discrepancy.terms import LATE, SERIES, Term
@@ -13,7 +14,6 @@ from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.problem.motion_prior import states_inside
 
-MUCH = 0.1  # of what names explain: a curve holds a scale too, and takes its place for no little of something else
 NEARLY = 0.25  # of what a filter is worth: a series worth no more than that more must gain more on left-out data
 CLOSE = 0.01  # of what a name explains: an unfitted promise says no less (what it goes with, 10 ms late, is nearly it)
 WANDERS = 0.2  # of what a spline explains that only wanders: a slow curve may explain so much less
@@ -63,7 +63,8 @@ def margins(lost: float, slow: bool, free: bool, strained: bool, names: int = 1)
     if slow:
         return (1 - 2 * WANDERS) * lost, WANDERS * lost
     if free or strained:
-        return (1 - MUCH) * lost, EVIDENCE.clear_nat if free else (CLOSE if names == 1 else MUCH) * lost
+        least = EVIDENCE.clear_nat if free else (CLOSE if names == 1 else FINDINGS.much) * lost
+        return (1 - FINDINGS.much) * lost, least
     return (1 + CLOSE) * lost, 0.0
 
 
@@ -80,7 +81,7 @@ def takes_place(
         return True
     filtered = names[0].effect.filters and together(names)
     unlike = found.term.drift or (filtered and not series)
-    return more > max(EVIDENCE.clear_nat, 0.0 if unlike else MUCH * lost / found.louder)
+    return more > max(EVIDENCE.clear_nat, 0.0 if unlike else FINDINGS.much * lost / found.louder)
 
 
 def nearly_a_filter(found: FittedTerm, more: float, lost: float, names: Sequence[Hypothesis]) -> bool:
@@ -144,7 +145,6 @@ def only_wanders(fit: Fit, h: Hypothesis) -> bool:
 
 
 __all__ = [
-    "MUCH",
     "NEARLY",
     "a_filter_is",
     "comes_late",

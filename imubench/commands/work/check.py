@@ -11,8 +11,8 @@ from imubench.checks.check import Checked, check
 from imubench.checks.claim import Claim, load_claims
 from imubench.checks.outputs import claims_content, summary, write_outputs
 from imubench.checks.runs import running
-from imubench.commands.work.prove import bars
 from imubench.errors import InputError, unknown
+from imubench.progress import bars
 from imubench.signals import promising
 from imubench.terminal import Terminal
 from imubench.workers import cores

@@ -6,7 +6,6 @@ from itertools import islice
 from pathlib import Path
 
 from imubench.atomic import atomic_directory, check_apart
-from imubench.commands.work.prove import bars
 from imubench.dataset.exports import EXPORTS
 from imubench.dataset.generate import generate
 from imubench.dataset.manifest import verify
@@ -15,7 +14,7 @@ from imubench.dataset.reading import Stored, indices, read
 from imubench.dataset.shard import Job
 from imubench.dataset.spec import SPEC_FILE, load_spec
 from imubench.errors import InputError, unknown
-from imubench.progress import on_console
+from imubench.progress import bars, on_console
 from imubench.signals import promising
 from imubench.sources import in_dataset
 from imubench.terminal import Terminal

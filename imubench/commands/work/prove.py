@@ -1,14 +1,12 @@
 """`imubench prove`: bars of what is done, the seal before the first diagnosis, the figures, exit code."""
 
 import secrets
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
+from imubench.progress import bars
 from imubench.signals import promising
 from imubench.terminal import Terminal
 from imubench.trials.figures import numbers
@@ -16,7 +14,6 @@ from imubench.trials.prove import Proof, prove
 from imubench.trials.seal import check_proof
 from imubench.trials.sealed import seal as seal_truth
 from imubench.trials.settings import Settings
-from imubench.trials.stages import Report
 from imubench.workers import cores
 
 COLOURS = {"holds": "green", "fails": "red", "open": "yellow", "none": "dim"}
@@ -53,21 +50,6 @@ def seal(written: Path, console: Terminal) -> int:
     console.say(f"sealed: {seal_truth(written)}")
     console.say(f"publish {name}.commitment.json, keep {name}.sealed.json back until the diagnosis is done")
     return 0
-
-
-@contextmanager
-def bars(console: Terminal) -> Iterator[Report]:
-    """Hand out a report that shows a bar for each stage on a terminal, and nothing elsewhere."""
-    columns = (TextColumn("{task.description:<16}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as progress:
-        tasks: dict[str, object] = {}
-
-        def report(stage: str, done: int, total: int) -> None:
-            if stage not in tasks:
-                tasks[stage] = progress.add_task(stage, total=total)
-            progress.update(tasks[stage], completed=done)  # type: ignore[arg-type]
-
-        yield report
 
 
 def print_proof(proof: Proof, console: Terminal) -> None:

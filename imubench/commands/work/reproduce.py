@@ -27,10 +27,11 @@ def run(
     console: Terminal,
     errors: Terminal,
     estimators: Sequence[str] = (),
+    seconds: float | None = None,
 ) -> int:
     """Reproduce a paper into `out`, print what came out, and return the exit code."""
     with promising("what was finished is kept beside --out: the same command goes on from there"):
-        done = reproduce(paper, out, quick, seed, watching(errors), estimators=estimators)
+        done = reproduce(paper, out, quick, seed, watching(errors), estimators=estimators, seconds=seconds)
     judged = done.judged
     if judged:
         print_verdicts(judged, console)

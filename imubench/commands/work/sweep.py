@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from imubench.commands.work.prove import bars
+from imubench.progress import bars
 from imubench.signals import promising
 from imubench.sweeps.cells import maps
 from imubench.sweeps.finding import finding, headline
@@ -34,6 +34,6 @@ def run(
         cells = sweep(asked, estimators, target, seed, workers, engine, address, seconds, inputs, report)
     drawn = maps(asked, list(dict.fromkeys(estimators)), cells)
     console.say(headline(asked, drawn), "bold")
-    for m in drawn:
+    for m in drawn if len(drawn) > 1 else ():
         console.say(f"  {finding(asked, m)}")
     console.say(f"written: {target}; open {target / 'report.html'}")

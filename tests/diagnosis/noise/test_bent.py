@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -12,8 +13,6 @@ from imubench.diagnosis.search.moves.add_dynamic import state_trials
 from imubench.diagnosis.search.nonlinear_spring import (
     LIKELY,
     NEEDED,
-    PROMISED,
-    UNSURE,
     bending,
     nonlinear_finding,
     promised,
@@ -46,7 +45,7 @@ def sprung(folder, asked, name, seed):
 def test_springs_that_stiffen_are_told_from_straight_ones(tmp_path, asked, name):
     fit, h = sprung(tmp_path, asked, name, 21)
     fit = with_noise(fit, 4)
-    assert (promised(fit, h, h.effect) > PROMISED) == (asked[0] == "hardening_mount")
+    assert (promised(fit, h, h.effect) > EVIDENCE.clear_nat) == (asked[0] == "hardening_mount")
     found = bending(fit, h, h.effect)
     if asked[0] == "hardening_mount":
         assert found.evidence > NEEDED
@@ -83,7 +82,7 @@ def test_a_bent_spring_s_rows_are_those_of_a_straight_one_where_it_does_not_bend
 
 
 def test_soft_mounts_that_straight_springs_would_hardly_promise_are_said_and_not_surely(tmp_path):
-    assert chi2(3).sf(2 * LIKELY) < 0.002 < chi2(3).sf(2 * UNSURE) < 0.02
+    assert chi2(3).sf(2 * LIKELY) < 0.002 < chi2(3).sf(2 * EVIDENCE.needed_nat) < 0.02
     make_case(tmp_path / "r", "hinge", [], 3, seconds=4.0, rate=40.0)
     soft, rocks = Hypothesis(EFFECTS["soft_mount"], "imu1"), Hypothesis(EFFECTS["rocking_mount"], "imu2")
     nominal = nominal_fit(read(tmp_path / "r")[0])

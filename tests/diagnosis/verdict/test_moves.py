@@ -9,13 +9,14 @@ from imubench import rotations
 from imubench.diagnosis.noise.nominal import first_fit, nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.residual_checks.ordinary_estimates import OrdinaryEstimates
 from imubench.diagnosis.result import TOLERANCE, UNKNOWN, Finding, Interval, Parameter, is_material
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.solve.initialize import model_of
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.solve.refit import refit
 from imubench.diagnosis.verdict.estimate_shift import estimates_of, moves_between, times, turned
-from imubench.diagnosis.verdict.without_finding import fit_without, moves_of, moves_of_all
+from imubench.diagnosis.verdict.without_finding import fit_without, moves_of, moves_of_all, shifts_of
 from imubench.effects import EFFECTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
@@ -47,6 +48,11 @@ def moves(fit, finding, recording):
     return known
 
 
+def shifts(fit, finding, recording):
+    ((_, known),) = shifts_of([finding], fit, check_samples(recording), recording)
+    return known
+
+
 @pytest.mark.parametrize(("rotation", "material"), [((0, 0, 3), True), ((3, 0, 0), True), ((0, 0, 0.2), False)])
 def test_a_turned_mount_moves_axis_and_centre_as_its_rotation_does(rotation, material, tmp_path):
     """By the truth's numbers alone: x in the sensor's axes becomes exp(-rotation) x.
@@ -64,14 +70,15 @@ def test_a_turned_mount_moves_axis_and_centre_as_its_rotation_does(rotation, mat
     angle = np.degrees(np.arccos(axis @ turn @ axis))
     off = 1e3 * np.linalg.norm(np.cross(turn.T @ axis, turn.T @ centre - centre))  # any point on the axis is a centre
 
-    known = moves(fitted(recording, ("mount_pose", "imu2")), said("mount_pose", "imu2"), recording)
+    fit, finding = fitted(recording, ("mount_pose", "imu2")), said("mount_pose", "imu2")
+    known = shifts(fit, finding, recording)
     assert known["joint_axis"].value == pytest.approx([0.0, angle], abs=0.15)
     assert known["joint_centre"].value == pytest.approx([0.0, off], abs=1.0)
-    assert is_material(known, TOLERANCE) is material
+    assert is_material(moves(fit, finding, recording), TOLERANCE) is material
 
 
 def test_two_findings_together_move_what_either_does(tmp_path):
-    """Turned by 3 deg about z the mount moves the hinge's axis by that, as above, and the bias turns the segments."""
+    """Turned by 3 deg about z the mount moves the hinge's axis by that, as above; both turn what a filter says."""
     turned_mount = {"rotation": [0.0, 0.0, 3 * DEG], "translation": [0.0, 0.0, 0.0]}
     bias = {"bias": [0.0, 0.03, 0.0]}
     recording = recorded(
@@ -84,8 +91,12 @@ def test_two_findings_together_move_what_either_does(tmp_path):
     both = fitted(recording, ("mount_pose", "imu2"), ("gyro_bias", "imu2"))
     known = moves_of_all(both, recording, TOLERANCE)
     assert known["joint_axis"].value == pytest.approx([0.0, angle], abs=0.3)  # twice as many numbers to take it up
-    of_bias = moves(both, said("gyro_bias", "imu2"), recording)["orientation"].value
-    assert known["orientation"].value == pytest.approx(of_bias, rel=0.3)  # mounts solved again take up a part
+    filtered = OrdinaryEstimates.of(both)
+    every = both.model.hypotheses
+    mount, bias, together = (filtered.shift(some)["orientation"][1] for some in (every[:1], every[1:], every))
+    assert mount > 0.5 and bias > 0.5
+    assert abs(mount - bias) <= together <= mount + bias
+    assert known["orientation"].value == pytest.approx(filtered.farther_off(every)["orientation"].value)
 
 
 def test_nothing_found_moves_nothing(clean):
@@ -100,13 +111,13 @@ def test_a_gyroscopes_bias_moves_what_a_fit_from_scratch_without_it_says_otherwi
     """
     recording = recorded(tmp_path / "r", ("gyro_bias", "imu2", {"bias": [0.01, 0.03, -0.01]}))
     fit, naive = fitted(recording, ("gyro_bias", "imu2")), fitted(recording)
-    known = moves(fit, said("gyro_bias", "imu2"), recording)
+    known = shifts(fit, said("gyro_bias", "imu2"), recording)
     stamps = times(fit)
     naive = solve(naive.model, naive.state, {name: fit.noise[name] for name in naive.noise}, naive.anchor)
     scratch = moves_between(estimates_of(fit, stamps), estimates_of(naive, stamps), recording)
     for name in ("joint_axis", "hinge_angle", "orientation"):
         assert known[name].value == pytest.approx(scratch[name].value, rel=0.1, abs=0.02), name
-    assert is_material(known, TOLERANCE)
+    assert is_material(moves(fit, said("gyro_bias", "imu2"), recording), TOLERANCE)
 
 
 def test_a_bias_that_every_gyroscope_has_is_immaterial(tmp_path):
@@ -127,7 +138,7 @@ def test_rounding_moves_as_much_as_the_same_recording_without_it_says(tmp_path):
     coarse = fitted(rounded)
     fine = solve(replace(coarse.model, recording=plain), coarse.state, coarse.noise, coarse.anchor)
     finding = said("quantisation", "imu2", step=Parameter(step, 1e-6, "rad/s"))
-    known = moves(coarse, finding, rounded)
+    known = shifts(coarse, finding, rounded)
     truth = moves_between(estimates_of(coarse, times(coarse)), estimates_of(fine, times(coarse)), rounded)
     for name in ("hinge_angle", "orientation"):
         ratio = float(np.max(known[name].value) / np.max(truth[name].value))
@@ -139,7 +150,7 @@ def test_samples_that_were_left_out_move_the_fit_when_they_count(tmp_path):
     samples = check_samples(recording)
     assert not samples.masks["imu2.gyro"].all()
     fit = nominal_fit(recording, samples.masks)
-    ((_, known),) = moves_of([said("saturation", "imu2")], fit, samples, recording)
+    ((_, known),) = shifts_of([said("saturation", "imu2")], fit, samples, recording)
     assert known["hinge_angle"].value > 0.1  # clipped for whole strokes at a fraction of their rate
     ((_, other),) = moves_of([said("saturation", "imu1")], fit, samples, recording)
     assert other["hinge_angle"].value == 0.0  # nothing of that sensor was left out

@@ -19,6 +19,7 @@ from imubench.diagnosis.result import Diagnosis, Doubt
 from imubench.diagnosis.result_file import FILE_NAME, as_dict
 from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.solve.refit import refit
+from imubench.diagnosis.verdict.estimate_shift import spread_of
 from imubench.diagnosis.verdict.trust import (
     PREDICTION,
     Question,
@@ -107,13 +108,17 @@ def test_a_number_far_from_what_is_plausible_is_doubted_and_springs_without_damp
 
 @pytest.mark.long
 def test_a_number_is_doubted_only_where_it_moves_what_a_user_asks_for(tmp_path):
-    """A scale that is 0.03 off about the hinge's axis moves its angle by as much of itself: 1 deg of 30."""
+    """A scale that is 0.015 off, half of what the halves differ by, makes the angle worse by 0.09 deg, chance aside."""
     fit = spliced(tmp_path, [0.02] * 3, [0.05] * 3)
     (question,) = halves_that_differ(fit)
-    assert matters(fit, question, (0.1, 1.0))
-    assert not matters(fit, question, (60.0, 1000.0))
+    spread = spread_of(fit)
+    assert matters(fit, question, (0.05, 1.0), spread)
+    assert not matters(fit, question, (60.0, 1000.0), spread)
     same = Question(question.of, "", fit.state.values[question.of])
-    assert not matters(fit, same, (0.01, 0.1))  # what the solver has left to do, at most
+    assert not matters(fit, same, (0.01, 0.1), {})  # what the solver has left to do, at most
+    known = weighed(fit, declared(fit.model))
+    asked = [doubts(fit, known, known, (0.05, 1.0), left) for left in ((), {"gyro_scale@imu2"})]
+    assert [[d.of for d in some] for some in asked] == [["gyro_scale@imu2.scale"], []]
 
 
 @pytest.mark.long

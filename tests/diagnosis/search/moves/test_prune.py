@@ -12,7 +12,7 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.search.moves import drop as prune_module
-from imubench.diagnosis.search.moves.drop import CERTAIN, Drop, about_zero, firmly, in_colour, price_of_dropping, spare
+from imubench.diagnosis.search.moves.drop import Drop, about_zero, firmly, in_colour, price_of_dropping, spare
 from imubench.diagnosis.solve.refit import information, refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -68,7 +68,7 @@ def test_a_drift_that_the_noise_s_colour_may_be_is_none(tmp_path, colour, stays)
     (k,) = in_colour(fit, [Kept(h, white, NOTHING, ())], *information(fit))
     assert white > 2 * EVIDENCE.needed_nat
     assert (k.evidence > EVIDENCE.needed_nat) is stays
-    assert firmly(fit, [Kept(h, white, NOTHING, ())]) == ([h] if k.evidence > CERTAIN else [])
+    assert firmly(fit, [Kept(h, white, NOTHING, ())]) == ([h] if k.evidence > EVIDENCE.certain_nat else [])
     kept = moved(Drop(), fit, [Kept(h, white, NOTHING, ())], firm=(h,)).kept
     assert [k.hypothesis for k in kept] == [h]
     assert kept[0].evidence == white
