@@ -21,16 +21,24 @@ def write_folder(folder: Path, top: Mapping[str, Any], tables: Mapping[str, list
         raise FileExistsError(f"{folder}: expected no such folder, got one")
     partial = folder.with_name(folder.name + ".partial")
     shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
+    try:
+        partial.mkdir(parents=True)
+        _write(partial, top, tables)
+        partial.rename(folder)
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+
+
+def _write(folder: Path, top: Mapping[str, Any], tables: Mapping[str, list[dict[str, Any]]]) -> None:
     lines = [f"{key} = {toml(value)}" for key, value in top.items()]
     for kind, entries in tables.items():
         for entry in entries:
             lines += ["", f"[{kind}]" if kind in ("body", "reference") else f"[[{kind}]]"]
             lines += [f"{key} = {toml(value)}" for key, value in entry.items() if key != "columns"]
             if "columns" in entry:
-                write_table(partial / entry["file"], entry["columns"])
-    (partial / "recording.toml").write_text("\n".join(lines) + "\n")
-    partial.rename(folder)
+                write_table(folder / entry["file"], entry["columns"])
+    (folder / "recording.toml").write_text("\n".join(lines) + "\n")
 
 
 def write_table(path: Path, columns: Mapping[str, Array]) -> None:

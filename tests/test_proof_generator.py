@@ -18,6 +18,7 @@ from imubench.proof.options import Options
 from imubench.proof.ranges import SIZES, places
 from imubench.proof.told import truth
 from imubench.proof.unknown_ranges import UNKNOWN, unknown_places
+from imubench.proof.write import write_folder
 
 FOLDER = Path(__file__).resolve().parent.parent / "proof"
 HIDDEN = ("__import__", "eval", "exec")  # ways to import that the walk would not see
@@ -138,3 +139,11 @@ def test_bad_questions_are_answered_in_one_line(tmp_path):
     (tmp_path / "a").mkdir()
     with pytest.raises(FileExistsError):
         make_case(tmp_path / "a", seconds=3)
+
+
+def test_a_recording_that_cannot_be_written_leaves_nothing(tmp_path):
+    """`prove` writes one into a folder that it keeps to go on from."""
+    table = {"name": "imu1", "file": "imu1.csv", "columns": {"time": np.arange(3.0)}}
+    with pytest.raises(OSError, match="No such file"):
+        write_folder(tmp_path / "a", {}, {"imu": [table, {"file": "nowhere/imu2.csv", "columns": table["columns"]}]})
+    assert list(tmp_path.iterdir()) == []
