@@ -19,7 +19,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
@@ -72,27 +72,37 @@ def atomic_files(*paths: Path) -> Iterator[tuple[Path, ...]]:
             _flush(partial)
         with ExitStack() as back:
             for partial, target in zip(partials[:-1], targets, strict=False):
-                back.callback(_back, _named(partial, target), partials[-1])
+                back.callback(_back, partial, target, _number(partial), target.exists(), partials[-1])
+                _name(
+                    partial, target
+                )  # known before how it is taken back: a signal may come as soon as it has its name
             partials[-1].replace(targets[-1])
         for folder in {target.parent for target in targets}:
             _flush_names(folder)
 
 
-def _back(undo: Callable[[], object], last: Path) -> None:
-    """Take a file's name back, unless the last of its files has its own."""
-    if last.exists():
-        undo()
+def _back(partial: Path, target: Path, number: int | None, replaced: bool, last: Path) -> None:
+    """Take a file's name back, where it has it, unless the last of its files has its own."""
+    if not last.exists() or _number(target) != number:
+        return
+    if not replaced:
+        target.unlink()
+    elif partial.exists():
+        _exchanged(partial, target)
 
 
-def _named(partial: Path, target: Path) -> Callable[[], object]:
-    """Give a file its final name, and return how to take it back."""
-    if not target.exists():
-        partial.rename(target)
-        return lambda: target.unlink(missing_ok=True)
-    if _exchanged(partial, target):
-        return lambda: _exchanged(partial, target)
-    partial.replace(target)
-    return lambda: None
+def _number(path: Path) -> int | None:
+    """Return by which number the file system knows a file, None where there is none."""
+    try:
+        return path.stat().st_ino
+    except FileNotFoundError:
+        return None
+
+
+def _name(partial: Path, target: Path) -> None:
+    """Give a file its final name; another one that had it gets the temporary name, as far as the system can do that."""
+    if not (target.exists() and _exchanged(partial, target)):
+        partial.replace(target)
 
 
 def remove_partial_files(path: Path) -> None:

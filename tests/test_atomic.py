@@ -228,3 +228,22 @@ def test_what_a_killed_run_left_is_removed_and_what_it_had_moved_aside_comes_bac
         raise RuntimeError
     assert {p.name for p in tmp_path.iterdir()} == {"out", *others}
     assert (tmp_path / "out" / "inner" / "result.txt").read_text() == "old"
+
+
+@pytest.mark.parametrize("before", [None, "old"])
+def test_a_signal_right_after_the_first_of_two_files_has_its_name_takes_it_back(before, tmp_path, monkeypatch):
+    first, last = tmp_path / "a.json", tmp_path / "b.json"
+    if before is not None:
+        first.write_text(before)
+    name = atomic._name
+
+    def interrupted(partial: Path, target: Path) -> None:
+        name(partial, target)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(atomic, "_name", interrupted)
+    with pytest.raises(KeyboardInterrupt), atomic.atomic_files(first, last) as parts:
+        for part in parts:
+            part.write_text("new")
+    assert everything(tmp_path) == ([] if before is None else ["a.json"])
+    assert before is None or first.read_text() == before
