@@ -28,10 +28,14 @@ def holds_its_law(trial: Trial) -> bool:
     """Return whether every law holds, with plausible numbers, and a rate in Hz that its sensor's samples can show.
 
     A filter's cutoff must be known: what it delays by, 1 / (2 pi cutoff), is no more than nothing where that is not.
+    A sensor on springs turns about a place within a hand of it, and its weight is in it: a law that asks for more
+    stands for something else, and the model would be doubted for its numbers in the end.
     """
     fit, rates = trial.fit, {imu.name: imu.rate for imu in trial.fit.model.recording.imus}
     found = (trial.hypothesis, *trial.also)
     for h in found:
+        if h.effect.straight_springs and not plausible(fit, h):
+            return False
         apart = h.effect.variant in TRIPLES  # what delays one triple against the other is that, however quick
         for p in [p for p in h.effect.parameters if p.log]:
             value = fit.state.values[h.key(p.name)]
@@ -42,6 +46,12 @@ def holds_its_law(trial: Trial) -> bool:
             if h.effect.filters and 0.5 * off_none(fit, h.key(p.name)) ** 2 < EVIDENCE.state_nat:
                 return False
     return all(left < max(STATISTICS.rare_sigmas, LAW.doubted_share * drive) for left, drive in laws(fit, found))
+
+
+def plausible(fit: Fit, h: Hypothesis) -> bool:
+    """Return whether no number of an effect, but for logarithms, is farther off its prior than chance leads."""
+    off = [(fit.state.values[h.key(p.name)] - p.centre) / p.std for p in h.effect.parameters if not p.log]
+    return all(bool(np.all(np.abs(x) <= STATISTICS.rare_sigmas)) for x in off)
 
 
 def natural(fit: Fit, h: Hypothesis) -> bool:
