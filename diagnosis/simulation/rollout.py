@@ -134,10 +134,10 @@ def refined(rig: Rig, window: Swing, misfit: Misfit, seconds: float = ROLL_OUT.s
     brief = replace(window, end=min(window.end, window.start + seconds))
     found, slope = misfit(brief)[1], slopes(rig, brief, misfit)
     anew = 1
-    while anew <= SOLVER.refit_steps:
+    for _ in range(SOLVER.steps):
         step = best_step(slope, found)
         enough, promised = SOLVER.least_gain * (found @ found), found @ found - np.sum((found + slope @ step) ** 2)
-        if promised < enough:
+        if promised <= enough or anew > SOLVER.refit_steps:
             break
         gain = 0.0
         for length in SOLVER.lengths:
