@@ -76,7 +76,7 @@ def plain(name: str) -> str:
     Raises:
         InputError: no such rig, as in `find_rig`; or its tree is none of ours.
     """
-    return _plain(name, find_rig(name))
+    return plain_of(name, find_rig(name))
 
 
 def rig_key(name: str) -> str:
@@ -85,7 +85,12 @@ def rig_key(name: str) -> str:
 
 
 @lru_cache(64)
-def _plain(name: str, file: RigFile) -> str:
+def plain_of(name: str, file: RigFile) -> str:
+    """Return what `plain` does of a file that a package offers under a name.
+
+    Raises:
+        InputError: its texts are none, or its tree is none of ours.
+    """
     import mujoco
 
     where = f"rig '{name}'"
@@ -97,6 +102,7 @@ def _plain(name: str, file: RigFile) -> str:
     text = checked_mjcf(content, where)
     try:
         spec = mujoco.MjSpec.from_string(text)
+        _check_names(spec, where)
         tree, model = tree_of(spec), spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         raise InputError(f"{where}: expected an MJCF model, got: {first_line(error)}") from None
@@ -106,6 +112,13 @@ def _plain(name: str, file: RigFile) -> str:
     mujoco.mj_kinematics(model, data)
     origin, axes = _frame(kind, tree, model, data)
     return _written(name, kind, [_body(s, tree, model, data, (origin, axes), where) for s in range(len(tree.names))])
+
+
+def _check_names(spec: Any, where: str) -> None:
+    """Raise `InputError` where a body that may be a segment has no name."""
+    for body in spec.bodies:
+        if not body.name and (body.joints or body.parent.name == "world"):
+            raise InputError(f"{where}: expected a name of every body that a joint moves, got none")
 
 
 def _kind(tree: Tree, where: str) -> str:
@@ -118,8 +131,6 @@ def _kind(tree: Tree, where: str) -> str:
         )
         raise InputError(f"{where}: expected {WANTED}, got {got or 'no body'}")
     for segment in tree.segments:
-        if not segment.name:
-            raise InputError(f"{where}: expected a name of every body that a joint moves, got none")
         if len(segment.imus) != 1:
             names = ", ".join(imu.name for imu in segment.imus) or "none"
             raise InputError(
@@ -279,4 +290,4 @@ def _text(*values: Any) -> str:
     return " ".join(f"{round(float(v), 15) + 0.0:.12g}" for v in np.ravel(values))
 
 
-__all__ = ["find_rig", "plain", "rig_key"]
+__all__ = ["find_rig", "plain", "plain_of", "rig_key"]

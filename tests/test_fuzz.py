@@ -58,7 +58,7 @@ READING = {
 
 MODULES_THAT_READ = {"csv": {"reader", "DictReader"}, "h5py": {"File"}, "os": {"read", "open"}, "io": {"open"}}
 OWN = {
-    "imubench.models:mjcf": "the package's own rigs",
+    "imubench.models:_ours": "the package's own rigs",
     "imubench.models.tree:rig_spec": "the package's own rigs",
     "imubench.sim.profiles:<module>": "the package's own profiles",
     "imubench.scenarios.olsson2020.plan:<module>": "the package's own sequences",

@@ -139,6 +139,7 @@ THREE = KNEE.format(joint="", more='<body name="foot"><joint/><geom size="0.1"/>
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        (BODY.format(more="").replace('name="box" ', ""), "expected a name of every body that a joint moves, got none"),
         (
             BODY.format(more=THREE) + "\0" + TWO,
             r"or one on a free joint .*, got box \(free\), shank \(hinge\), foot \(h",

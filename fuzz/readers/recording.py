@@ -7,6 +7,8 @@ from fuzz.reader import Reader
 from fuzz.seeds import recordings
 from imubench import format1
 from imubench.atomic import atomic_directory
+from imubench.models import RigFile
+from imubench.models.outside import plain_of
 
 
 def read(f: Path, o: Path) -> object:
@@ -17,6 +19,11 @@ def read(f: Path, o: Path) -> object:
 def estimate(f: Path, o: Path) -> list[str]:
     """Return the words of an estimate on it."""
     return ["estimate", "seel2012", str(f), "--out", str(o)]
+
+
+def offered(f: Path, o: Path) -> object:
+    """Read the rig of a package."""
+    return plain_of("theirs", RigFile("theirs", (f / "theirs.xml").read_text(encoding="utf-8", errors="replace")))
 
 
 def replace(f: Path, o: Path) -> object:
@@ -37,5 +44,6 @@ READERS = (
         for name in ("imu2", "pose1", "reference")
     ),
     Reader("rig-mjcf", "my.xml", recordings.with_rig, mjcf.mutate, read, estimate),
+    Reader("package-mjcf", "theirs.xml", recordings.of_a_package, mjcf.mutate, offered),
     Reader("out-marker", "out/.imubench.json", recordings.marked, json.mutate, replace, writes="when accepted"),
 )

@@ -17,6 +17,25 @@ from imubench.models import mjcf
 from imubench.recording import Body, Recording
 from imubench.reference import Reference
 
+KNEE = """<mujoco>
+  <worldbody>
+    <body name="thigh" pos="0 0 1">
+      <freejoint/>
+      <geom type="capsule" fromto="0 0 0.4 0 0 0.02" size="0.06" mass="7"/>
+      <site name="upper" pos="0.07 0 0.2" euler="0 90 0"/>
+      <body name="shank">
+        <joint name="knee" axis="1 0.1 0"/>
+        <geom type="capsule" fromto="0 0 -0.02 0 0 -0.38" size="0.045" mass="3"/>
+        <site name="lower" pos="0.05 0 -0.15" euler="0 0 30"/>
+      </body>
+    </body>
+  </worldbody>
+  <sensor>
+    <gyro site="upper"/><accelerometer site="upper"/><gyro site="lower"/><accelerometer site="lower"/>
+  </sensor>
+</mujoco>
+"""
+
 SPEC = b"""
 seconds = 3
 rate = 50
@@ -74,6 +93,12 @@ def with_rig(folder: Path) -> None:
     out.rmdir()
     for name in (MARKER, rig.name):
         (folder / name).unlink()
+
+
+@laid_out
+def of_a_package(folder: Path) -> None:
+    """Write the MJCF file of a rig that a package offers."""
+    (folder / "theirs.xml").write_text(KNEE, encoding="utf-8")
 
 
 @laid_out
