@@ -14,6 +14,7 @@ from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import wait
+from time import monotonic, sleep
 from typing import Any
 
 from imubench.errors import InputError
@@ -22,6 +23,7 @@ from imubench.signals import HANDLED
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 LEAKED = "ignore:resource_tracker:UserWarning"  # workers are killed, and leave theirs
+PATIENCE = 1.0  # s in which a pool's thread drops what was cancelled; it takes milliseconds
 DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux's prctl
 
 
@@ -48,10 +50,21 @@ class Pool(ProcessPoolExecutor):
             super()._spawn_process()  # type: ignore[misc]
 
     def end(self) -> None:
-        """Kill the processes and drop what they do; nothing where they have ended."""
-        for process in list((self._processes or {}).values()):
+        """Kill the processes and drop what they do; nothing where they have ended.
+
+        What was cancelled is dropped first: the pool's thread would try to fail it, and raise, when it finds its
+        processes dead.
+        """
+        processes = list((self._processes or {}).values())
+        thread: Any = self._executor_manager_thread
+        self.shutdown(wait=False, cancel_futures=True)
+        end = monotonic() + PATIENCE
+        while thread is not None and self._cancel_pending_futures and thread.is_alive() and monotonic() < end:
+            sleep(0.001)
+        for process in processes:
             process.kill()
-        self.shutdown(wait=True, cancel_futures=True)
+        if thread is not None:
+            thread.join()
 
 
 @contextmanager
