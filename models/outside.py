@@ -15,9 +15,9 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.entry_points import RIGS, from_package
-from imubench.errors import InputError, first_line, shown, unknown
+from imubench.errors import InputError, shown, unknown
 from imubench.inputs.limits import TEXT_BYTES
-from imubench.inputs.mjcf import checked_mjcf
+from imubench.inputs.mjcf import compiled_mjcf, parsed_mjcf
 from imubench.models import NAME, RIG_FILES, RigFile, known_rigs
 from imubench.models.tree import BALL, FREE, HINGE, Tree, tree_of
 
@@ -99,19 +99,20 @@ def plain_of(name: str, file: RigFile) -> str:
     content = file.mjcf.encode(errors="replace")
     if len(content) > TEXT_BYTES:
         raise InputError(f"{where}: expected at most {TEXT_BYTES:,} bytes of MJCF, got {len(content):,}")
-    text = checked_mjcf(content, where)
-    try:
-        spec = mujoco.MjSpec.from_string(text)
-        _check_names(spec, where)
-        tree, model = tree_of(spec), spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
-        raise InputError(f"{where}: expected an MJCF model, got: {first_line(error)}") from None
+    spec = parsed_mjcf(content, where)
+    _check_names(spec, where)
+    model, tree = compiled_mjcf(spec, where), tree_of(spec)
     kind = _kind(tree, where)
     _check_joints(tree, model, where)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     origin, axes = _frame(kind, tree, model, data)
-    return _written(name, kind, [_body(s, tree, model, data, (origin, axes), where) for s in range(len(tree.names))])
+    bodies = [_body(s, tree, model, data, (origin, axes), where) for s in range(len(tree.names))]
+    if not all(
+        np.isfinite(np.hstack([b.mass, b.com, b.inertia.ravel(), b.position, b.quaternion])).all() for b in bodies
+    ):
+        raise InputError(f"{where}: expected lengths and masses that can be reckoned with, got larger ones")
+    return _written(name, kind, bodies)
 
 
 def _check_names(spec: Any, where: str) -> None:
@@ -144,6 +145,8 @@ def _check_joints(tree: Tree, model: Any, where: str) -> None:
     for joint in range(model.njnt):
         if model.body(int(model.jnt_bodyid[joint])).name not in tree.names:
             continue  # of an IMU's own mount
+        if not model.jnt_axis[joint].any():  # of numbers whose squares are infinite, or none
+            raise InputError(f"{where}: expected a direction as the axis of a hinge, got a length of 0 or infinity")
         dof = int(model.jnt_dofadr[joint])
         for key, words in RESISTING.items():
             if np.any(getattr(model, key)[joint if key.startswith("jnt") else dof]):

@@ -150,6 +150,14 @@ THREE = KNEE.format(joint="", more='<body name="foot"><joint/><geom size="0.1"/>
         (BODY.format(more=KNEE.format(joint="", more="")), "expected one site .* on shank, got none"),
         (BODY.format(more=KNEE.format(joint='range="0 90"', more="")) + "\0" + TWO, "expected knee without a range"),
         (BODY.format(more=KNEE.format(joint='damping="1"', more="")) + "\0" + TWO, "expected knee without a damping"),
+        (
+            BODY.format(more=KNEE.format(joint='axis="1 0.1 1e308"', more="")) + "\0" + TWO,
+            "expected a direction as the axis",
+        ),
+        (
+            BODY.format(more='<body pos="1e200 0 0"><geom size="0.1" mass="1"/></body>'),
+            "lengths and masses that can be reckoned with",
+        ),
         (LIMB.format(more=FLAT), "got products of inertia of .* of its largest moment"),
         (BODY.format(more='<geom type="mesh" mesh="x"/>'), "expected an MJCF model, got"),
         (BODY.format(more="<geom/") + "\0" + READ, "expected XML, got"),

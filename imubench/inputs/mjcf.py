@@ -35,26 +35,37 @@ def load_mjcf(path: Path) -> Any:
     Raises:
         InputError: no XML, no MJCF, an element that reads another file or stands for many, or beyond the limits.
     """
+    return parsed_mjcf(read_bytes(path, TEXT_BYTES), str(path))
+
+
+def parsed_mjcf(content: bytes, where: str) -> Any:
+    """Return the `mujoco.MjSpec` of what an MJCF file holds, `where` its name; `InputError` as `load_mjcf`."""
     import mujoco
 
-    text = checked_mjcf(read_bytes(path, TEXT_BYTES), str(path))
+    text = checked_mjcf(content, where)
     try:
         return mujoco.MjSpec.from_string(text)
     except (ValueError, mujoco.FatalError) as error:
-        reason = first_line(error)
-        raise InputError(f"{path}: expected an MJCF model, got: {reason}") from None
+        raise _no_model(where, error) from None
 
 
 def compiled(path: Path) -> Any:
     """Return the `mujoco.MjModel` of an MJCF file that stands alone; `InputError` as `load_mjcf`."""
+    return compiled_mjcf(load_mjcf(path), str(path))
+
+
+def compiled_mjcf(spec: Any, where: str) -> Any:
+    """Return the `mujoco.MjModel` of a `mujoco.MjSpec`; `InputError` where it makes none."""
     import mujoco
 
-    spec = load_mjcf(path)
     try:
         return spec.compile()
     except (ValueError, mujoco.FatalError) as error:
-        reason = first_line(error)
-        raise InputError(f"{path}: expected an MJCF model, got: {reason}") from None
+        raise _no_model(where, error) from None
+
+
+def _no_model(where: str, error: Exception) -> InputError:
+    return InputError(f"{where}: expected an MJCF model, got: {first_line(error)}")
 
 
 def checked_mjcf(content: bytes, where: str) -> str:
