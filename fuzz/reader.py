@@ -27,6 +27,7 @@ class Reader:
     every: int = 20  # inputs to a whole command, which takes longer than its reader
     writes: Literal["nothing", "when accepted", "always"] = "nothing"  # in the input's folder
     leads_outside: bool = False  # whether its user may name a file anywhere: a path on the command line
+    as_text: bool = False  # whether its content is handed over as text, so that nothing can stand in a file's place
     refuses: str = ""  # why its command refuses even the valid input
 
     def with_target(self, content: bytes) -> Files:

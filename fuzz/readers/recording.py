@@ -44,6 +44,6 @@ READERS = (
         for name in ("imu2", "pose1", "reference")
     ),
     Reader("rig-mjcf", "my.xml", recordings.with_rig, mjcf.mutate, read, estimate),
-    Reader("package-mjcf", "theirs.xml", recordings.of_a_package, mjcf.mutate, offered),
+    Reader("package-mjcf", "theirs.xml", recordings.of_a_package, mjcf.mutate, offered, as_text=True),
     Reader("out-marker", "out/.imubench.json", recordings.marked, json.mutate, replace, writes="when accepted"),
 )
