@@ -42,7 +42,7 @@ class Pool(ProcessPoolExecutor):
     """Processes that are started with the signals blocked: `begin` unblocks them, with nothing lost in between."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
-        _start_tracker()  # before it has a semaphore
+        _start_tracker()  # a pool's first semaphore would start it
         super().__init__(*arguments, **options)
 
     def _spawn_process(self) -> None:
@@ -92,7 +92,6 @@ def _blocked() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    _start_tracker()  # would unblock signals later on
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [getattr(signal, name) for name in HANDLED])
     try:
         yield
@@ -101,7 +100,12 @@ def _blocked() -> Iterator[None]:
 
 
 def _start_tracker() -> None:
-    """Start the process that removes semaphores of processes that were killed, without what it would say of them."""
+    """Start the process that removes semaphores of processes that were killed, without what it would say of them.
+
+    It unblocks signals when it starts, so it has to be there before they are blocked. Windows has none.
+    """
+    if sys.platform == "win32":
+        return
     from multiprocessing import resource_tracker
 
     sys.warnoptions.append(LEAKED)  # handed to what this interpreter starts
