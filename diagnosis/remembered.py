@@ -14,6 +14,7 @@ from hashlib import blake2b
 from inspect import signature
 from threading import Lock
 from typing import ParamSpec, Protocol, TypeVar, cast
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -30,6 +31,8 @@ class Solved(Protocol):
 
 P = ParamSpec("P")
 F = TypeVar("F", bound=Solved)
+K = TypeVar("K", bound=Solved)
+V = TypeVar("V")
 
 
 class Memory:
@@ -89,6 +92,19 @@ def remembered(function: Callable[P, F]) -> Callable[P, F]:
     return known
 
 
+def kept_with(function: Callable[[K], V]) -> Callable[[K], V]:
+    """Return the function, what it says of a fit kept as long as the fit itself; nothing of it may hold the fit."""
+    said: WeakKeyDictionary[K, V] = WeakKeyDictionary()
+
+    @wraps(function)
+    def known(fit: K) -> V:
+        if fit not in said:
+            said[fit] = function(fit)
+        return said[fit]
+
+    return known
+
+
 def content(value: object) -> Hashable:
     """Return what tells one argument of a fit from another; effects and recordings count as the objects they are."""
     if isinstance(value, np.ndarray):
@@ -107,4 +123,4 @@ def content(value: object) -> Hashable:
     return value
 
 
-__all__ = ["remembered", "remembering"]
+__all__ = ["kept_with", "remembered", "remembering"]

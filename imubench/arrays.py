@@ -1,4 +1,4 @@
-"""Arrays that are checked once, when they are made, and frozen from then on."""
+"""Arrays that are checked once, when they are made, and frozen from then on; the size of one."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -53,3 +53,8 @@ def frozen_quaternion(value: ArrayLike, name: str) -> Array:
     if abs(norm - 1.0) > 1e-3:
         raise InputError(f"{name}: expected a unit quaternion w, x, y, z, got {q.tolist()} of norm {norm:.4g}")
     return q
+
+
+def rms(x: Array) -> float:
+    """Return the root of the mean square of some numbers."""
+    return float(np.sqrt(np.mean(x**2)))

@@ -9,7 +9,6 @@ motion follows slow noise more than quick noise, and that share is found by hand
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from imubench.diagnosis.noise.debias import widened_by_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.motion_prior import TILT
 from imubench.diagnosis.problem.residuals import Rows, is_data
+from imubench.diagnosis.remembered import kept_with
 from imubench.diagnosis.solve.bordered import Solution
 from imubench.diagnosis.solve.gauss_newton import factored
 from imubench.diagnosis.solve.linearize import Linear
@@ -39,9 +39,6 @@ class Spectra:
         """Return the power (bins,) at every bin; a constant counts to the slowest band."""
         band = np.searchsorted(self.edges, np.arange(bins), side="right") - 1
         return np.asarray(self.power[np.clip(band, 0, len(self.power) - 1)])
-
-
-_known: WeakKeyDictionary[Fit, dict[str, Spectra]] = WeakKeyDictionary()
 
 
 @one_thread
@@ -66,18 +63,17 @@ def off_none(fit: Fit, key: str) -> float:
     return 1 / float(np.max(parameter_std(fit)[key]))
 
 
+@kept_with
 @one_thread
 def noise_spectra(fit: Fit) -> dict[str, Spectra]:
     """Return the colour of every group of measurements, and of the equation of motion in free swings.
 
-    Not to be written to: it is kept as long as its fit is, of which every effect's equals ask for it.
+    Not to be written to: every effect's equals ask for it.
     """
-    if fit not in _known:
-        bare, solution, parts = _solved(fit)
-        measured = [(r, part) for r, part in zip(bare.rows, parts, strict=True) if is_data(r)]
-        white = white_residuals(solution, measured, bare.model.tracks.width)
-        _known[fit] = {r.name: spectra(r.whitened, w) for (r, _), w in zip(measured, white, strict=True)}
-    return _known[fit]
+    bare, solution, parts = _solved(fit)
+    measured = [(r, part) for r, part in zip(bare.rows, parts, strict=True) if is_data(r)]
+    white = white_residuals(solution, measured, bare.model.tracks.width)
+    return {r.name: spectra(r.whitened, w) for (r, _), w in zip(measured, white, strict=True)}
 
 
 def _solved(fit: Fit) -> tuple[Fit, Solution, list[Linear]]:

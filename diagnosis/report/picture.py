@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from imubench.arrays import Array
+from imubench.arrays import Array, rms
 from imubench.atomic import atomic_file
 from imubench.diagnosis.config.report import CHART
 from imubench.diagnosis.evidence import Comparison, Evidence
@@ -14,7 +14,6 @@ from imubench.diagnosis.report import words
 from imubench.diagnosis.report.compared import loudest
 from imubench.diagnosis.report.numbers import brief, printed
 from imubench.diagnosis.result import Diagnosis
-from imubench.diagnosis.verdict.reference_motion import rms
 from imubench.errors import InputError
 
 if TYPE_CHECKING:

@@ -35,7 +35,7 @@ import numpy as np
 from scipy.signal import butter, lfilter, lfilter_zi
 
 from imubench import rotations
-from imubench.arrays import Array
+from imubench.arrays import Array, rms
 from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
@@ -205,11 +205,6 @@ def fitted_up(fit: Fit, imu: Imu) -> Array:
     assert segment.turn is not None
     up = np.broadcast_to(segment.turn.matrix, (n, 3, 3))[:, 2]
     return np.asarray(np.einsum("nji,nj->ni", np.broadcast_to(mount.turn.matrix, (n, 3, 3)), up))
-
-
-def rms(x: Array) -> float:
-    """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(x**2)))
 
 
 def inclination(time: Array, gyro: Array, accel: Array) -> Array:

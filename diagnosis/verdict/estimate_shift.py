@@ -45,17 +45,17 @@ it seems to, by another linearisation, s_o counts as s.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from imubench.arrays import Array
+from imubench.arrays import Array, rms
 from imubench.diagnosis.config.noise import DEBIAS
 from imubench.diagnosis.config.verdict import SHIFT
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.problem.motion_prior import TILT
 from imubench.diagnosis.problem.rig_kinematics import HINGE, HINGE_AXIS
+from imubench.diagnosis.remembered import kept_with
 from imubench.diagnosis.result import Move
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.bordered import Solution
@@ -63,7 +63,7 @@ from imubench.diagnosis.solve.gauss_newton import factored
 from imubench.diagnosis.solve.marginals import covariance_of, root
 from imubench.diagnosis.solve.retract import moved
 from imubench.diagnosis.solve.threads import one_thread
-from imubench.diagnosis.verdict.reference_motion import angle_difference, mean_angle, rms
+from imubench.diagnosis.verdict.reference_motion import angle_difference, mean_angle
 from imubench.recording import Recording
 from imubench.rotations import angle_between
 
@@ -174,21 +174,14 @@ def norm(x: Array) -> Array:
 Spread = Mapping[str, Array]
 """Standard deviations of what a user asks for, by its name, in the unit and shape of the moves of that name."""
 
-_known: WeakKeyDictionary[Fit, Spread] = WeakKeyDictionary()
 
-
+@kept_with
+@one_thread
 def spread_of(fit: Fit) -> Spread:
     """Return the standard deviations of what a user asks for; empty where not all of the motion is held.
 
-    They are kept as long as the fit is: what findings move alone, and together, and what doubts matter asks for them.
+    What findings move alone, and together, and what doubts matter asks for them.
     """
-    if fit not in _known:
-        _known[fit] = _spread(fit)
-    return _known[fit]
-
-
-@one_thread
-def _spread(fit: Fit) -> Spread:
     time = times(fit)
     here = estimates_of(fit, time)
     squares: dict[str, Array] = {}

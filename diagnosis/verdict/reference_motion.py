@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imubench.arrays import Array
+from imubench.arrays import Array, rms
 from imubench.diagnosis.evidence import Evidence, Played
 from imubench.diagnosis.result import Change, Diagnosis
 from imubench.reference import Reference
@@ -85,8 +85,3 @@ def angle_difference(one: Array, other: Array | float) -> Array:
 def mean_angle(x: Array) -> float:
     """Return the circular mean of angles (n,) rad."""
     return float(np.angle(np.mean(np.exp(1j * x))))
-
-
-def rms(x: Array) -> float:
-    """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(x**2)))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from imubench.arrays import Array
+from imubench.arrays import Array, rms
 from imubench.estimate import Estimate
 from imubench.log.signals import constraint
 from imubench.recording import Recording
@@ -48,7 +48,7 @@ def verdict(
         turning = np.concatenate([np.linalg.norm(imu.gyro, axis=-1) for imu in recording.imus])
         return (
             f"{who} gives the {_what(estimate)}{gave_up}; no truth is known, but the hinge constraint is left at "
-            f"{_rms(floor[1]):.3g} rad/s RMS while the sensors turn at {_rms(turning):.3g} rad/s RMS."
+            f"{rms(floor[1]):.3g} rad/s RMS while the sensors turn at {rms(turning):.3g} rad/s RMS."
         ) + (" Their sign pairing is unknown." if estimate.pairing == "unknown" else "")
     against = "" if judge == "true" else f" against the {judge} axes"
     parts = []
@@ -105,7 +105,3 @@ def summary(
 
 def _what(estimate: Estimate) -> str:
     return "hinge axis" if estimate.quantity == "joint_axis" else "joint centre"
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

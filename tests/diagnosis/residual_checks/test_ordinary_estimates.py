@@ -32,7 +32,7 @@ def test_at_rest_a_bias_across_gravity_tilts_by_the_time_constant(bias, tilt):
 
 def test_it_is_vqf_without_its_bias(tmp_path):
     """From six time constants on the two, which begin otherwise, agree."""
-    vqf = pytest.importorskip("vqf")
+    vqf = pytest.importorskip("vqf", reason="needs the extra: pip install 'imubench[filters]'")
     make_case(tmp_path / "r", "hinge", seed=5, **(SHORT | {"seconds": 30.0}))
     imu = read(tmp_path / "r")[0].imu("imu1")
     peer = vqf.VQF(float(np.median(np.diff(imu.time))), motionBiasEstEnabled=False, restBiasEstEnabled=False)
