@@ -74,23 +74,23 @@ class ConfidenceConfig:
     doubtful: float = setting(
         0.6,
         "1",
-        "at most, where something else is as likely: what has no name (7 of 11 such names in 300 blind trials were "
-        "true), a law that was worth as much, a stronger name (2 of 7 in 515), or for one knock what happens once",
+        "at most, where something else is as likely: what has no name, a law that was worth as much, a stronger name, "
+        "or for one knock what happens once; as often as such names were true in blind trials (lab 009, 012)",
         "trials",
     )
     repeated: float = setting(0.95, "1", "of several knocks, and of a stop at whose angle all begin", "judgement")
     free_splines: float = setting(
         0.65,
         "1",
-        "at most, of splines without a law, which follow anything: 14 of 25 in 600 blind trials were true; "
-        "and of a law beside which the fit leaves too much",
+        "at most, of splines without a law, which follow anything, and of a law beside which the fit leaves too much; "
+        "hardly more than half of such names were true in blind trials (lab 009)",
         "trials",
     )
     strange: float = setting(
         0.2,
         "1",
-        "at most, of a name beside something without one that is worth as much (2 of 15 were true), or at a sensor "
-        "with numbers that no sensor has (none of seven in 900 blind trials)",
+        "at most, of a name beside something without one that is worth as much, or at a sensor with numbers that no "
+        "sensor has; hardly any such name was true in blind trials (lab 009, 010)",
         "trials",
     )
 
