@@ -107,7 +107,7 @@ def diagnose(
     sensors: tuple[SensorErrors, ...] = ()
     if chosen:  # one step of the solver: owed whatever the time, for what takes it over
         with step("say what the sensors' own errors are"):
-            sensors = own_errors(found.fit)
+            sensors = own_errors(found.fit, work.recording.imus)
     evidence = evidence_of(work, start, weight.said)
     diagnosis, evidence = concluded(work, start, weight, evidence, noise, unseen)
     return replace(diagnosis, sensors=sensors, seconds=perf_counter() - clock), evidence
@@ -147,7 +147,8 @@ def weight_of(work: Work, found: Explanation) -> Weight:
 
 def noise_of(work: Work, said: Explanation) -> dict[str, Noise]:
     """Return the noise that counts by triple, and how it is known."""
-    noise = fit_summary.noise_of(said.before.levels, work.recording, said.samples.rest)
+    levels = fit_summary.of_recording(said.before)
+    noise = fit_summary.noise_of(levels, work.recording, said.samples.rest)
     return noise if work.learned is None else work.learned.known(noise)
 
 
@@ -160,7 +161,7 @@ def evidence_of(work: Work, start: Beginning, said: Explanation) -> Evidence:
         said.traces,
         fit_summary.played(again),
         fit_summary.mounts(again),
-        said.before.levels,
+        fit_summary.of_recording(said.before),
         motion_before=fit_summary.played(start.first) if said.named else None,
         notes=(
             f"A spline motion with {knots} knots and the mounts were fitted to every sample.",

@@ -12,6 +12,7 @@ from imubench.diagnosis.candidates.end_stop import settled_between, stop_of
 from imubench.diagnosis.candidates.end_stop_contacts import contact_stop
 from imubench.diagnosis.config.candidates import BEGINNING, END_STOP
 from imubench.diagnosis.config.verdict import BUDGET
+from imubench.diagnosis.noise.decimation import decimated
 from imubench.diagnosis.noise.knot_selection import coarsest
 from imubench.diagnosis.noise.nominal import first_fit, nominal_fit
 from imubench.diagnosis.problem.fit import Fit
@@ -49,10 +50,12 @@ def begin(
     first = fit = None
     with step("fit the motion"):
         known, aged = of_one_age(samples.heard(recording), samples.masks)
-        samples = replace(samples, notes=(*samples.notes, *aged))
+        fewer = decimated(known, samples)
+        known, samples = fewer.recording, replace(samples, notes=(*samples.notes, *aged, *fewer.notes))
 
         def fitted(swings: tuple[Window, ...], masks: dict[str, NDArray[np.bool_]]) -> Fit:
-            return nominal_fit(replace(known, free_swings=swings), masks, samples.humming, samples.wander, sensors)
+            seen = replace(known, free_swings=swings)
+            return nominal_fit(seen, masks, samples.humming, samples.wander, sensors, fewer.averaging)
 
         with budget.part(BUDGET.fit, FITTING_THE_MOTION):
             fit = first = fitted(known.free_swings, samples.masks)

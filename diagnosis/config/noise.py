@@ -203,3 +203,25 @@ class RemlConfig:
 
 
 REML = RemlConfig()
+
+
+@dataclass(frozen=True)
+class DecimationConfig:
+    """Samples at a lower rate for the fit."""
+
+    band_hz: float = setting(1.0, "Hz", "of which the power is held against the noise's", "statistics")
+    margin: float = setting(
+        1.2, "1", "times where a motion ends stays as it is; below the noise the motion goes on", "judgement"
+    )
+    roll_off: float = setting(1 / 3, "of the rate", "Meyer's own; a steeper filter rings for longer", "numerics")
+    reach: int = setting(
+        12, "samples", "of the new rate, to which weights go: what a filter passes is off by 1e-6", "numerics"
+    )
+    points: int = setting(64, "per sample", "between which the weights are interpolated, by 1e-9", "numerics")
+    lost: float = setting(0.05, "of the time", "at both ends, where weights have no samples, at most", "judgement")
+    jitter: float = setting(
+        2e-4, "of a period", "stamps to the microsecond at 100 Hz are off by half of it, at 1 kHz by more", "numerics"
+    )
+
+
+DECIMATION = DecimationConfig()

@@ -76,7 +76,8 @@ def noise_power_taken(before: Fit, after: Fit) -> float:
     What a spline gains grows faster than the power that it takes: noise that is at most half as coloured gives it at
     most half of that.
     """
-    return max((before.noise[r.name] / after.noise[r.name]) ** 2 - 1 for r in after.measured)
+    power = after.model.averaging.power
+    return max(power(r.name, (before.noise[r.name] / after.noise[r.name]) ** 2) - 1 for r in after.measured)
 
 
 def coloured_noise_gain(fit: Fit, hypotheses: Sequence[Hypothesis], freedoms: float) -> float:
@@ -88,8 +89,9 @@ def coloured_noise_gain(fit: Fit, hypotheses: Sequence[Hypothesis], freedoms: fl
     """
     signals = added(fit, hypotheses)
     width = sum(s.width for h in hypotheses for s in h.effect.states)
-    samples = float(np.median([len(time) for _, time, _ in signals]))
-    return min(DECLARED_NOISE.colour * samples * width, freedoms * (louder_where(signals, {}, {}) - 1))
+    averaging = fit.model.averaging
+    samples = float(np.median([len(time) / averaging.share(name) ** 2 for name, time, _ in signals]))
+    return min(DECLARED_NOISE.colour * samples * width, freedoms * (louder_where(signals, {}, {}, averaging) - 1))
 
 
 def added(fit: Fit, hypotheses: Sequence[Hypothesis]) -> list[tuple[str, Array, Array]]:

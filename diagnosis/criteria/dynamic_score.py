@@ -132,7 +132,12 @@ def lawless_score(base: Base, h: Hypothesis) -> Screened | None:
     """
     fit = base.fit
     start, end = fit.span
-    told = {n: std for n, std in declared(fit.model).items() if DECLARED_NOISE.most_std * std < fit.noise.get(n, 0.0)}
+    power = fit.model.averaging.power
+    told = {
+        n: std
+        for n, std in declared(fit.model).items()
+        if power(n, (fit.noise.get(n, 0.0) / std) ** 2) > DECLARED_NOISE.most_power
+    }
     ways = ({}, told) if told else ({},)
     known = tally(fit)
 

@@ -126,7 +126,8 @@ def _refitted(
 def louder(fit: Fit, signals: Mapping[str, Array], shown: Mapping[str, Spectra]) -> float:
     """Return how much louder than white a fit's noise is where signals (n, m), in their units, have their power."""
     seen = [r for r in fit.measured if r.name in signals]
-    return louder_where([(r.name, r.time, signals[r.name] / r.std) for r in seen], shown, {})
+    moved = [(r.name, r.time, signals[r.name] / r.std) for r in seen]
+    return louder_where(moved, shown, {}, fit.model.averaging)
 
 
 def equivalents(fit: Fit, h: Hypothesis) -> list[Rival]:

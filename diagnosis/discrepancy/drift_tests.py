@@ -68,18 +68,22 @@ class SlowErrors:
         cosines = cosines_at((time - time[0]) / seconds, min(int(2 * seconds * DRIFT.most_hz), DRIFT.most_cosines) + 1)
         every = Maker(term.at, term.part, time, fit.noise[f"{term.at}.{term.part}"]).every(term.goes_with, cosines)
         ((_, information, force),) = each(Base.of(fit), [hypothesis_of(every, 1.0)])
-        return cls.told(cosines, seconds, information, force)
+        step = fit.model.averaging.step(f"{term.at}.{term.part}", time)
+        return cls.told(cosines, seconds, step, information, force)
 
     @classmethod
-    def told(cls, cosines: Array, seconds: float, information: Array, force: Array) -> "SlowErrors":
-        """Return it from the information (3 k, 3 k) of all cosines over so many seconds, and the gradient (3 k,)."""
-        n, count = cosines.shape
+    def told(cls, cosines: Array, seconds: float, step: float, information: Array, force: Array) -> "SlowErrors":
+        """Return it from the information (3 k, 3 k) of all cosines over so many seconds, and the gradient (3 k,).
+
+        `step`: s from one sample of the recording to the next.
+        """
+        count = cosines.shape[1]
         values, vectors = np.linalg.eigh(information)
         seen = vectors[:, values > DRIFT.least_information * values[-1]].T
         reach = seen @ information
         constants = DRIFT.free_constant * reach[:, ::count]
         out = []
-        for louder in (np.ones(count), *noise_colours(np.arange(count) / (2 * seconds), seconds / (n - 1))):
+        for louder in (np.ones(count), *noise_colours(np.arange(count) / (2 * seconds), step)):
             noisy = seen * np.sqrt(np.tile(louder, 3))
             factor = np.linalg.cholesky(noisy @ information @ noisy.T + constants @ constants.T)
             pull = solve_triangular(factor, seen @ force, lower=True)

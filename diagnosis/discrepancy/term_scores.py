@@ -144,7 +144,8 @@ def colour(fit: Fit, term: Term, shown: Mapping[str, Spectra] | None = None) -> 
     """
     signals = [(rows.name, rows.time, x) for rows, x in signals_of(fit, term)]
     shown = noise_spectra(fit) if shown is None else shown
-    return louder_where(signals, {}, shown) if term.drift else louder_where(signals, shown, {})
+    here, above = ({}, shown) if term.drift else (shown, {})
+    return louder_where(signals, here, above, fit.model.averaging)
 
 
 __all__ = ["FittedTerm", "Guess", "colour", "hypothesis_of", "promising"]

@@ -17,6 +17,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.noise import COLOUR
 from imubench.diagnosis.config.shared import DECLARED_NOISE, STATISTICS
 from imubench.diagnosis.noise.coloured import Spectra
+from imubench.diagnosis.problem.averaging import Averaging
 
 CORNERS_HZ = COLOUR.slowest_hz * 2.0 ** np.arange(
     0, 5.5, 0.5
@@ -24,21 +25,24 @@ CORNERS_HZ = COLOUR.slowest_hz * 2.0 ** np.arange(
 
 
 def louder_where(
-    signals: Sequence[tuple[str, Array, Array]], shown: Mapping[str, Spectra], above: Mapping[str, Spectra]
+    signals: Sequence[tuple[str, Array, Array]],
+    shown: Mapping[str, Spectra],
+    above: Mapping[str, Spectra],
+    averaging: Averaging,
 ) -> float:
     """Return that for whitened signals (n m, k) of groups of rows at times (n,).
 
-    `shown`: what residuals show where the signals are; `above`: what counts of it above a drift's band alone. At most
-    the loudest noise that may be there.
+    `shown`: what residuals show where the signals are; `above`: what counts of it above a drift's band alone;
+    `averaging`: of the fit's samples. At most the loudest noise that may be there.
     """
     over = under = 0.0
     loudest = 1.0  # where a signal has no power to tell
     for name, time, signal in signals:
         n = len(time)
-        step = float(np.median(np.diff(time)))
+        step, own = float(np.median(np.diff(time))), averaging.step(name, time)
         use = np.sum(np.abs(np.fft.rfft(signal.reshape(n, -1), axis=0)) ** 2, axis=1)
-        may = shares(above.get(name), n, step)[:, None]
-        louder = 1 + np.max(may * powers(frequencies(n, step), step), axis=0)
+        may = shares(above.get(name), frequencies(n, step), own)[:, None]
+        louder = 1 + np.max(may * powers(frequencies(n, step), own), axis=0)
         loudest = max(loudest, float(louder.max()))
         if name in shown:
             louder = np.minimum(np.maximum(shown[name].at(len(louder)), 1.0), louder)
@@ -58,8 +62,10 @@ def powers(f: Array, step: float) -> Array:
     return np.asarray(1 / (np.pi * step * corner) / (1 + (f / corner) ** 2))
 
 
-def shares(shown: Spectra | None, samples: int, step: float) -> Array:
+def shares(shown: Spectra | None, f: Array, step: float) -> Array:
     """Return the share (corners,) of the white noise's power that coloured noise of each corner may have at most.
+
+    Of the recording's samples, every `step` s; `f` (bins,) Hz are the frequencies of `shown`.
 
     The bands' powers less the white one's, over L, weighted by what chance lets each be off; and
     `STATISTICS.band_sigmas` times the chance of that.
@@ -67,7 +73,6 @@ def shares(shown: Spectra | None, samples: int, step: float) -> Array:
     most = np.full(len(CORNERS_HZ), DECLARED_NOISE.colour)
     if shown is None:
         return most
-    f = frequencies(samples, step)
     bands = [(int(low), int(high)) for low, high in pairwise(shown.edges)]
     told = [i for i, (low, _) in enumerate(bands) if f[low] >= COLOUR.drift_free_hz and shown.seen[i] > COLOUR.visible]
     if not told:

@@ -38,7 +38,8 @@ def misfit(fit: Fit, at_least: bool = False) -> float:
     told = quiet | declared(fit.model)
     if at_least:
         told = {name: max(std, quiet.get(name, 0.0)) for name, std in told.items()}
-    return float(np.mean([(fit.noise[n] / std) ** 2 for n, std in told.items() if n in fit.noise] or [1.0]))
+    power = {n: (fit.noise[n] / std) ** 2 for n, std in told.items() if n in fit.noise}
+    return float(np.mean([fit.model.averaging.power(n, p) for n, p in power.items()] or [1.0]))
 
 
 def breaks_its_law(fit: Fit, h: Hypothesis) -> bool:

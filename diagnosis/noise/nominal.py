@@ -13,6 +13,7 @@ from imubench.diagnosis.noise.coherence import follows_motion
 from imubench.diagnosis.noise.declared_noise import declared
 from imubench.diagnosis.noise.looser_motion import rougher
 from imubench.diagnosis.noise.reml import fit_with_noise, with_noise
+from imubench.diagnosis.problem.averaging import AS_RECORDED, Averaging
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, State
@@ -35,15 +36,18 @@ def nominal_fit(
     humming: Mapping[str, float] | None = None,
     wander: Mapping[str, GaussMarkov] | None = None,
     known: tuple[Hypothesis, ...] = (),
+    averaging: Averaging = AS_RECORDED,
 ) -> Fit:
     """Return the fit of the model as it was declared, noise levels estimated.
 
     `masks` says which samples count, `humming` names the IMUs whose raw samples hum, with the frequency in Hz; `known`
-    are effects that are known beforehand.
+    are effects that are known beforehand, `averaging` is of the recording's samples.
     """
     model = model_of(recording)
     smoothed = tuple(name for name in model.poses if f"{name}.rotation" in (masks or {}))
-    model = replace(model, masks=masks or None, humming=humming or {}, wander=wander or {}, smoothed=smoothed)
+    model = replace(
+        model, masks=masks or None, humming=humming or {}, wander=wander or {}, smoothed=smoothed, averaging=averaging
+    )
     known = (*known, *ahead(model))
     model = model.with_effects(known)
     start = first_fit(model.with_effects((*known, *biases(model))))

@@ -9,8 +9,6 @@ from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.residuals import CHANNELS
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 
-BLAMED = float(np.sqrt(DECLARED_NOISE.most_power))  # times a declared level, from which on it would be called loud
-
 
 def with_pooled_noise(fit: Fit) -> Fit:
     """Return the fit with what it leaves shared by both IMUs, where it holds one alone for noisy; else the fit itself.
@@ -23,7 +21,8 @@ def with_pooled_noise(fit: Fit) -> Fit:
     for part in CHANNELS:
         names = [n for n in (f"{i.name}.{part}" for i in fit.model.recording.imus) if n in told and n in noise]
         times = np.array([noise[n] / told[n] for n in names])
-        if len(names) == 2 and times.max() > BLAMED and times.min() < 1 + DECLARED_NOISE.std_error:
+        power = [fit.model.averaging.power(n, t**2) for n, t in zip(names, times, strict=True)]
+        if len(names) == 2 and max(power) > DECLARED_NOISE.most_power and times.min() < 1 + DECLARED_NOISE.std_error:
             shared = float(np.sqrt(np.mean(times**2)))
             noise |= {n: shared * told[n] for n in names}
     return fit if noise == fit.noise else solve(fit.model, fit.state, noise, fit.anchor, steps=SOLVER.steps_after_noise)

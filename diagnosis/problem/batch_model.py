@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from imubench.arrays import Array
 from imubench.chain_rule import carrier, chained
 from imubench.diagnosis.config.solve import ALGEBRA, MOTION_PRIOR
+from imubench.diagnosis.problem.averaging import AS_RECORDED, Averaging
 from imubench.diagnosis.problem.bspline import Moment, Tracks
 from imubench.diagnosis.problem.encoder_calibration import ERROR, misreads, read, spread
 from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis, Prior, State
@@ -45,6 +46,7 @@ class Model:
     humming: Mapping[str, float] = field(default_factory=dict)  # IMUs whose raw samples hum, and at how many Hz
     wander: Mapping[str, GaussMarkov] = field(default_factory=dict)  # "pose1" and so on whose errors last, and how
     smoothed: tuple[str, ...] = ()  # "pose1" and so on whose samples were smoothed
+    averaging: Averaging = AS_RECORDED  # of the samples, where they are fewer than the recording's
     fixed: dict[str, Array] | None = None  # parameters that are known and not to be moved
     tilts: dict[str, Prior] | None = None  # pulls on parameters (diagnosis/noise/debias.py), no knowledge about them
 

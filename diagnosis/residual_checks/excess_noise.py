@@ -37,7 +37,8 @@ def excess_noise(fit: Fit, where: Sequence[Where], known: set[str]) -> list[Find
     over = {
         n
         for n, std in told.items()
-        if (found[n] / std) ** 2 > DECLARED_NOISE.most_power and tells_its_level(leverage[n])
+        if fit.model.averaging.power(n, (found[n] / std) ** 2) > DECLARED_NOISE.most_power
+        and tells_its_level(leverage[n])
     }
     if not over:
         return []
@@ -98,7 +99,7 @@ def refuted(raw: Sequence[Finding], fit: Fit, known: set[str]) -> tuple[Finding,
         return (
             name in leverage
             and tells_its_level(leverage[name])
-            and found[name] < EXCESS_NOISE.quieter * float(f.parameters["std"].value)
+            and found[name] / fit.model.averaging.share(name) < EXCESS_NOISE.quieter * float(f.parameters["std"].value)
         )
 
     return tuple(f for f in some if less(f))
@@ -112,7 +113,8 @@ def tells_its_level(leverage: Array) -> bool:
 def left_over(fit: Fit, allowed: float = DECLARED_NOISE.most_power) -> float:
     """Return the nat that noise costs at its declared levels beyond so many times their power."""
     told, numbers = declared(fit.model), {r.name: r.residual.value.size for r in fit.measured}
-    power = {n: (fit.noise[n] / std) ** 2 / allowed for n, std in told.items() if n in fit.noise and n in numbers}
+    most = {n: fit.model.averaging.power_in_fit(n, allowed) for n in told}
+    power = {n: (fit.noise[n] / std) ** 2 / most[n] for n, std in told.items() if n in fit.noise and n in numbers}
     return sum(0.5 * numbers[n] * max(p - 1.0, 0.0) for n, p in power.items())
 
 

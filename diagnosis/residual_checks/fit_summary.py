@@ -1,7 +1,7 @@
 """A fit's residuals, motion, mounts and noise levels, as the report shows them."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,18 +41,23 @@ class Weighed:
     def misfit(self) -> float:
         """Residual power over noise power, freed from what the fit absorbs: 1 is only noise."""
         counts = {r.name: r.residual.value.size for r in self.fit.measured}
-        power = sum(counts[level.group] * (level.left / level.used) ** 2 for level in self.levels)
-        return power / sum(counts.values())
+        powers = {level.group: (level.left / level.used) ** 2 for level in self.levels}
+        return sum(counts[name] * self._power(name, power) for name, power in powers.items()) / sum(counts.values())
 
     @property
     def left_out(self) -> float:
         """The same with every sample predicted from all the others, r / (1 - h)."""
         used = {level.group: level.used for level in self.levels}
-        power = sum(
-            float(np.sum(r.residual.value**2 / np.maximum(1 - self.leverage[r.name], 1e-3))) / used[r.name] ** 2
+        power = {
+            r.name: float(np.mean(r.residual.value**2 / np.maximum(1 - self.leverage[r.name], 1e-3)))
+            / used[r.name] ** 2
             for r in self.fit.measured
-        )
-        return power / sum(r.residual.value.size for r in self.fit.measured)
+        }
+        counts = {r.name: r.residual.value.size for r in self.fit.measured}
+        return sum(counts[n] * self._power(n, p) for n, p in power.items()) / sum(counts.values())
+
+    def _power(self, name: str, power: float) -> float:
+        return self.fit.model.averaging.power(name, power)
 
 
 def weighed(fit: Fit, known: Mapping[str, float], seen: Mapping[str, float] | None = None) -> Weighed:
@@ -66,6 +71,16 @@ def weighed(fit: Fit, known: Mapping[str, float], seen: Mapping[str, float] | No
         unit = CHANNELS_WITH_UNIT[rows.name.split(".")[1]][1]
         table.append(Level(rows.name, unit, known.get(rows.name), used, float(left[rows.name])))
     return Weighed(fit, leverage, tuple(table))
+
+
+def of_recording(weighed: Weighed) -> tuple[Level, ...]:
+    """Return the levels of a fit's samples as the recording's have them."""
+    out = []
+    for level in weighed.levels:
+        share = weighed.fit.model.averaging.share(level.group)
+        told = None if level.declared is None else level.declared / share
+        out.append(replace(level, declared=told, used=level.used / share, left=level.left / share))
+    return tuple(out)
 
 
 def noise_of(levels: Sequence[Level], recording: Recording, rested: Collection[str] = ()) -> dict[str, Noise]:

@@ -22,6 +22,7 @@ are switched on.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isclose
 from pathlib import Path
 
 import numpy as np
@@ -151,7 +152,7 @@ class Learned:
     def known(self, noise: Mapping[str, Noise]) -> dict[str, Noise]:
         """Return noise by triple, what is known from the earlier recording as it was known there."""
         return {
-            name: self.noise[name] if name in self.noise and n.std == self.noise[name].std else n
+            name: self.noise[name] if name in self.noise and isclose(n.std, self.noise[name].std) else n
             for name, n in noise.items()
         }
 

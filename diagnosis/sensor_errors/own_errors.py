@@ -41,8 +41,8 @@ class _Part:
 
 
 @one_thread
-def own_errors(fit: Fit) -> tuple[SensorErrors, ...]:
-    """Return what a fit says of the errors of every IMU that it has."""
+def own_errors(fit: Fit, imus: Sequence[Imu]) -> tuple[SensorErrors, ...]:
+    """Return what a fit says of the errors of every IMU of a recording."""
     given = {h.at for h in fit.model.hypotheses if list(h.effect.known_parts())}
     names = {h.name for h in fit.model.hypotheses}
     every = [
@@ -66,7 +66,7 @@ def own_errors(fit: Fit) -> tuple[SensorErrors, ...]:
     covariance = covariance * np.outer(wide, wide)
     return tuple(
         _errors_of(imu, [h for h in every if h.at == imu.name], model, state.values, step[:, 0], covariance)
-        for imu in fit.model.recording.imus
+        for imu in imus
     )
 
 

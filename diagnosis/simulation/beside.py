@@ -60,7 +60,7 @@ def beside(
         recording: as it is held against the models, without what the raw checks took out of it.
         declared: the fit of the model as it was declared.
         best: with all findings that have a law.
-        noise: std of a sample by group of the fit.
+        noise: std of a sample, as the recording came, by group of the fit.
         others: `best` solved again without one of its effects, by effect and place.
 
     Raises:
@@ -71,7 +71,8 @@ def beside(
     if not all(playable(best, h) for h in named(best)):
         return None
     measured = judged_channels(recording, noise)
-    judge = Judge(recording, measured, counting(measured, best), noise, parts(best), ((), ()))
+    counts = counting(measured, best)
+    judge = Judge(recording, measured, counts, noise, parts(best), ((), ()), best.model.averaging)
     found, told = named(best), best
     if found:
         declared, best = as_smooth(as_declared(declared), best)
@@ -226,7 +227,7 @@ def added(
                     first.unit,
                     first.time[own],
                     values,
-                    judge.noise[group],
+                    judge.noise[group] * judge.averaging.share(group),
                 )
             )
     return tuple(out)

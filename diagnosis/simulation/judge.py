@@ -11,6 +11,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.budget import check
 from imubench.diagnosis.config.simulation import ROLL_OUT, SIMULATED_BESIDE
 from imubench.diagnosis.evidence import Comparison, Posed, Swing
+from imubench.diagnosis.problem.averaging import AS_RECORDED, Averaging
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.result import SimulatedChannel
 from imubench.diagnosis.simulation.channels import Channel, Simulated, channels, dense_rate, read_out, simulated
@@ -34,6 +35,7 @@ class Judge:
     noise: Mapping[str, float]  # std by group
     parts: tuple[Part, ...]
     windows: tuple[tuple[Window, ...], tuple[Window, ...]]  # that are rolled out, by half
+    averaging: Averaging = AS_RECORDED  # of the samples, where they are fewer than those whose `noise` it is
 
     def misfit(self, model: SimModel) -> Misfit:
         """Return a function of a window: its samples' times, and simulated minus measured over the noise."""
@@ -134,11 +136,15 @@ class Judge:
         return self.counts[channel.name] & covered(channel.time, windows)
 
     def off(self, channel: Channel, before: Array, after: Array, fit: Array | None = None) -> SimulatedChannel:
-        """Return how far two simulations (n,) are from a channel, and what a motion `fit` (n,) itself reads."""
+        """Return how far two simulations (n,) are from a channel, and what a motion `fit` (n,) itself reads.
+
+        Of averaged samples with the noise that averaging took, which is white and in no simulation.
+        """
         own = self.inside(channel)
+        taken = self.noise[channel.group] ** 2 * (1 - self.averaging.share(channel.group) ** 2)
 
         def rms(read: Array) -> float:
-            return float(np.sqrt(np.mean((read - channel.measured)[own] ** 2))) if own.any() else 0.0
+            return float(np.sqrt(np.mean((read - channel.measured)[own] ** 2) + taken)) if own.any() else 0.0
 
         told = None if fit is None else rms(fit)
         return SimulatedChannel(channel.unit, rms(before), rms(after), self.noise[channel.group], told)
@@ -176,7 +182,7 @@ class Judge:
         told = all(one.held_out for one in models)
         span = ((self.parts[0].start, self.parts[-1].end),)
         values = channel.measured, before[channel.name], after[channel.name]
-        noise = self.noise[channel.group]
+        noise = self.noise[channel.group] * self.averaging.share(channel.group)
         return Comparison(channel.name, channel.unit, channel.time, *values, noise, span if told else ())
 
 

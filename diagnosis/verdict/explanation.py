@@ -10,6 +10,7 @@ from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.noise.declared_noise import declared, declared_by
 from imubench.diagnosis.noise.nominal import certain_effects
+from imubench.diagnosis.problem.averaging import Averaging
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.residual_checks.excess_noise import refuted
 from imubench.diagnosis.residual_checks.fit_summary import Weighed, traces, weighed
@@ -83,7 +84,9 @@ def explained(work: Work, start: Beginning, chosen: Selection | None) -> Explana
         chosen: the effects that the search has found; None where it was not begun.
     """
     budget, use = work.budget, work.use
-    before = weighed(start.first, declared_by(work.recording), start.samples.white)
+    averaging = start.first.model.averaging
+    known = averaging.in_fit(declared_by(work.recording))
+    before = weighed(start.first, known, averaging.in_fit(start.samples.white))
     where = tuple(locate(traces(before), regressors(start.first)))
     strange = Unknowns((), start.fit, ())
     if chosen:
@@ -94,6 +97,7 @@ def explained(work: Work, start: Beginning, chosen: Selection | None) -> Explana
     noises, rest = noises_of(rest), tuple(f for f in rest if f.effect == UNKNOWN)
     louder = {f"{f.at}.{traits_of(f.effect).channel}": float(f.parameters["std"].value) for f in noises}
     after = weighed(fit, declared(start.fit.model) | louder)
+    noises = tuple(of_recording(f, averaging) for f in noises)
     partly = bool(budget.not_tried) and chosen is not None
     rest = with_rest(rest, after) if partly else rest
     kept = {(h.effect.name, h.at) for h in fit.model.hypotheses}
@@ -158,6 +162,13 @@ def in_numbers(
 def noises_of(rest: Sequence[Finding]) -> Findings:
     """Return the findings that are noise louder than declared."""
     return tuple(f for f in rest if f.effect != UNKNOWN)
+
+
+def of_recording(noise: Finding, averaging: Averaging) -> Finding:
+    """Return a noise that the fit leaves as the recording's samples have it."""
+    share = averaging.share(f"{noise.at}.{traits_of(noise.effect).channel}")
+    numbers = {name: replace(p, value=p.value / share, std=p.std / share) for name, p in noise.parameters.items()}
+    return replace(noise, parameters=numbers)
 
 
 def not_told(rest: Sequence[Finding], told: Sequence[Finding]) -> Findings:

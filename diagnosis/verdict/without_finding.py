@@ -184,7 +184,7 @@ def fit_without(fit: Fit, finding: Finding, samples: SampleChecks, recording: Re
     told = declared(recording.imu(finding.at), traits.channel) if traits.fault is Fault.NOISY else None
     if not told:
         return None
-    noise = fit.noise | {f"{finding.at}.{traits.channel}": told}
+    noise = fit.noise | fit.model.averaging.in_fit({f"{finding.at}.{traits.channel}": told})
     return solve(fit.model, fit.state, noise, fit.anchor, steps=SHIFT.steps_without)
 
 

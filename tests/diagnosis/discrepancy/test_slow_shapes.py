@@ -17,7 +17,7 @@ def known(errors):
     """What white noise of power 1 leaves to know of errors (n, 3): every cosine has an information of n."""
     cosines = cosines_at(TIME / TIME[-1], 46)
     force = -(cosines.T @ errors).T.reshape(-1)
-    return SlowErrors.told(cosines, float(TIME[-1]), np.kron(np.eye(3), cosines.T @ cosines), force)
+    return SlowErrors.told(cosines, float(TIME[-1]), float(TIME[1]), np.kron(np.eye(3), cosines.T @ cosines), force)
 
 
 def noise(rng, share, corner=0.5):
@@ -84,6 +84,6 @@ def test_what_nothing_is_known_of_changes_nothing():
     seen = np.kron(np.diag([1.0, 1.0, 0.0]), cosines.T @ cosines)
     errors = slow_error("jump", None) + noise(np.random.default_rng(3), 0.0)
     force = -(cosines.T @ (errors * [1.0, 1.0, 0.0])).T.reshape(-1)
-    blind = SlowErrors.told(cosines, float(TIME[-1]), seen, force)
+    blind = SlowErrors.told(cosines, float(TIME[-1]), float(TIME[1]), seen, force)
     assert blind.jump(1.0 * (TIME > 5.0)) - blind.drift() > 10
     assert len(blind.beside[0].pull) == 2 * 46

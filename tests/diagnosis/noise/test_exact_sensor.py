@@ -65,7 +65,7 @@ def test_a_number_is_known_at_least_as_its_prior_says(plain):
 def test_every_error_has_finite_numbers_though_a_sensor_is_nearly_exact(plain):
     noise = plain.noise | {"imu2.accel": 1e-7}
     exact = replace(plain, noise=noise, rows=all_rows(plain.model, plain.state, noise, plain.anchor))
-    for sensor in own_errors(exact):
+    for sensor in own_errors(exact, exact.model.recording.imus):
         for own in sensor.errors:
             for parameter in own.parameters.values():
                 assert np.all(np.isfinite(parameter.std))

@@ -5,8 +5,9 @@ import pytest
 from scipy.signal import lfilter
 
 from imubench.diagnosis.config.noise import COLOUR
-from imubench.diagnosis.noise.colour_bound import CORNERS_HZ, louder_where, powers, shares
+from imubench.diagnosis.noise.colour_bound import CORNERS_HZ, frequencies, louder_where, powers, shares
 from imubench.diagnosis.noise.coloured import spectra
+from imubench.diagnosis.problem.averaging import Averaging
 
 RATE, SAMPLES = 100.0, 1500
 
@@ -37,23 +38,28 @@ def test_the_power_of_first_order_noise_is_that_of_its_samples():
 def test_coloured_noise_is_allowed_its_share(corner):
     rng = np.random.default_rng(2)
     at = int(np.argmin(np.abs(CORNERS_HZ - corner)))
-    allowed = np.array([shares(shown(rng, 0.15, corner), SAMPLES, 1 / RATE)[at] for _ in range(40)])
+    allowed = np.array(
+        [shares(shown(rng, 0.15, corner), frequencies(SAMPLES, 1 / RATE), 1 / RATE)[at] for _ in range(40)]
+    )
     assert np.mean(allowed > 0.12) > 0.95  # of a level that the coloured noise raised by 7 %
     assert np.all(allowed <= 0.2)
 
 
 def test_white_noise_allows_little():
     rng = np.random.default_rng(3)
-    allowed = [shares(shown(rng), SAMPLES, 1 / RATE)[0] for _ in range(40)]
+    allowed = [shares(shown(rng), frequencies(SAMPLES, 1 / RATE), 1 / RATE)[0] for _ in range(40)]
     assert np.median(allowed) < 0.05 and np.quantile(allowed, 0.9) < 0.1
-    assert shares(None, SAMPLES, 1 / RATE)[0] == 0.2
+    assert shares(None, frequencies(SAMPLES, 1 / RATE), 1 / RATE)[0] == 0.2
 
 
 def test_a_drift_stands_beside_less_noise_where_none_is_shown():
     rng = np.random.default_rng(4)
     time = np.arange(SAMPLES) / RATE
     drift = [("imu1.gyro", time, np.repeat(time[:, None], 3, axis=1).reshape(-1, 1))]
-    most = louder_where(drift, {}, {})
-    white = louder_where(drift, {}, {"imu1.gyro": shown(rng)})
-    coloured = louder_where(drift, {}, {"imu1.gyro": shown(rng, 0.15, 0.5)})
+    most = louder_where(drift, {}, {}, Averaging())
+    white = louder_where(drift, {}, {"imu1.gyro": shown(rng)}, Averaging())
+    coloured = louder_where(drift, {}, {"imu1.gyro": shown(rng, 0.15, 0.5)}, Averaging())
+    fewer = [(name, t[::4], x.reshape(-1, 3)[::4].reshape(-1, 1)) for name, t, x in drift]
+    averaged = louder_where(fewer, {}, {}, Averaging({"imu1.gyro": 0.5}))  # of four samples each
+    assert averaged == pytest.approx(most, rel=0.02)  # as dense beside the white noise's density
     assert most > 10 and white < 0.4 * most and coloured > 0.6 * most

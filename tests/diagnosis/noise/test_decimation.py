@@ -1,0 +1,134 @@
+"""Samples at a lower rate: the motion as it was, the noise white and as quiet as it is said to be."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imubench.diagnosis.noise.decimation import at_rate, decimated, end_of
+from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.samples.screening import check_samples
+from imubench.format1 import read
+from imubench.proof.case import make_case
+from imubench.recording import Imu
+
+RATE, LOWER = 100.0, 27.0  # Hz
+
+
+@pytest.fixture(scope="module")
+def make(tmp_path_factory):
+    def case(*asked, **options):
+        folder = tmp_path_factory.mktemp("case") / "r"
+        make_case(folder, *asked, **{"seconds": 30.0, "rate": RATE} | options)
+        return read(folder)[0]
+
+    return case
+
+
+@pytest.fixture(scope="module")
+def clean(make):
+    return make("hinge", [], 31)
+
+
+def imu_of(readings, rate=RATE):
+    time = np.arange(len(readings)) / rate
+    return Imu("imu1", time, readings, readings, rate, 0.3, 0.5)
+
+
+@pytest.mark.parametrize(("frequency", "off"), [(0.0, 1e-12), (2.0, 3e-6), (5.0, 3e-6), (8.0, 1e-4)])
+def test_what_is_below_the_filter_stays_as_it_is(frequency, off):
+    """The filter is flat to 9 Hz, and a window ends its weights, which shows near there."""
+    time = np.arange(3000) / RATE
+    imu, _ = at_rate(imu_of(np.cos(2 * np.pi * frequency * time)[:, None] * np.ones(3)), LOWER)
+    assert imu.gyro == pytest.approx(np.cos(2 * np.pi * frequency * imu.time)[:, None] * np.ones(3), abs=off)
+
+
+def test_what_is_above_the_new_rate_is_gone():
+    """From (1 + 1/3) 27 / 2 Hz on nothing passes but what the ends of the weights let through."""
+    time = np.arange(3000) / RATE
+    for frequency in (19.0, 30.0, 45.0):
+        imu, _ = at_rate(imu_of(np.cos(2 * np.pi * frequency * time)[:, None] * np.ones(3)), LOWER)
+        assert np.abs(imu.gyro).max() < 5e-4
+
+
+def test_white_noise_stays_white_and_is_as_quiet_as_told():
+    readings = np.random.default_rng(1).normal(size=(40_000, 3))
+    imu, share = at_rate(imu_of(readings), LOWER)
+    n = imu.gyro.size
+    assert share == pytest.approx(np.sqrt(LOWER / RATE), rel=0.01)  # the window
+    assert (imu.gyro_noise_std, imu.accel_noise_std) == (pytest.approx(0.3 * share), pytest.approx(0.5 * share))
+    assert imu.gyro.std() == pytest.approx(share, rel=4 / np.sqrt(2 * n))
+    for lag in (1, 2, 3):
+        same = np.mean(imu.gyro[lag:] * imu.gyro[:-lag]) / share**2
+        assert abs(same) < 0.01 + 4 / np.sqrt(n)  # the window
+
+
+def test_a_motion_ends_where_it_is_no_more_than_the_noise():
+    rng = np.random.default_rng(2)
+    time = np.arange(4000) / RATE
+    noise = rng.normal(size=(4000, 3))
+    assert end_of(noise, RATE) == 0.0
+    moved = noise + 3 * np.cos(2 * np.pi * 6.0 * time)[:, None] * [1.0, 0.0, 0.0]
+    assert 6.0 < end_of(moved, RATE) < 8.0
+    coloured = noise + 2 * np.cumsum(noise, axis=0) * 0.5 ** np.arange(3)  # louder the slower, far up
+    assert end_of(coloured, RATE) > 10.0
+
+
+def test_ends_of_white_noise_are_rarely_false():
+    rng = np.random.default_rng(3)
+    assert sum(end_of(rng.normal(size=(3000, 3)), RATE) > 0 for _ in range(200)) <= 2
+
+
+def test_a_recording_is_taken_at_a_lower_rate(clean):
+    found = decimated(clean, check_samples(clean))
+    rates = {imu.rate for imu in found.recording.imus}
+    assert len(rates) == 1
+    assert 25.0 <= rates.pop() < 40.0
+    assert set(found.averaging.shares) == {"imu1.gyro", "imu1.accel", "imu2.gyro", "imu2.accel"}
+    assert len(found.notes) == 1
+    for before, after in zip(clean.imus, found.recording.imus, strict=True):
+        assert after.gyro_noise_std == pytest.approx(
+            before.gyro_noise_std * found.averaging.share(f"{before.name}.gyro")
+        )
+
+
+def test_stamps_that_wander_change_nothing(clean):
+    rng = np.random.default_rng(4)
+    imus = tuple(replace(i, time=i.time + 0.1 / RATE * rng.uniform(-1, 1, i.time.size)) for i in clean.imus)
+    wandering = replace(clean, imus=imus)
+    assert decimated(wandering, check_samples(wandering)).recording is wandering
+
+
+@pytest.mark.parametrize("effect", ["impacts", "vibration", "saturation", "dropouts", "quantisation"])
+def test_what_has_no_end_in_frequency_changes_nothing(make, effect):
+    recording = make("hinge", [(effect, "imu2")], 32)
+    assert decimated(recording, check_samples(recording)).recording is recording
+
+
+def test_free_swings_change_nothing(make):
+    recording = make("pendulum", [], 33, swing=True)
+    assert recording.free_swings
+    assert decimated(recording, check_samples(recording)).recording is recording
+
+
+def test_springs_that_ring_are_kept(make):
+    """A mount that rocks at 17 Hz is sampled above twice that, or as it was."""
+    recording = make("hinge", [("rocking_mount", "imu2")], 34, strength="strong")
+    found = decimated(recording, check_samples(recording))
+    ends = end_of(recording.imus[1].gyro, RATE)
+    assert ends > 8.0
+    assert found.recording.imus[1].rate > 2 * ends
+
+
+def test_noise_is_told_as_the_recording_has_it(make):
+    """Beside a fit of samples at a lower rate: the declared levels, and by how much one is louder."""
+    recording = make("hinge", [("gyro_noise", "imu1")], 35)
+    diagnosis, evidence = diagnose(recording)
+    declared = recording.imus[0]
+    assert any("noise alone" in note for note in evidence.notes)
+    assert diagnosis.noise["imu1.accel"].std == pytest.approx(declared.accel_noise_std)
+    assert {level.group: level.used for level in evidence.levels} == {n: x.std for n, x in diagnosis.noise.items()}
+    louder = next(f for f in diagnosis.findings if f.effect == "gyro_noise")
+    high = np.diff(declared.gyro, n=6, axis=0).std() / np.sqrt(924)  # of sixth differences, which no motion has
+    assert float(louder.parameters["std"].value) == pytest.approx(high, rel=0.1)
+    assert diagnosis.sensors[0].rate == RATE
