@@ -45,8 +45,9 @@ def left_out(fit: Fit, noise: Mapping[str, float]) -> dict[str, float]:
         with suppress(NotPositiveDefiniteError):
             motion = normal.band.factor().solve(-normal.gradient[:, :, None])[:, :, 0]
             off = _foretold(rows, part, motion.reshape(-1, model.tracks.width), fit) / noise[rows.name]
-            values = np.sqrt(np.mean(off**2, axis=0))
-            out |= {f"{sensor}.{n}": float(v) for n, v in zip(CHANNELS_WITH_UNIT[kind][0], values, strict=True)}
+            power = [model.averaging.power(rows.name, float(p)) for p in np.mean(off**2, axis=0)]
+            names = CHANNELS_WITH_UNIT[kind][0]
+            out |= {f"{sensor}.{n}": float(np.sqrt(p)) for n, p in zip(names, power, strict=True)}
     return out
 
 
