@@ -9,10 +9,8 @@
 
 import argparse
 import ast
-import inspect
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,10 +19,7 @@ from imubench.errors import InputError, unknown
 from imubench.threshold_table import modules, records
 
 if TYPE_CHECKING:
-    from imubench.diagnosis.criteria.trial import Gain
-    from imubench.diagnosis.search.moves.move import Above, Answer, Foretells, Holds, Proposal, SearchState
-
-    Test = Above | Holds | Foretells
+    from imubench.diagnosis.rules import Decision
 
 # What decides by thresholds is imported where it is used: a default, or a number computed from others, is read then.
 DECIDES = "imubench.diagnosis.pipeline"
@@ -72,58 +67,13 @@ def as_before(text: str, value: str, before: object) -> object:
     return found
 
 
-@contextmanager
-def told(say: Callable[[str], None]) -> Iterator[None]:
-    """Say what becomes of every proposal of the search, and of each of its tests; for the block it opens."""
-    from imubench.diagnosis.search import loop
-
-    decided, outcome = loop.decided, loop.outcome
-    tests: list[str] = []
-
-    def outcome_told(test: "Test", gain: "Gain | None") -> "tuple[bool, Gain | None]":
-        met: float | None = None
-        asked = test
-        if isinstance(test, loop.Above):
-            met = test.measure()
-            asked = replace(test, measure=lambda: met)
-        passed, gain = outcome(asked, gain)
-        tests.append(f"    {'passed' if passed else 'failed'}: {in_words(test, met, gain)}")
-        return passed, gain
-
-    def decided_told(proposal: "Proposal", state: "SearchState") -> "Answer":
-        tests.clear()
-        answer = decided(proposal, state)
-        if proposal.tests:
-            say(f"  {'taken' if answer.accepted else 'refused'}: {proposal.what}")
-            for line in tests:
-                say(line)
-        return answer
-
-    loop.decided, loop.outcome = decided_told, outcome_told
-    try:
-        yield
-    finally:
-        loop.decided, loop.outcome = decided, outcome
-
-
-def in_words(test: "Test", met: float | None, gain: "Gain | None") -> str:
-    """Return what a test asked, where it stands in the code, and what it met."""
-    from imubench.diagnosis.search.moves.move import Above, Foretells, Holds
-
-    if isinstance(test, Above):
-        return f"{met:.4g} nat, needed {test.bound:.4g} ({where(test.measure)})"
-    if isinstance(test, Foretells) and gain is not None:
-        noted = ", noted only" if test.anyway else ""
-        return (
-            f"{gain.value:.4g} nat on left-out data, 95 % {gain.low:.4g} to {gain.high:.4g}{noted} ({where(test.gain)})"
-        )
-    return f"a condition ({where(test.condition if isinstance(test, Holds) else test.gain)})"
-
-
-def where(asked: Callable[[], object]) -> str:
-    """Return the file and line that a test was written in."""
-    code = getattr(inspect.unwrap(asked), "__code__", None)
-    return f"{'/'.join(Path(code.co_filename).parts[-2:])}:{code.co_firstlineno}" if code else "elsewhere"
+def lines_of(decisions: Sequence["Decision"]) -> Iterator[str]:
+    """Yield what became of every proposal of the search, and of each of its tests."""
+    for decision in decisions:
+        yield f"  {'taken' if decision.accepted else 'refused'}: {decision.what} (by the rule {decision.rule})"
+        for test in decision.tests:
+            where = f" ({test.place})" if test.place else ""
+            yield f"    {'passed' if test.passed else 'failed'}: {test.met}{where}"
 
 
 def explain(recording: Path, without: Sequence[str] = ()) -> Iterator[str]:
@@ -132,14 +82,11 @@ def explain(recording: Path, without: Sequence[str] = ()) -> Iterator[str]:
     from imubench.diagnosis.rules import RULES, Rules
     from imubench.format1 import read
 
-    rules = Rules(frozenset(without))
-    lines: list[str] = []
-    with told(lines.append):
-        diagnosis, evidence = diagnose(read(recording)[0], rules=rules)
+    diagnosis, evidence = diagnose(read(recording)[0], rules=Rules(frozenset(without)))
     yield f"verdict: {diagnosis.verdict}"
     yield from (f"  {f.effect} at {f.at}, {f.confidence:.2f} sure" for f in diagnosis.findings)
     yield "proposals of the search, in their order, and their tests up to the first that failed:"
-    yield from lines
+    yield from lines_of(evidence.decisions)
     yield "tried and not taken (docs/diagnosis-output.md says what the number is):"
     yield from (f"  {r.effect} at {r.at}: {r.heldout_gain:.4g} nat" for r in diagnosis.rejected)
     yield "rules that changed something:"

@@ -86,12 +86,22 @@ class Rules:
 
 
 @dataclass(frozen=True)
+class Tested:
+    """A test of one proposal of the search."""
+
+    passed: bool
+    met: str  # as `7.25 nat, needed 5`
+    place: str  # file and line of what it asks
+
+
+@dataclass(frozen=True)
 class Decision:
     """What was decided about one proposal of the search."""
 
     rule: str
     what: str  # as `low_pass@imu2 in the place of time_offset@imu2`
     accepted: bool
+    tests: tuple[Tested, ...] = ()  # in their order, up to the first that failed
 
 
 @dataclass(frozen=True)

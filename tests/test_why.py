@@ -10,8 +10,10 @@ import pytest
 from benchmarks import why
 from imubench.diagnosis.config import shared
 from imubench.diagnosis.criteria.trial import Gain
+from imubench.diagnosis.rules import Decision
 from imubench.diagnosis.search import loop
 from imubench.diagnosis.search.moves.move import Above, Foretells, Holds, Proposal
+from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.errors import InputError
 from imubench.proof.case import make_case
 
@@ -53,18 +55,16 @@ def test_what_is_no_threshold_is_said_in_a_line(not_imported, text, message):
 
 
 def decided(*tests):
-    said: list[str] = []
-    before, after = SimpleNamespace(), SimpleNamespace()
-    with why.told(said.append):
-        answer = loop.decided(Proposal("gyro_bias@imu1", lambda _: after, tests), before)
-    return said, answer
+    state, after = SimpleNamespace(), SimpleNamespace()
+    answer = loop.decided(Proposal("gyro_bias@imu1", lambda _: after, tests), state)
+    return list(why.lines_of([Decision("add", "gyro_bias@imu1", answer.accepted, answer.tests)])), answer
 
 
 def test_every_test_of_a_proposal_is_told_with_what_it_met():
     gain = Gain(40.0, 30.0, 50.0, np.full(8, 5.0))
     said, answer = decided(Above(lambda: 7.25, 5.0), Foretells(lambda: gain))
     assert answer.accepted and answer.gain is gain
-    assert said[0] == "  taken: gyro_bias@imu1"
+    assert said[0] == "  taken: gyro_bias@imu1 (by the rule add)"
     assert "passed: 7.25 nat, needed 5 (tests/test_why.py:" in said[1]
     assert "passed: 40 nat on left-out data, 95 % 30 to 50" in said[2]
 
@@ -72,14 +72,18 @@ def test_every_test_of_a_proposal_is_told_with_what_it_met():
 def test_the_test_that_refused_is_the_last():
     said, answer = decided(Holds(lambda: True), Above(lambda: 4.0, 5.0), Above(lambda: 9.0, 5.0))
     assert not answer.accepted
-    assert said[0] == "  refused: gyro_bias@imu1"
+    assert said[0] == "  refused: gyro_bias@imu1 (by the rule add)"
     assert [line.split(":")[0].strip() for line in said[1:]] == ["passed", "failed"]
 
 
-def test_the_search_is_as_before_afterwards():
-    before = (loop.decided, loop.outcome)
-    decided(Above(lambda: 1.0, 0.0))
-    assert (loop.decided, loop.outcome) == before
+def unsolvable():
+    raise NotPositiveDefiniteError
+
+
+def test_equations_that_cannot_be_solved_refuse_and_are_told():
+    said, answer = decided(Holds(lambda: True), Above(unsolvable, 5.0))
+    assert not answer.accepted
+    assert said[-1] == "    failed: the equations cannot be solved"
 
 
 @pytest.mark.long

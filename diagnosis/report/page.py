@@ -13,7 +13,7 @@ from imubench.diagnosis.report.html import fold, table, term
 from imubench.diagnosis.report.misfit_map import misfit_map
 from imubench.diagnosis.report.numbers import fixed, shown
 from imubench.diagnosis.result import Diagnosis
-from imubench.diagnosis.rules import RULES
+from imubench.diagnosis.rules import RULES, Decision
 from imubench.glossary import TERMS
 from imubench.reproduce.report import escape
 
@@ -106,13 +106,18 @@ def _rejected(d: Diagnosis) -> str:
 def _search(evidence: Evidence) -> str:
     if not evidence.fired:
         return ""
-    decided = [(x.what, x.rule, "taken" if x.accepted else "refused") for x in evidence.decisions]
+    decided = [(x.what, x.rule, _last_test(x)) for x in evidence.decisions]
     fired = [(name, RULES[name], str(count)) for name, count in evidence.fired.items()]
     return (
-        (table(("what was proposed", "by the rule", ""), decided, last=1) if decided else "")
+        (table(("what was proposed", "by the rule", "its last test"), decided, last=1) if decided else "")
         + "<p>Rules that changed something:</p>"
         + table(("rule", "what it does", "times"), fired, last=1)
     )
+
+
+def _last_test(decision: Decision) -> str:
+    met = f": {decision.tests[-1].met}" if decision.tests else ""
+    return f"{'taken' if decision.accepted else 'refused'}{met}"
 
 
 def _doubts(d: Diagnosis) -> str:

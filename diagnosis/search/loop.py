@@ -3,10 +3,12 @@
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from inspect import unwrap
+from pathlib import Path
 
 from imubench.diagnosis.budget import OutOfTime, check
 from imubench.diagnosis.criteria.trial import Gain
-from imubench.diagnosis.rules import Decision, known
+from imubench.diagnosis.rules import Decision, Tested, known
 from imubench.diagnosis.search.moves.move import Above, Answer, Foretells, Holds, Move, Proposal, SearchState
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 
@@ -89,7 +91,7 @@ class Search:
             before, answer = self.state, decided(proposal, self.state)
             self.state = answer.state
             if proposal.tests:
-                before.use.decisions.append(Decision(rule.name, proposal.what, answer.accepted))
+                before.use.decisions.append(Decision(rule.name, proposal.what, answer.accepted, answer.tests))
             if answer.state.fit is not before.fit or (answer.accepted and answer.state.kept is not before.kept):
                 before.use.fires(rule.name)
             try:
@@ -100,33 +102,44 @@ class Search:
 
 def decided(proposal: Proposal, state: SearchState) -> Answer:
     """Return whether a proposal is taken: every test is passed, and the equations can be solved."""
-    gain = None
+    gain, tests = None, []
     try:
         for test in proposal.tests:
-            passed, gain = outcome(test, gain)
-            if not passed:
+            tested, gain = outcome(test, gain)
+            tests.append(tested)
+            if not tested.passed:
                 break
         else:
             after = proposal.after if isinstance(proposal.after, SearchState) else proposal.after(gain)
-            return Answer(True, after, gain)
+            return Answer(True, after, gain, tuple(tests))
     except NotPositiveDefiniteError:
-        pass
-    return Answer(False, proposal.otherwise or state, gain)
+        tests.append(Tested(False, "the equations cannot be solved", ""))
+    return Answer(False, proposal.otherwise or state, gain, tuple(tests))
 
 
-def outcome(test: Above | Holds | Foretells, gain: Gain | None) -> tuple[bool, Gain | None]:
-    """Return whether a test is passed, and the gain on left-out data that is known by then."""
+def outcome(test: Above | Holds | Foretells, gain: Gain | None) -> tuple[Tested, Gain | None]:
+    """Return what a test has met, and the gain on left-out data that is known by then."""
     if isinstance(test, Above):
         value = test.measure()
-        return value > test.bound or (test.reached and value == test.bound), gain
+        passed = value > test.bound or (test.reached and value == test.bound)
+        return Tested(passed, f"{value:.4g} nat, needed {test.bound:.4g}", place(test.measure)), gain
     if isinstance(test, Holds):
-        return test.condition(), gain
+        passed = test.condition()
+        return Tested(passed, "a condition", place(test.condition)), gain
     gain = test.gain()
     foretold = gain.is_sure(test.least)
     if not foretold and test.halves is not None and gain.high < test.worth:
         gain = test.halves()
         foretold = gain.clear()
-    return foretold or test.anyway, gain
+    met = f"{gain.value:.4g} nat on left-out data, 95 % {gain.low:.4g} to {gain.high:.4g}"
+    noted = ", noted only" if test.anyway else ""
+    return Tested(foretold or test.anyway, f"{met}{noted}", place(test.gain)), gain
 
 
-__all__ = ["Repeat", "Rule", "Stage", "always", "decided", "search"]
+def place(asked: Callable[[], object]) -> str:
+    """Return the file and line that a test was written in."""
+    code = getattr(unwrap(asked), "__code__", None)
+    return f"{'/'.join(Path(code.co_filename).parts[-2:])}:{code.co_firstlineno}" if code else ""
+
+
+__all__ = ["Repeat", "Rule", "Stage", "always", "decided", "place", "search"]

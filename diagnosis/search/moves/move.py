@@ -16,7 +16,7 @@ from imubench.diagnosis.criteria.trial import Gain, Kept, Trial
 from imubench.diagnosis.noise.masking import Masks
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.rules import RuleUse
+from imubench.diagnosis.rules import RuleUse, Tested
 
 Refused = tuple[tuple[Hypothesis, float], ...]
 """Effects with the nat that they gained on left-out data, or what they were worth where that was enough."""
@@ -136,6 +136,7 @@ class Answer:
     accepted: bool
     state: SearchState  # of the search, from here on
     gain: Gain | None  # on left-out data, where that was asked
+    tests: tuple[Tested, ...] = ()  # that were asked
 
 
 def told(gain: Gain | None) -> Gain:
