@@ -95,6 +95,6 @@ def test_a_recording_is_explained_with_another_threshold(tmp_path):
         for more in ((), ("--set", "ADMISSION.most_effects=0"))
     )
     assert "  gyro_bias at imu1, 0.96 sure\n" in usual
-    assert "  taken: gyro_bias@imu1\n" in usual
+    assert "  taken: gyro_bias@imu1 (by the rule add)\n" in usual
     assert "  add (1): add the effects" in usual
     assert "gyro_bias@imu1" not in never
