@@ -116,7 +116,8 @@ def of_effect(name: str, effect: Effect) -> Explanation:
         if p.reported:
             count = int(np.prod(p.shape, dtype=int))
             many = f", {count} numbers" if count > 1 else ""
-            details.append(f"{p.name}{many}: in {'no unit' if p.unit == '1' else p.unit}")
+            axes = f", in {p.axes} axes" if count > 1 else ""
+            details.append(f"{p.name}{many}: in {'no unit' if p.unit == '1' else p.unit}{axes}")
     for f in effect.found:
         details.append(f"{f.name}: in {'no unit' if f.unit == '1' else f.unit}")
     if same := always_alike(effect):

@@ -34,7 +34,7 @@ def test_every_effect_says_its_law_its_place_and_its_numbers():
     found = explained("soft_mount")
     assert found.kind == "effect"
     assert found.text == "A soft mount that a sensor moves on as on springs."
-    assert "frequency, 3 numbers: in Hz" in found.details
+    assert "frequency, 3 numbers: in Hz, in segment axes" in found.details
     assert any(line.startswith("law: f + 2 z w") for line in found.details)
     alike = [(name, alike) for name, effect in EFFECTS.items() for alike in effect.alike]
     assert {one.effect for _, one in alike} <= set(EFFECTS)

@@ -65,6 +65,7 @@ def _numbers(f: Finding) -> str:
         return ""
     said = "".join(f"<p>{escape(text)}</p>" for name, p in f.parameters.items() if (text := size(name, p)))
     body = [row for name, p in f.parameters.items() for row in rows(name, p)]
+    said += "".join(f"<p>{escape(text)}</p>" for text in [words.whose_axes(f)] if text)
     law = f"<p class='soft small'>Its law: {escape(EFFECTS[f.effect].law)}</p>" if f.effect in EFFECTS else ""
     return said + table(PARAMETER_COLUMNS, body) + law
 

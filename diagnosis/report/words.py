@@ -2,7 +2,7 @@
 
 from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.result import UNKNOWN, Baseline, Diagnosis, Finding, Move, Moves, Pair, Rejected, Where
-from imubench.effects import traits_of
+from imubench.effects import EFFECTS, traits_of
 
 UNNAMED = "something at {imu} that no effect of the library explains"
 MEASURED_WORDS = {
@@ -85,6 +85,21 @@ def moved(moves: Moves) -> str:
 def motion(finding: Finding) -> str:
     """Return the motion that would tell a finding from its equivalents, without what it is worth."""
     return finding.separate_by.partition(": expected log Bayes factor")[0]
+
+
+def whose_axes(finding: Finding) -> str:
+    """Return in a sentence whose axes the components of a finding's numbers are along or about; "" where there are none.
+
+    A sensor that is none of the rig's, and an effect from elsewhere, have no such numbers.
+    """
+    effect = EFFECTS.get(finding.effect)
+    numbers = [] if effect is None else [p for p in effect.parameters if p.width > 1 and p.name in finding.parameters]
+    at_imu = finding.at.startswith("imu")
+    whose = {"sensor": finding.at if at_imu else "the sensor", "segment": "its segment" if at_imu else "the segment"}
+    of = {whose[p.axes]: [q.name.replace("_", " ") for q in numbers if q.axes == p.axes] for p in numbers}
+    if len(of) < 2:
+        return "".join(f"x, y and z are axes of {frame}." for frame in of)
+    return f"x, y and z are axes {' and '.join(f'of {frame} for the {listed(names)}' for frame, names in of.items())}."
 
 
 def _size(move: Move) -> str:
