@@ -88,10 +88,7 @@ def motion(finding: Finding) -> str:
 
 
 def whose_axes(finding: Finding) -> str:
-    """Return in a sentence whose axes the components of a finding's numbers are along or about; "" where there are none.
-
-    A sensor that is none of the rig's, and an effect from elsewhere, have no such numbers.
-    """
+    """Return in a sentence whose axes the components of a finding's numbers are along or about; empty without any."""
     effect = EFFECTS.get(finding.effect)
     numbers = [] if effect is None else [p for p in effect.parameters if p.width > 1 and p.name in finding.parameters]
     at_imu = finding.at.startswith("imu")
