@@ -156,6 +156,7 @@ def evidence_of(work: Work, start: Beginning, said: Explanation) -> Evidence:
     """Return what is shown beside the diagnosis, but for its simulations."""
     again = believed(fit_summary.replayed(said.numbers, said.fit), said.named, start.first.model.masks)
     knots = start.fit.model.tracks.knots.count
+    seen = "samples at a lower rate" if start.fit.model.averaging.shares else "every sample"
     return Evidence(
         work.recording,
         said.traces,
@@ -164,7 +165,7 @@ def evidence_of(work: Work, start: Beginning, said: Explanation) -> Evidence:
         fit_summary.of_recording(said.before),
         motion_before=fit_summary.played(start.first) if said.named else None,
         notes=(
-            f"A spline motion with {knots} knots and the mounts were fitted to every sample.",
+            f"A spline motion with {knots} knots and the mounts were fitted to {seen}.",
             "Every effect was scored; the best were fitted exactly and judged on blocks of 5 s that they had not seen.",
             *said.samples.notes,
             *fit_summary.beside_motion(said.fit),
