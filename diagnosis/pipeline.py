@@ -53,6 +53,16 @@ from imubench.recording import Recording, require_known_rig
 
 
 @dataclass(frozen=True)
+class Answer:
+    """What explains a recording, and what led to it."""
+
+    start: Beginning
+    unseen: tuple[Unseen, ...]
+    chosen: Selection | None
+    found: Explanation
+
+
+@dataclass(frozen=True)
 class Weight:
     """What the findings of an explanation move, and what speaks against them."""
 
@@ -97,20 +107,40 @@ def diagnose(
     if wrong:
         said, shown = diagnosed_without_fit(recording, wrong, clock)
         return replace(said, tolerance=tolerance), shown
-    start = begin(recording, step, work.budget, learned)
-    unseen = not_observable(recording) if start.finished else not_fitted(work.budget)
-    chosen = None if unseen else searched(work, start)
-    with step("weigh and locate what is left"):
-        found = explained(work, start, chosen)
+    answer = answered(work)
+    start, found = answer.start, answer.found
     weight = weight_of(work, found)
     noise = noise_of(work, weight.said)
     sensors: tuple[SensorErrors, ...] = ()
-    if chosen:  # one step of the solver: owed whatever the time, for what takes it over
+    if answer.chosen:  # one step of the solver: owed whatever the time, for what takes it over
         with step("say what the sensors' own errors are"):
             sensors = own_errors(found.fit, work.recording.imus)
     evidence = evidence_of(work, start, weight.said)
-    diagnosis, evidence = concluded(work, start, weight, evidence, noise, unseen)
+    diagnosis, evidence = concluded(work, start, weight, evidence, noise, answer.unseen)
     return replace(diagnosis, sensors=sensors, seconds=perf_counter() - clock), evidence
+
+
+def answered(work: Work) -> Answer:
+    """Return what explains a recording, of samples at a lower rate where these tell its motion and leave nothing.
+
+    What rings or jumps beneath the noise of single samples shows above the motion, if anywhere.
+    """
+    answer = answer_of(work, every_sample=False)
+    fewer = bool(answer.start.first.model.averaging.shares)
+    if fewer and answer.found.rest and not work.budget.not_tried:
+        work.use.begin_again()
+        return answer_of(work, every_sample=True)
+    return answer
+
+
+def answer_of(work: Work, every_sample: bool) -> Answer:
+    """Return what explains a recording, begun from the fit of the motion to its own samples, or to fewer."""
+    start = begin(work.recording, work.step, work.budget, work.learned, every_sample)
+    unseen = not_observable(work.recording) if start.finished else not_fitted(work.budget)
+    chosen = None if unseen else searched(work, start)
+    with work.step("weigh and locate what is left"):
+        found = explained(work, start, chosen)
+    return Answer(start, unseen, chosen, found)
 
 
 def searched(work: Work, start: Beginning) -> Selection:

@@ -112,6 +112,11 @@ class RuleUse:
     fired: Counter[str] = field(default_factory=Counter)
     decisions: list[Decision] = field(default_factory=list)  # in their order
 
+    def begin_again(self) -> None:
+        """Forget what was: the diagnosis begins anew."""
+        self.fired.clear()
+        self.decisions.clear()
+
     def on(self, name: str) -> bool:
         """Return whether a rule may be applied."""
         return known(name) not in self.rules.off

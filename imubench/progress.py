@@ -88,16 +88,18 @@ def in_stages(console: Terminal, plan: Sequence[str]) -> Step:
     Args:
         console: where it is shown.
         plan: the stages' names in their order, as far as they are known before; a stage may be left out, and one that
-            is not in the plan counts as the next.
+            is not in the plan counts as the next. Where one begins again, so do those after it.
     """
     began = monotonic()
-    at = 0
+    at, shown = 0, set[int]()
 
     @contextmanager
     def step(what: str) -> Iterator[None]:
         nonlocal at
-        later = (i for i in range(at, len(plan)) if what.startswith(plan[i]))
-        at = next(later, at) + 1
+        places = (i for i, name in enumerate(plan) if what.startswith(name))
+        at = next((i for i in places if i >= at or i in shown), at)
+        shown.add(at)
+        at += 1
         stage = Stage(what, at, max(at, len(plan)), began)
 
         def trying(detail: str) -> None:

@@ -35,6 +35,11 @@ def test_a_stage_that_is_left_out_is_counted_and_one_more_is_the_next():
     assert [line.partition(", ")[0] for line in lines] == ["3 of 4", "4 of 4", "5 of 5", "6 of 6"]
 
 
+def test_a_stage_that_begins_again_has_its_number_and_so_have_those_after_it():
+    lines = shown(lambda c: in_stages(c, PLAN), "read rec", "fit", "search", "fit anew", "search", "draw")
+    assert [line.partition(", ")[0] for line in lines] == ["2 of 4", "3 of 4", "2 of 4", "3 of 4", "4 of 4"]
+
+
 def test_reading_says_nothing_so_that_broken_input_is_one_line():
     assert PLAN[0] == READING
     with pytest.raises(ValueError, match="read rec"):

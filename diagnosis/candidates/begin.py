@@ -12,7 +12,7 @@ from imubench.diagnosis.candidates.end_stop import settled_between, stop_of
 from imubench.diagnosis.candidates.end_stop_contacts import contact_stop
 from imubench.diagnosis.config.candidates import BEGINNING, END_STOP
 from imubench.diagnosis.config.verdict import BUDGET
-from imubench.diagnosis.noise.decimation import decimated
+from imubench.diagnosis.noise.decimation import Decimated, decimated
 from imubench.diagnosis.noise.knot_selection import coarsest
 from imubench.diagnosis.noise.nominal import first_fit, nominal_fit
 from imubench.diagnosis.problem.fit import Fit
@@ -39,18 +39,25 @@ class Beginning:
 
 
 def begin(
-    recording: Recording, step: Step = silent, budget: Budget | None = None, learned: Learned | None = None
+    recording: Recording,
+    step: Step = silent,
+    budget: Budget | None = None,
+    learned: Learned | None = None,
+    every_sample: bool = False,
 ) -> Beginning:
-    """Return what a recording shows before anything is looked for, beside what is `learned` of its sensors."""
+    """Return what a recording shows before anything is looked for, beside what is `learned` of its sensors.
+
+    With `every_sample` the fit sees the recording's own, even where fewer would tell the motion.
+    """
     budget = budget or Budget()
     with step("check the samples"):
         samples = check_samples(recording)
         samples = samples if learned is None else learned.on(samples)
     sensors = () if learned is None else learned.hypotheses
     first = fit = None
-    with step("fit the motion"):
+    with step("fit the motion to every sample" if every_sample else "fit the motion"):
         known, aged = of_one_age(samples.heard(recording), samples.masks)
-        fewer = decimated(known, samples)
+        fewer = Decimated(known) if every_sample else decimated(known, samples)
         known, samples = fewer.recording, replace(samples, notes=(*samples.notes, *aged, *fewer.notes))
 
         def fitted(swings: tuple[Window, ...], masks: dict[str, NDArray[np.bool_]]) -> Fit:

@@ -32,7 +32,7 @@ from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
 from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.effects import traits_of
 from imubench.effects.traits import Fault
-from imubench.recording import Imu, Recording
+from imubench.recording import Imu, Recording, span_of
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,14 @@ def decimated(recording: Recording, samples: SampleChecks) -> Decimated:
     if too_slow or 2 * DECIMATION.reach > DECIMATION.lost * shortest * rate:
         return Decimated(recording)
     fewer = [at_rate(imu, rate) for imu in recording.imus]
-    averaging = Averaging({f"{imu.name}.{part}": share for imu, share in fewer for part in UNIT_OF_PART})
+    shares = {f"{imu.name}.{part}": share for imu, share in fewer for part in UNIT_OF_PART}
     note = (
         f"Above {ends:.1f} Hz the IMUs read noise alone: the fit takes their samples at {rate:.1f} Hz, what is above "
         f"{(1 - DECIMATION.roll_off) * rate / 2:.1f} Hz filtered out."
     )
-    return Decimated(replace(recording, imus=tuple(imu for imu, _ in fewer)), averaging, (note,))
+    return Decimated(
+        replace(recording, imus=tuple(imu for imu, _ in fewer)), Averaging(shares, span_of(recording)[0]), (note,)
+    )
 
 
 def smooth(imu: Imu, samples: SampleChecks) -> bool:

@@ -43,7 +43,7 @@ def nominal_fit(
     `masks` says which samples count, `humming` names the IMUs whose raw samples hum, with the frequency in Hz; `known`
     are effects that are known beforehand, `averaging` is of the recording's samples.
     """
-    model = model_of(recording)
+    model = model_of(recording, zero=averaging.zero)
     smoothed = tuple(name for name in model.poses if f"{name}.rotation" in (masks or {}))
     model = replace(
         model, masks=masks or None, humming=humming or {}, wander=wander or {}, smoothed=smoothed, averaging=averaging

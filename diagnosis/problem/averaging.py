@@ -21,6 +21,7 @@ class Averaging:
     """Noise of a fit's samples beside that of the recording's, by triple ("imu1.gyro")."""
 
     shares: Mapping[str, float] = field(default_factory=dict)  # std over that of the recording's; none: 1
+    zero: float | None = None  # s, the recording's first stamp; None: the fit's
 
     def share(self, name: str) -> float:
         """Return the std of white noise in a fit's sample over that in one of the recording's."""

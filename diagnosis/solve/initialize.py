@@ -26,10 +26,11 @@ from imubench.jets import Jet
 from imubench.recording import Recording
 
 
-def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
+def model_of(recording: Recording, knots_per_s: float | None = None, zero: float | None = None) -> Model:
     """Return the model of a recording as its owner declares it, no effect in it.
 
-    Knots are as dense as the samples of the slowest IMU that can move.
+    Knots are as dense as the samples of the slowest IMU that can move. Effects count their time from the stamp `zero`
+    on; None: from the first one.
     """
     rig = Rig.of(recording)
     stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
@@ -37,8 +38,9 @@ def model_of(recording: Recording, knots_per_s: float | None = None) -> Model:
     clocks = [i.time for i in recording.moving] or stamps
     rate = knots_per_s or min(START.most_knots_per_s, *[1 / float(np.median(np.diff(t))) for t in clocks])
     mounts = {i.name: Geometry(i.mount_position, rotations.to_matrix(i.mount_quaternion)) for i in recording.imus}
-    knots = Knots.over(-START.edge_s - START.most_offset_s, end - start + START.edge_s + START.most_offset_s, 1 / rate)
-    model = Model(recording, rig, Tracks(knots, rig.widths), mounts, float(start), least_noise(recording))
+    zero, beside = float(start) if zero is None else zero, START.edge_s + START.most_offset_s
+    knots = Knots.over(start - zero - beside, end - zero + beside, 1 / rate)
+    model = Model(recording, rig, Tracks(knots, rig.widths), mounts, zero, least_noise(recording))
     return replace(model, tracks=Tracks(_needed(knots, (0.0, *late(model).values())), rig.widths))
 
 
