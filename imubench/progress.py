@@ -97,9 +97,9 @@ def in_stages(console: Terminal, plan: Sequence[str]) -> Step:
     def step(what: str) -> Iterator[None]:
         nonlocal at
         places = (i for i, name in enumerate(plan) if what.startswith(name))
-        at = next((i for i in places if i >= at or i in shown), at)
-        shown.add(at)
-        at += 1
+        found = next((i for i in places if i >= at or i in shown), None)
+        shown.update([] if found is None else [found])
+        at = (at if found is None else found) + 1
         stage = Stage(what, at, max(at, len(plan)), began)
 
         def trying(detail: str) -> None:
