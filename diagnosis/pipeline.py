@@ -6,9 +6,10 @@ from time import perf_counter
 
 from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.candidates.begin import Beginning, begin
-from imubench.diagnosis.config.shared import CONFIDENCE
+from imubench.diagnosis.config.shared import CONFIDENCE, DECLARED_NOISE
 from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Evidence
+from imubench.diagnosis.noise.declared_noise import misfit
 from imubench.diagnosis.nonsense import nonsense
 from imubench.diagnosis.nonsense.diagnosed_without_fit import diagnosed_without_fit
 from imubench.diagnosis.nonsense.permuted import permuted
@@ -126,21 +127,28 @@ def answered(work: Work) -> Answer:
     What rings or jumps beneath the noise of single samples shows above the motion, if anywhere.
     """
     answer = answer_of(work, every_sample=False)
-    fewer = bool(answer.start.first.model.averaging.shares)
-    if fewer and answer.found.rest and not work.budget.not_tried:
+    if answer is None:
         work.use.begin_again()
-        return answer_of(work, every_sample=True)
+        answer = answer_of(work, every_sample=True)
+        assert answer is not None  # of every sample something is said, whatever they leave
     return answer
 
 
-def answer_of(work: Work, every_sample: bool) -> Answer:
-    """Return what explains a recording, begun from the fit of the motion to its own samples, or to fewer."""
+def answer_of(work: Work, every_sample: bool) -> Answer | None:
+    """Return what explains a recording, begun from the fit of the motion to its own samples, or to fewer.
+
+    None where fewer leave something and there is time to ask every sample.
+    """
     start = begin(work.recording, work.step, work.budget, work.learned, every_sample)
+    fewer = bool(start.first.model.averaging.shares)
     unseen = not_observable(work.recording) if start.finished else not_fitted(work.budget)
     chosen = None if unseen else searched(work, start)
+    if fewer and chosen and not work.budget.not_tried and misfit(chosen.fit) > DECLARED_NOISE.most_power:
+        return None
     with work.step("weigh and locate what is left"):
         found = explained(work, start, chosen)
-    return Answer(start, unseen, chosen, found)
+    left = bool(found.rest) and not work.budget.not_tried
+    return None if fewer and left else Answer(start, unseen, chosen, found)
 
 
 def searched(work: Work, start: Beginning) -> Selection:

@@ -1,14 +1,21 @@
 """Samples at a lower rate: the motion as it was, the noise white and as quiet as it is said to be."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from imubench.diagnosis import pipeline
 from imubench.diagnosis.noise.decimation import at_rate, decimated, end_of
 from imubench.diagnosis.pipeline import diagnose
+from imubench.diagnosis.problem.averaging import Averaging
+from imubench.diagnosis.problem.bspline import DEGREE
+from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.samples.screening import check_samples
+from imubench.diagnosis.solve.initialize import model_of
 from imubench.format1 import read
+from imubench.progress import silent
 from imubench.proof.case import make_case
 from imubench.recording import Imu
 
@@ -132,3 +139,54 @@ def test_noise_is_told_as_the_recording_has_it(make):
     high = np.diff(declared.gyro, n=6, axis=0).std() / np.sqrt(924)  # of sixth differences, which no motion has
     assert float(louder.parameters["std"].value) == pytest.approx(high, rel=0.1)
     assert diagnosis.sensors[0].rate == RATE
+
+
+def test_time_counts_from_the_first_stamp_of_the_recording(clean):
+    """A clock's skew, a drift and a slip are told of times from there, wherever the fit's first sample is."""
+    found = decimated(clean, check_samples(clean))
+    first = min(imu.time[0] for imu in clean.imus)
+    assert found.averaging.zero == first
+    model = model_of(found.recording, zero=found.averaging.zero)
+    assert model.start == first
+    knots, last = model.tracks.knots, found.recording.imus[0].time[-1] - first
+    assert knots.start < found.recording.imus[0].time[0] - first
+    assert knots.start + knots.step * (knots.count - DEGREE) > last
+
+
+@pytest.mark.parametrize(
+    ("shares", "left", "missed", "asked"),
+    [
+        ({"imu1.gyro": 0.5}, ["something"], [], [False, True]),
+        ({"imu1.gyro": 0.5}, [], [], [False]),
+        ({"imu1.gyro": 0.5}, ["something"], ["the search"], [False]),  # no time is left
+        ({}, ["something"], [], [False]),  # they were all the samples
+    ],
+)
+def test_every_sample_is_asked_where_fewer_leave_something(monkeypatch, shares, left, missed, asked):
+    calls = []
+
+    def begun(recording, step, budget, learned, every_sample):
+        calls.append(every_sample)
+        first = SimpleNamespace(model=SimpleNamespace(averaging=Averaging({} if every_sample else shares)))
+        return SimpleNamespace(first=first, finished=True)
+
+    use = RuleUse()
+    use.fires("add")
+    work = SimpleNamespace(recording=None, step=silent, budget=SimpleNamespace(not_tried=missed), learned=None, use=use)
+    monkeypatch.setattr(pipeline, "begin", begun)
+    monkeypatch.setattr(pipeline, "not_observable", lambda recording: ())
+    monkeypatch.setattr(pipeline, "searched", lambda work, start: None)
+    monkeypatch.setattr(pipeline, "explained", lambda work, start, chosen: SimpleNamespace(rest=left))
+    pipeline.answered(work)
+    assert calls == asked
+    assert use.fired == ({} if asked[-1] else {"add": 1})
+
+
+@pytest.mark.slow
+def test_a_soft_mount_that_rings_beneath_the_noise_is_found(make):
+    """Its frequency is above what the motion needs: 27 Hz of samples leave something without a name."""
+    recording = make("hinge", [("soft_mount", "imu1")], 1028, "weak", seconds=40.0, rate=60.0)
+    assert decimated(recording, check_samples(recording)).averaging.shares
+    diagnosis, evidence = diagnose(recording)
+    assert [(f.effect, f.at) for f in diagnosis.findings] == [("soft_mount", "imu1")]
+    assert not any("noise alone" in note for note in evidence.notes)
