@@ -15,7 +15,7 @@ from imubench.arrays import Array
 from imubench.band import banded
 from imubench.diagnosis.config.candidates import BOTH_MOUNTS
 from imubench.diagnosis.config.criteria import HELD_OUT
-from imubench.diagnosis.config.noise import REML
+from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
@@ -90,7 +90,7 @@ def slow_recording(recording: Recording, hz: float) -> Recording:
     """Return what both IMUs read below a frequency, as few samples as it needs, no noise declared."""
 
     def thinned(imu: Imu) -> Imu:
-        every = max(1, int(imu.rate / (BOTH_MOUNTS.samples_per_period * hz)))
+        every = max(1, int(imu.rate / (KNOT_SELECTION.knots_per_period * hz)))
         few = slice(None, None, every)
         return replace(
             imu,

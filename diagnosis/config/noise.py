@@ -59,7 +59,6 @@ class DebiasConfig:
 
     draws: int = setting(16, "draws", "of noise", "time")
     seed: int = setting(4401, "1", "of the draws, so that a fit repeats itself", "convention")
-    difference: float = setting(1e-4, "of a prior's std", "the step of the finite difference", "numerics")
     most_pull: float = setting(
         0.5, "of a logarithm, or of another number's prior", "how far one pull may lead", "numerics"
     )
@@ -87,12 +86,6 @@ class SpringIntervalConfig:
         (0.03, 0.1, 0.3, 0.7), "damping ratio", "tried; 0.7 is where the prior's 95 % end", "statistics"
     )
     stiffer: tuple[float, ...] = setting((1.1, 1.25, 1.5), "of the frequency", "tried", "judgement")
-    cost_nat: float = setting(
-        30.0,
-        "nat",
-        "that a fit may cost more: of six springs that noise had pulled the true one cost 3 to 26",
-        "trials",
-    )
     steps: int = setting(8, "steps", "of the solver", "time")
 
 

@@ -133,6 +133,11 @@ class DeclaredNoiseConfig:
         return self.unsure**2 * (1 + self.colour) * self.rough_motion
 
     @property
+    def raised_std(self) -> float:
+        """Times the declared std, beyond which something else has raised the level."""
+        return float(np.sqrt(self.most_power))
+
+    @property
     def misdeclared_power(self) -> float:
         """Times the declared power, where the std was declared too small by its error."""
         return 1 / (1 - self.std_error) ** 2

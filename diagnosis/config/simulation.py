@@ -17,21 +17,12 @@ class RollOutConfig:
         1e-9, "of the segment's mass", "that a sensor has: MuJoCo takes no massless body", "numerics"
     )
     start_s: float = setting(1.0, "s", "that the state at the start is fitted to", "judgement")
-    difference: float = setting(
-        1e-4, "rad, rad/s, prior std", "of differences; the response is linear over it to 1e-8", "numerics"
-    )
     near: float = setting(
         10.0,
         "of the noise",
         "RMS of a limb's roll-outs from which numbers are learned: a milliradian at 10 rad/s; a limb that is farther "
         "off lacks more than that",
         "physics",
-    )
-    unseen: float = setting(
-        1e-4,
-        "of the largest singular value",
-        "a direction that no sample shows, as a heading, has what differences err by: it stays",
-        "numerics",
     )
     least_s: float = setting(
         1.5, "s", "of a window that is rolled out: over less hardly more than its start shows", "judgement"

@@ -61,13 +61,21 @@ class AlgebraConfig:
         "what rounding may take from a diagonal: no less is damped; 1e-12 held the heading, and a mount with it",
         "numerics",
     )
+    difference: float = setting(
+        1e-4,
+        "of a prior's or a number's std, or rad and rad/s",
+        "of derivatives by differences, linear over it to 1e-8; a direction that shows less than so much shows nothing",
+        "numerics",
+    )
     damped: float = setting(
         1e-8,
         "of the diagonal",
         "what next to nothing holds, beyond a sensor's last sample, stays where it is",
         "numerics",
     )
-    spline_solves: int = setting(2, "solves", "of the own splines of effects after every step", "time")
+    spline_solves: int = setting(
+        2, "solves", "of a law, or of the own splines of effects: the second where the first has led", "numerics"
+    )
     moved: float = setting(
         0.03, "of a plausible size", "by which splines move before a second solve is made", "numerics"
     )

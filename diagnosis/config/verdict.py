@@ -9,13 +9,6 @@ from imubench.setting import setting
 class FindingsConfig:
     """Findings and their numbers."""
 
-    overshadowed: float = setting(
-        0.1,
-        "of what all names leave",
-        "one beside a stronger one that is worth less is doubted; of those worth more 14 of 15 were true",
-        "trials",
-    )
-    difference: float = setting(1e-3, "of a standard deviation", "step of a finite difference", "numerics")
     read_off_std: float = setting(
         0.05,
         "of a value",
@@ -25,7 +18,8 @@ class FindingsConfig:
     much: float = setting(
         0.1,
         "of what a name is worth",
-        "so much of it is no little of something else: a curve holds a scale too",
+        "so much of it is no little of something else: a curve holds a scale too; one worth less than so much of what "
+        "all leave is doubted beside a stronger one: of those worth more 14 of 15 were true",
         "judgement",
     )
 
@@ -97,9 +91,6 @@ class BudgetConfig:
         "judgement",
     )
     search: float = setting(0.75, "of the limit", "the search for effects", "judgement")
-    numbers: float = setting(
-        1.0, "of the limit", "intervals, equivalents and the motions that would tell them apart", "judgement"
-    )
     baseline: float = setting(0.5, "of the limit", "that a baseline's recording may take", "judgement")
 
     @property

@@ -207,7 +207,7 @@ def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> I
         for name, log in asked:
             for i, std in enumerate(model.priors[name].std):
                 value = state.values[name].copy()
-                value[i] += DEBIAS.difference * std
+                value[i] += ALGEBRA.difference * std
                 there = State(state.coefficients, state.values | {name: value})
                 ((_, seen),) = [(h, scene)] if log else scenes(model, there, h)
                 slope = {}
@@ -221,7 +221,7 @@ def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> I
                 for before, after in () if log else zip(read, model.measured(there, (h.at,)), strict=True):
                     if blocks := changed(before.residual, after.residual).blocks:
                         slope[before.name] = noise.change(before, blocks)
-                yield left, {group: column / (DEBIAS.difference * std) for group, column in slope.items()}
+                yield left, {group: column / (ALGEBRA.difference * std) for group, column in slope.items()}
 
 
 def changed(before: Jet, after: Jet) -> Jet:

@@ -18,7 +18,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.noise import SPRING_INTERVAL
-from imubench.diagnosis.config.shared import STATISTICS
+from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -50,7 +50,7 @@ def widen(out: dict[str, Array], fit: Fit, h: Hypothesis, name: str) -> None:
         else [own * k for k in SPRING_INTERVAL.stiffer]
     ):
         there = held_at(fit, key, value)
-        if there.cost - fit.cost > SPRING_INTERVAL.cost_nat:
+        if there.cost - fit.cost > EVIDENCE.certain_nat:
             break
         std = parameter_std(there)
         further = std[key] * value

@@ -8,7 +8,7 @@ from scipy.special import erf
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.samples import DROPOUT, LATTICE
-from imubench.diagnosis.config.shared import STATISTICS
+from imubench.diagnosis.config.shared import DECLARED_NOISE, STATISTICS
 
 Mask = np.ndarray[tuple[int], np.dtype[np.bool_]]
 UNIT_OF_PART = {"gyro": "rad/s", "accel": "m/s^2"}
@@ -168,7 +168,7 @@ def _sure(time: Array, x: Array, here: Mask, step: float, noise: float) -> bool:
         return bool(here.sum() >= LATTICE.plateau_samples)
     reach = max(1, round(LATTICE.drop_s / float(np.median(np.diff(time)))))
     plateaus, count = label(here)
-    stay = float(erf(step / (2 * np.sqrt(2) * max(LATTICE.least_noise * noise, 1e-12))))
+    stay = float(erf(step / (2 * np.sqrt(2) * max(DECLARED_NOISE.least_std * noise, 1e-12))))
     if np.bincount(plateaus)[1:].max(initial=0) > np.log(x.size / STATISTICS.false_alarm_of_one) / max(
         -np.log(stay), 1e-12
     ):
