@@ -106,7 +106,7 @@ def slow_recording(recording: Recording, hz: float) -> Recording:
     return replace(slow, imus=tuple(thinned(imu) for imu in slow.imus))
 
 
-def on_springs(fit: Fit, hz: float, rounds: int = REML.few_rounds) -> Fit | None:
+def on_springs(fit: Fit, hz: float, rounds: int = REML.rounds) -> Fit | None:
     """Return a fit whose IMUs are both on rocking springs, begun from the geometry below `hz` Hz.
 
     None where the first steps of the springs leave most of what the rigid model left.
@@ -136,6 +136,4 @@ def on_springs(fit: Fit, hz: float, rounds: int = REML.few_rounds) -> Fit | None
     if left_power(found) > BOTH_MOUNTS.hopeless * left_power(rigid):
         return None
     found = fit_with_noise(found.model, found.state, found.noise, fit.anchor, rounds=rounds)
-    return fit_with_noise(
-        replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=REML.few_rounds
-    )
+    return fit_with_noise(replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=REML.rounds)

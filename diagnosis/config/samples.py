@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import polygamma
 
-from imubench.diagnosis.config.shared import STATISTICS
 from imubench.setting import setting
 
 
@@ -130,14 +128,6 @@ class NotchConfig:
     newton_steps: int = setting(3, "steps", "from the best of a grid to a line's frequency", "numerics")
 
     @property
-    def gyro_log_contrast(self) -> float:
-        """What a gyroscope's power over its neighbourhood's is beyond chance, its logarithm's mean over few windows.
-
-        The logarithm of a chi-square of six degrees, of three axes, has the variance psi'(3).
-        """
-        return STATISTICS.rare_sigmas * float(np.sqrt(polygamma(1, 3) / NOISE_FLOOR.windows))
-
-    @property
     def reach_hz(self) -> tuple[float, ...]:
         """How far in Hz sidebands may reach, the half width the farthest."""
         return (*self.sideband_hz, self.half_width_hz)
@@ -209,11 +199,6 @@ class QuietMomentsConfig:
     )
     correlation_lag_s: float = setting(0.15, "s", "a period of 7 Hz, and the rise of anything slower", "physics")
 
-    @property
-    def most_correlation(self) -> float:
-        """At any lag up to that, of noise of so few samples of three axes."""
-        return STATISTICS.rare_sigmas / float(np.sqrt(3 * self.rest_samples))
-
 
 QUIET_MOMENTS = QuietMomentsConfig()
 
@@ -222,9 +207,6 @@ QUIET_MOMENTS = QuietMomentsConfig()
 class LatticeConfig:
     """Rounded and clipped readings."""
 
-    same_value: float = setting(
-        1e-9, "of the range", "values closer than that are one, as text and sums of floats leave them", "numerics"
-    )
     off_lattice: float = setting(
         0.02, "of a step", "a gap of continuous values falls so near a multiple in 4 of 100", "statistics"
     )

@@ -31,9 +31,6 @@ FINDINGS = FindingsConfig()
 class ShiftConfig:
     """What a finding moves."""
 
-    steps_without: int = setting(
-        4, "steps", "of the solver, as where the search asks whether an effect is needed", "time"
-    )
     most_times: int = setting(2000, "times", "at most: an RMS over a minute does not change by more", "time")
 
 
@@ -60,7 +57,6 @@ class KnockConfig:
     """Knocks, and whether they are a joint's play."""
 
     moments: int = setting(9, "moments", "of a stretch that are looked at", "time")
-    one_s: float = setting(0.1, "s", "nearer peaks are one", "physics")
     samples: int = setting(2, "samples", "of a peak; a single wild one is none", "statistics")
     called_play: int = setting(3, "knocks", "that are called so", "judgement")
     from_s: float = setting(-0.01, "s", "from the beginning of a knock, within which it is", "physics")

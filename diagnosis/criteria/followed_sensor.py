@@ -34,7 +34,7 @@ def uncertain_levels(fit: Fit) -> dict[str, float]:
 
 def at_levels(fit: Fit, told: dict[str, float]) -> Fit:
     """Return the fit at those levels."""
-    return solve(fit.model, fit.state, fit.noise | told, fit.anchor, steps=SOLVER.steps_after_noise)
+    return solve(fit.model, fit.state, fit.noise | told, fit.anchor, steps=SOLVER.few_steps)
 
 
 def nearer_to_declared(fit: Fit, trial: Trial, told: dict[str, float]) -> bool:

@@ -50,7 +50,7 @@ class NoiseOnLaws:
     def grown(self, most: float = DEBIAS.most_from_noise) -> Array:
         """Return I (I - N)^-1 (k, k), no share of N larger than `most`."""
         values, vectors = np.linalg.eigh(self.whole)
-        root = (vectors * np.sqrt(np.maximum(values, DEBIAS.rounding * values[-1]))) @ vectors.T
+        root = (vectors * np.sqrt(np.maximum(values, ALGEBRA.half_digits * values[-1]))) @ vectors.T
         back = np.linalg.inv(root)
         shares, axes = np.linalg.eigh(back @ self.noise @ back)
         return np.asarray(root @ (axes / (1 - np.clip(shares, 0.0, most))) @ axes.T @ back)

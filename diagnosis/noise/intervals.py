@@ -19,6 +19,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.diagnosis.config.noise import SPRING_INTERVAL
 from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -70,7 +71,7 @@ def widen(out: dict[str, Array], fit: Fit, h: Hypothesis, name: str) -> None:
 def held_at(fit: Fit, key: str, value: Array) -> Fit:
     """Return the fit with numbers (k,) of a spring held, solved for all else; its rows, as of a fit that finds them."""
     model = replace(fit.model, fixed={**(fit.model.fixed or {}), key: np.log(value)})
-    done = solve(model, fit.state, fit.noise, fit.anchor, SPRING_INTERVAL.steps)
+    done = solve(model, fit.state, fit.noise, fit.anchor, SOLVER.refit_steps)
     rows = all_rows(fit.model, done.state, fit.noise, fit.anchor, fit.loose)
     return replace(done, model=fit.model, loose=fit.loose, rows=rows)
 

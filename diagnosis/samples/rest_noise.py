@@ -16,6 +16,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.samples import QUIET_MOMENTS
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.samples.quiet_moments import quiet_level
 from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
 from imubench.diagnosis.windows import Windows
@@ -88,9 +89,10 @@ def rest_noise(imu: Imu, windows: Windows, steps: Mapping[str, Array]) -> dict[s
 
 def repeats(pieces: list[Array], power: float, lags: int) -> bool:
     """Return whether pieces (n, 3), each without its mean, correlate with themselves up to so many samples later."""
+    chance = STATISTICS.rare_sigmas / np.sqrt(3 * QUIET_MOMENTS.rest_samples)  # of as few samples as a rest may have
     for lag in range(1, lags + 1):
         products = [p[lag:] * p[:-lag] for p in pieces if len(p) > lag]
-        if products and abs(float(np.concatenate(products).mean())) > QUIET_MOMENTS.most_correlation * power:
+        if products and abs(float(np.concatenate(products).mean())) > chance * power:
             return True
     return False
 

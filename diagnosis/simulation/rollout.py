@@ -172,21 +172,21 @@ def horizon(rig: Rig, window: Swing, misfit: Misfit) -> float:
     """Return until when, in s, a window's roll-out is less uncertain than the noise for its start's sake."""
     if rig.tree.hinge is not None:
         return window.end
-    ahead = ROLL_OUT.ahead_s
+    ahead = ROLL_OUT.least_s
     while True:
+        ahead *= 3  # chaos shows soon
         end = min(window.end, window.start + ahead)
         near = replace(window, end=end)
         time, slope = misfit(near)[0], slopes(rig, near, misfit)
         first = np.linalg.pinv(slope[time <= window.start + ROLL_OUT.start_s], rcond=ALGEBRA.difference)
         bins = ((time - window.start) / ROLL_OUT.bin_s).astype(int)
         power = np.bincount(bins, np.sum((slope @ first) ** 2, axis=1)) / np.maximum(np.bincount(bins), 1)
-        beyond = np.flatnonzero(power > ROLL_OUT.uncertain**2)
+        beyond = np.flatnonzero(power > 1.0)
         beyond = beyond[beyond * ROLL_OUT.bin_s >= ROLL_OUT.least_s]
         if beyond.size:
             return window.start + float(beyond[0]) * ROLL_OUT.bin_s
         if end >= window.end:
             return window.end
-        ahead *= 3
 
 
 __all__ = ["Misfit", "can_swing", "horizon", "refined", "rolled_out"]

@@ -62,7 +62,7 @@ class Shooting:
     def learned(self, windows: Sequence[Swing]) -> Shot:
         """Return the numbers that fit the roll-outs of some windows best, from states at their starts that are near."""
         best = self.at(numbers_of(self.fit), windows)
-        for _ in range(SOLVER.steps_after_noise):
+        for _ in range(SOLVER.few_steps):
             step, promised, follow = self.step(best)
             if promised < SOLVER.least_gain * best.cost:
                 break

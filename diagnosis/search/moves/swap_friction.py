@@ -50,7 +50,7 @@ class FrictionMixture:
         others = (Hypothesis(e, "joint") for e in EFFECTS.values() if e.friction and e.name not in named)
         laws = [*now, *others]
         with suppress(NotPositiveDefiniteError):
-            whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), REML.few_rounds)
+            whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), REML.rounds)
             best = mixture(whole, laws)
             if not best or set(best) == set(now):
                 return
