@@ -14,8 +14,8 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.band import banded
 from imubench.diagnosis.config.candidates import BOTH_MOUNTS
-from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
@@ -45,7 +45,7 @@ def with_both_on_springs(fit: Fit) -> Fit | None:
     sprung = on_springs(fit, hz)
     if sprung is None or gyro_power(sprung) > BOTH_MOUNTS.explained * gyro_power(fit):
         return None
-    won = heldout_gain(fit, sprung, np.random.default_rng(HELD_OUT.bootstrap_seed))
+    won = heldout_gain(fit, sprung, np.random.default_rng(STATISTICS.seed))
     return sprung if won.is_sure() else None
 
 

@@ -12,7 +12,6 @@ class HeldOutConfig:
 
     least_blocks: int = setting(8, "blocks", "when the recording is short", "statistics")
     bootstrap_draws: int = setting(2000, "draws", "of blocks", "time")
-    bootstrap_seed: int = setting(20201, "1", "so that a diagnosis repeats itself", "convention")
     little: float = setting(0.01, "of what is gained", "that blocks without a say may lose", "judgement")
     against: float = setting(0.2, "of what some blocks gain", "that others may lose", "judgement")
 

@@ -35,11 +35,14 @@ COHERENCE = CoherenceConfig()
 class ColourConfig:
     """How coloured noise may be."""
 
-    slowest_hz: float = setting(0.5, "Hz", "corner of the slowest coloured noise that is no mismatch", "judgement")
-    drift_free_hz: float = setting(0.6, "Hz", "from which on drifts of pieces of 1.3 s take no noise", "physics")
+    slowest_hz: float = setting(
+        0.5,
+        "Hz",
+        "corner of the slowest coloured noise that is no mismatch; slower residuals may be what a drift left",
+        "judgement",
+    )
     white_hz: float = setting(6.0, "Hz", "from which on the noise is as good as white", "judgement")
     draws: int = setting(6, "draws", "of white noise, from which what a fit leaves of it is read", "time")
-    seed: int = setting(4242, "1", "of the draws, so that a diagnosis repeats itself", "convention")
     least_left: float = setting(
         0.05, "of the white power", "where the fit leaves less, the residuals cannot tell the noise", "judgement"
     )
@@ -56,7 +59,6 @@ class DebiasConfig:
     """How noise pulls the numbers of springs."""
 
     draws: int = setting(16, "draws", "of noise", "time")
-    seed: int = setting(4401, "1", "of the draws, so that a fit repeats itself", "convention")
     most_pull: float = setting(
         0.5, "of a logarithm, or of another number's prior", "how far one pull may lead", "numerics"
     )

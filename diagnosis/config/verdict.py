@@ -57,7 +57,6 @@ class KnockConfig:
     """Knocks, and whether they are a joint's play."""
 
     moments: int = setting(9, "moments", "of a stretch that are looked at", "time")
-    samples: int = setting(2, "samples", "of a peak; a single wild one is none", "statistics")
     called_play: int = setting(3, "knocks", "that are called so", "judgement")
     from_s: float = setting(-0.01, "s", "from the beginning of a knock, within which it is", "physics")
     to_s: float = setting(0.06, "s", "from the beginning of a knock, within which it is", "physics")

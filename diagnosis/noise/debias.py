@@ -24,6 +24,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.chain_rule import chained
 from imubench.diagnosis.config.noise import DEBIAS
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, Prior, State
@@ -146,7 +147,7 @@ def _seen_beside(
 
 def noise_draws(fit: Fit, factor: Factor, parts: list[Linear]) -> tuple[Array, Residuals]:
     """Return what draws of the measurements' noise do to the splines (knots, width, draws), and the draws by group."""
-    rng = np.random.default_rng(DEBIAS.seed)
+    rng = np.random.default_rng(STATISTICS.seed)
     width = fit.model.tracks.width
     pull = np.zeros((len(factor.lower) * ALGEBRA.knots_per_block, width, DEBIAS.draws))
     drawn = {}
