@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.correction import REPLAY
+from imubench.diagnosis.config.simulation import ROLL_OUT
 from imubench.diagnosis.evidence import FittedEffect, Pose
 from imubench.diagnosis.result import Finding
 from imubench.effects import EFFECTS, VARIANTS
@@ -41,7 +41,7 @@ def rig_of(
             for law, numbers in ((law, numbers) for at, law, numbers in found if at == imu):
                 mount = law.on_mount(mount, numbers)
         if recording.body is not None:
-            mount = replace(mount, mass=REPLAY.sensor_mass * recording.body.mass)
+            mount = replace(mount, mass=ROLL_OUT.sensor_mass * recording.body.mass)
         mounts_now.append(mount)
     rig = replace(
         standard, mounts=tuple(mounts_now), segments=_segments(recording, standard), gravity=recording.gravity

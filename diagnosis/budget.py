@@ -6,7 +6,7 @@ has to be done whatever the time, as writing the report, runs outside any part a
 """
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from time import process_time
@@ -46,6 +46,10 @@ class Budget:
             self.missed(what)
         finally:
             _end.reset(token)
+
+    def rest(self, what: str) -> AbstractContextManager[None]:
+        """Let a block run until the limit; then note `what` and go on."""
+        return self.part(1.0, what)
 
     def missed(self, *what: str) -> None:
         """Note what was not tried."""

@@ -153,7 +153,7 @@ def with_estimates(
     """
     found: tuple[Estimated, ...] = ()
     why = f"the {budget.limit:g} s of processor time were spent"
-    with budget.part(BUDGET.numbers, "what estimators make of it"):
+    with budget.rest("what estimators make of it"):
         try:
             found = estimates(recording, diagnosis, reference) if diagnosis.fitted else ()
             why = ""

@@ -165,16 +165,16 @@ def weight_of(work: Work, found: Explanation) -> Weight:
     moves: dict[int, dict[str, Move]] = {}
     all_moves: Moves = {}
     against: tuple[Doubt, ...] = ()
-    with work.step("see what each finding moves"), work.budget.part(BUDGET.numbers, "what each finding moves"):
+    with work.step("see what each finding moves"), work.budget.rest("what each finding moves"):
         for finding, known in moves_of((*found.named, *found.rest), found.fit, found.samples, work.recording, without):
             moves[id(finding)] = known
     named, rest = (with_moves(some, moves, work.tolerance) for some in (found.named, found.rest))
-    with work.budget.part(BUDGET.numbers, "what all findings move together"):
+    with work.budget.rest("what all findings move together"):
         all_moves = moves_of_all(found.fit, work.recording, work.tolerance)
     slight = {f"{f.effect}@{f.at}" for f in named if not (f.material and f.confidence >= CONFIDENCE.counts)}
     with work.step("ask whether the halves agree"):
         if any(f.confidence >= CONFIDENCE.counts for f in named) and found.numbers.model.hypotheses:
-            with work.budget.part(BUDGET.numbers, "whether the halves of the recording agree"):
+            with work.budget.rest("whether the halves of the recording agree"):
                 against = work.use.changed(
                     "halves-disagree",
                     against,
@@ -236,7 +236,7 @@ def concluded(
         unseen = (*unseen, noise_not_shown(nobody))
     quality = FitQuality((before.left_out, after.left_out))
     if named or rest:
-        with budget.part(BUDGET.numbers, "channels left out"):
+        with budget.rest("channels left out"):
             quality = FitQuality(quality.heldout, left_out_change(before, after))
     where = said.where
     if acting:  # the residuals of a motion that is free to push a swing's friction anywhere say nothing of that

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from imubench import format1
 from imubench.correction.read_model import Model, read_model
-from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
+from imubench.diagnosis.config.correction import REPLAY
 from imubench.diagnosis.result import Diagnosis, Simulation
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.simulation.channels import Channel, channels, dense_rate, read_out
@@ -204,7 +204,7 @@ def on_disk(folder: Path, recording: Path, simulation: Simulation | None) -> dic
         played = read_out(SimModel(model.rig, model.effects, model.start), heard, truth, first)
     except InputError:
         return {}
-    margin = SIMULATED_BESIDE.end_rows / dense_rate(heard) if simulation.how == "rolled out" else 0.0
+    margin = REPLAY.end_rows / dense_rate(heard) if simulation.how == "rolled out" else 0.0
     windows = [(start + margin, end - margin) for start, end in simulation.windows_s]
     out = {}
     for c in channels(heard):

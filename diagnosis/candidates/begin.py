@@ -10,7 +10,8 @@ from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.candidates.both_mounts import with_both_on_springs
 from imubench.diagnosis.candidates.end_stop import settled_between, stop_of
 from imubench.diagnosis.candidates.end_stop_contacts import contact_stop
-from imubench.diagnosis.config.candidates import BEGINNING, END_STOP
+from imubench.diagnosis.config.candidates import END_STOP
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.noise.decimation import Decimated, decimated
 from imubench.diagnosis.noise.knot_selection import coarsest
@@ -76,6 +77,6 @@ def begin(
                     fit, samples = without, stop.told(samples)
             fit = with_both_on_springs(fit) or coarsest(fit)
         if first is None or fit is None:
-            rough = first_fit(model_of(known), BEGINNING.rough_steps)
+            rough = first_fit(model_of(known), SOLVER.few_steps)
             return Beginning(samples, rough, rough, finished=False)
     return Beginning(samples, first, fit)

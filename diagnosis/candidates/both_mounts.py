@@ -14,8 +14,8 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.band import banded
 from imubench.diagnosis.config.candidates import BOTH_MOUNTS
-from imubench.diagnosis.config.criteria import HELD_OUT
-from imubench.diagnosis.config.noise import REML
+from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
@@ -45,7 +45,7 @@ def with_both_on_springs(fit: Fit) -> Fit | None:
     sprung = on_springs(fit, hz)
     if sprung is None or gyro_power(sprung) > BOTH_MOUNTS.explained * gyro_power(fit):
         return None
-    won = heldout_gain(fit, sprung, np.random.default_rng(HELD_OUT.bootstrap_seed))
+    won = heldout_gain(fit, sprung, np.random.default_rng(STATISTICS.seed))
     return sprung if won.is_sure() else None
 
 
@@ -90,7 +90,7 @@ def slow_recording(recording: Recording, hz: float) -> Recording:
     """Return what both IMUs read below a frequency, as few samples as it needs, no noise declared."""
 
     def thinned(imu: Imu) -> Imu:
-        every = max(1, int(imu.rate / (BOTH_MOUNTS.samples_per_period * hz)))
+        every = max(1, int(imu.rate / (KNOT_SELECTION.knots_per_period * hz)))
         few = slice(None, None, every)
         return replace(
             imu,
@@ -106,7 +106,7 @@ def slow_recording(recording: Recording, hz: float) -> Recording:
     return replace(slow, imus=tuple(thinned(imu) for imu in slow.imus))
 
 
-def on_springs(fit: Fit, hz: float, rounds: int = REML.few_rounds) -> Fit | None:
+def on_springs(fit: Fit, hz: float, rounds: int = REML.rounds) -> Fit | None:
     """Return a fit whose IMUs are both on rocking springs, begun from the geometry below `hz` Hz.
 
     None where the first steps of the springs leave most of what the rigid model left.
@@ -136,6 +136,4 @@ def on_springs(fit: Fit, hz: float, rounds: int = REML.few_rounds) -> Fit | None
     if left_power(found) > BOTH_MOUNTS.hopeless * left_power(rigid):
         return None
     found = fit_with_noise(found.model, found.state, found.noise, fit.anchor, rounds=rounds)
-    return fit_with_noise(
-        replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=REML.few_rounds
-    )
+    return fit_with_noise(replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=REML.rounds)

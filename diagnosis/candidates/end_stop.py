@@ -71,7 +71,8 @@ def stop_of(fit: Fit, samples: SampleChecks) -> Stop | None:
         return None
     start = fit.model.start
     times = np.concatenate([np.atleast_1d(f.parameters["times"].value) for f in samples.unless_stopped])
-    if len(times) < (END_STOP.knocks_about if ball else EVIDENCE.events):
+    needed = 2 * EVIDENCE.events if ball else EVIDENCE.events  # as many choose the axis about which the others agree
+    if len(times) < needed:
         return None
     knocks = times - start
     heading = _agreed(fit, knocks) if ball else 0.0

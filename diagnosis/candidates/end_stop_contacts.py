@@ -86,12 +86,13 @@ def stop_from(fit: Fit, body: Body, met: Sequence[Window], swings: Sequence[Wind
     inside = [np.flatnonzero(covered(fine, [window])) for window in met]
     limb = None if hinge else limb_at(fit, fine)
     least, found = np.inf, None
+    as_good = float(np.ptp(AXES_TRIED_RAD)) / (len(AXES_TRIED_RAD) - 1) / 2  # the nearest to the pushes comes first
     for side, heading in ways(fit, body, met):
         away = side * (angle_at(fit, fine) if limb is None else swing_of(limb, heading))
         deepest = np.array([some[np.argmax(away[some])] for some in inside])
         beyond = float(away[free & ~touching].max(initial=-np.inf)) - float(away[deepest].min())
         off = float(np.ptp(away[deepest])) + max(beyond, 0.0)
-        if off < least - CONTACT.even_rad:
+        if off < least - as_good:
             least, found = off, (side, heading, away, deepest)
     if found is None or least > CONTACT.one_angle_rad:
         return None

@@ -12,6 +12,7 @@ from scipy.ndimage import median_filter
 
 from imubench.diagnosis.candidates.slips import slip
 from imubench.diagnosis.config.candidates import HUM_START
+from imubench.diagnosis.config.noise import COHERENCE
 from imubench.diagnosis.config.samples import TONE
 from imubench.diagnosis.criteria.dynamic_score import lawful_score
 from imubench.diagnosis.criteria.score_test import Score, score
@@ -81,7 +82,7 @@ def strongest_line(fit: Fit, at: str) -> float:
     frequency = np.fft.rfftfreq(4 * len(grid), step)
     power = np.sum(np.abs(np.fft.rfft(left * np.hanning(len(grid))[:, None], 4 * len(grid), axis=0)) ** 2, axis=1)
     level = median_filter(power, 4 * HUM_START.line_bins, mode="nearest")
-    ratio = np.where(frequency > HUM_START.least_hum_hz, power / np.maximum(level, 1e-12), 0.0)
+    ratio = np.where(frequency > COHERENCE.least_hz, power / np.maximum(level, 1e-12), 0.0)
     return float(frequency[np.argmax(ratio)])
 
 

@@ -14,7 +14,7 @@ from imubench.arrays import Array
 from imubench.diagnosis.config.candidates import MOUNT_START
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.solve.clock_offsets import late, on_segments
-from imubench.estimators.hinge_position import angular_acceleration, lever_matrices, residuals
+from imubench.estimators.hinge_position import STENCIL, angular_acceleration, lever_matrices, residuals
 
 
 def far_lever_arm(model: Model, at: str) -> Array | None:
@@ -27,10 +27,10 @@ def far_lever_arm(model: Model, at: str) -> Array | None:
         return None
     period = 1 / min(i.rate for i in imus)
     grid = np.arange(max(i.time[0] for i in imus), min(i.time[-1] for i in imus), period) - model.start
-    if len(grid) <= MOUNT_START.stencil_samples:
+    if len(grid) < len(STENCIL):
         return None
     read = on_segments(model, grid, late(model)).values()
-    inner = slice(MOUNT_START.stencil_samples // 2, -(MOUNT_START.stencil_samples // 2))
+    inner = slice(len(STENCIL) // 2, -(len(STENCIL) // 2))
     levers = np.stack([lever_matrices(rate[inner], angular_acceleration(rate, period)) for rate, _ in read])
     accel = np.stack([force[inner] for _, force in read])
     centre = -np.stack([model.mounts[i.name].position for i in imus])  # (2, 3) m, as seen from the sensors

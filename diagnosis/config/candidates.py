@@ -9,7 +9,6 @@ from imubench.setting import setting
 class BothMountsConfig:
     """Two IMUs that both move on springs."""
 
-    samples_per_period: float = setting(6.0, "samples", "of the band that is kept: motion is below it", "numerics")
     begun_hz: float = setting(14.0, "Hz", "that springs are begun with, while the noise is loose", "judgement")
     begun_damping: float = setting(0.2, "damping ratio", "that springs are begun with", "judgement")
     explained: float = setting(
@@ -29,20 +28,9 @@ BOTH_MOUNTS = BothMountsConfig()
 
 
 @dataclass(frozen=True)
-class BeginningConfig:
-    """The first look at a recording."""
-
-    rough_steps: int = setting(2, "steps", "of a fit that only shows what a recording is", "time")
-
-
-BEGINNING = BeginningConfig()
-
-
-@dataclass(frozen=True)
 class EndStopConfig:
     """A stop that a free swing knocks against."""
 
-    knocks_about: int = setting(4, "knocks", "that can agree about an axis that is sought for them", "statistics")
     same_rad: float = setting(
         0.02, "rad", "how closely knocks agree, as a median: stops 0.003; so near, a limb is at its stop", "trials"
     )
@@ -90,9 +78,6 @@ class ContactConfig:
     least_std_rad: float = setting(
         0.015, "rad", "of a pendulum's stop: 16 were off by 0.009 in RMS, 0.020 at most", "trials"
     )
-    even_rad: float = setting(
-        0.005, "rad", "of axes that agree so nearly the nearest to the pushes counts", "judgement"
-    )
 
 
 CONTACT = ContactConfig()
@@ -102,9 +87,6 @@ CONTACT = ContactConfig()
 class MountStartConfig:
     """A mount that is turned or moved by far, and lines of a spectrum."""
 
-    stencil_samples: int = setting(
-        4, "samples", "that the difference quotient of an angular acceleration takes", "numerics"
-    )
     reach_m: float = setting(3.0, "m", "what seems farther away has not been seen", "physics")
     agree: float = setting(
         0.25,
@@ -130,7 +112,6 @@ class HumStartConfig:
     """Where a hum begins."""
 
     line_bins: int = setting(41, "bins", "of a spectrum that a line must stand out of", "numerics")
-    least_hum_hz: float = setting(1.0, "Hz", "under which a hum is part of the motion", "physics")
 
 
 HUM_START = HumStartConfig()
@@ -144,10 +125,9 @@ class SlipScanConfig:
         (2.0, 0.3, 0.1, 0.05), "s", "between the moments of a slip that are compared, closer and closer", "numerics"
     )
     around: int = setting(
-        2, "moments", "to either side are looked at anew: a peak is as narrow as a slip is short", "numerics"
+        3, "moments", "to either side are looked at anew: a peak is as narrow as a slip is short", "numerics"
     )
     coarse_moments: int = setting(60, "moments", "of a long recording, first", "time")
-    peak_moments: int = setting(3, "moments", "to either side of the loudest", "numerics")
     parts: int = setting(4, "parts", "of a slip, at which the loudest stretch may begin", "numerics")
     clear: float = setting(1.25, "of a slip's length", "from one to the next", "judgement")
 

@@ -33,11 +33,8 @@ class ReplayConfig:
     least_rate_hz: float = setting(
         400.0, "Hz", "what is read between samples of the simulation is interpolated by cubics", "numerics"
     )
-    end_rows: int = setting(4, "rows", "of a truth behind the last sample, for what is interpolated there", "numerics")
+    end_rows: int = setting(4, "rows", "of a simulation at its ends, for what is interpolated there", "numerics")
     steps_per_knot: int = setting(4, "steps", "on which the force at the joint becomes a movement", "numerics")
-    sensor_mass: float = setting(
-        1e-4, "of the declared body", "which is with its sensor: as much does the model's sensor add to it", "numerics"
-    )
 
 
 REPLAY = ReplayConfig()

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from imubench.diagnosis.config.shared import DECLARED_NOISE, EVIDENCE
+from imubench.diagnosis.config.shared import DECLARED_NOISE, EVIDENCE, STATISTICS
 from imubench.setting import setting
 
 
@@ -12,7 +12,6 @@ class HeldOutConfig:
 
     least_blocks: int = setting(8, "blocks", "when the recording is short", "statistics")
     bootstrap_draws: int = setting(2000, "draws", "of blocks", "time")
-    bootstrap_seed: int = setting(20201, "1", "so that a diagnosis repeats itself", "convention")
     little: float = setting(0.01, "of what is gained", "that blocks without a say may lose", "judgement")
     against: float = setting(0.2, "of what some blocks gain", "that others may lose", "judgement")
 
@@ -35,10 +34,6 @@ class AdmissionConfig:
     screened_s: float = setting(15.0, "s", "of a recording on which effects with states are tried first", "time")
     most_effects: int = setting(5, "effects", "in one diagnosis", "judgement")
     few_readings: int = setting(300, "readings", "that tell a level: fewer may all be an effect's", "statistics")
-    raised_level: float = setting(
-        1.5, "of the declared level", "from which it may have been raised by an effect", "judgement"
-    )
-    moments_at_once: int = setting(2, "moments", "whose columns are held at once", "time")
     numbers_at_once: int = setting(8_000_000, "numbers", "of columns that are held together: memory", "time")
 
     @property
@@ -76,12 +71,11 @@ class ImpactTestConfig:
     beside_s: float = setting(0.25, "s", "on either side of a peak, in which the fit bends for it", "numerics")
     others: int = setting(20, "stretches", "of other samples that a peak is compared with", "statistics")
     least_others: int = setting(5, "stretches", "fewer tell nothing", "statistics")
-    others_alarm: float = setting(
-        1e-4,
-        "1",
-        "false alarm of each of the others: beyond, the fit leaves more than noise, and a peak may be that",
-        "statistics",
-    )
+
+    @property
+    def others_alarm(self) -> float:
+        """False alarm of each of the others: beyond, the fit leaves more than noise, and a peak may be that."""
+        return STATISTICS.false_alarms_per_recording / self.others
 
 
 IMPACT_TEST = ImpactTestConfig()
@@ -141,7 +135,6 @@ class LawConfig:
     told_state: float = setting(
         1e-3, "of a plausible size", "the same of a filter's, and of one that the effect itself tells", "numerics"
     )
-    passes: int = setting(2, "solves", "of a law, the second where the first has led", "numerics")
 
     @property
     def middle_roughness(self) -> float:

@@ -49,9 +49,12 @@ BASIS = BasisConfig()
 class TermConfig:
     """When a term without a name is believed."""
 
-    refits: int = setting(2, "terms", "at least, where they promise enough, until one is good", "time")
     rival: float = setting(
-        0.5, "of the best promise", "from which the best of another place is fitted too", "judgement"
+        0.5,
+        "of the best promise",
+        "from which the best of another place is fitted too, and which stays below where a curve over a "
+        "sensor's own reading stands out",
+        "judgement",
     )
     shape_nat: float = setting(
         4.0, "nat", "of a slow error's shape; in 67 recordings with nothing wrong 1.8 at most", "trials"
@@ -65,13 +68,16 @@ class TermConfig:
     )
     retakes: int = setting(3, "times", "that they are taken again, at most", "time")
     block_s: float = setting(1.0, "s", "left out at a time under a term that is a function of time", "judgement")
-    own_law: float = setting(
-        2.0, "of the best other promise", "from which a curve over a sensor's own reading stands out", "judgement"
-    )
     own_law_takes: float = setting(
         0.75, "of the excess misfit", "at least, by the first fit of such a law", "judgement"
     )
-    likely: int = setting(2, "terms", "whose triples are searched for a jump, and those that drift", "time")
+    likely: int = setting(
+        2,
+        "terms",
+        "the best, which are fitted at least until one is good; their triples, and those of drifts, are searched for a "
+        "jump",
+        "time",
+    )
     jumps: int = setting(20, "times", "of a jump that are tried, twice", "time")
     exact: int = setting(
         8, "terms", "whose information is taken exactly, besides those that the motion follows", "time"

@@ -19,7 +19,6 @@ class CoherenceConfig:
         "what is loud beyond alone is a spline between its knots, and no motion",
         "numerics",
     )
-    filter_samples: int = setting(60, "samples", "that the filter needs", "numerics")
     below_hum: float = setting(0.5, "of a hum's frequency", "the fitted motion hums as well", "judgement")
     follows: float = setting(
         3.0,
@@ -36,12 +35,14 @@ COHERENCE = CoherenceConfig()
 class ColourConfig:
     """How coloured noise may be."""
 
-    slowest_hz: float = setting(0.5, "Hz", "corner of the slowest coloured noise that is no mismatch", "judgement")
-    drift_free_hz: float = setting(0.6, "Hz", "from which on drifts of pieces of 1.3 s take no noise", "physics")
+    slowest_hz: float = setting(
+        0.5,
+        "Hz",
+        "corner of the slowest coloured noise that is no mismatch; slower residuals may be what a drift left",
+        "judgement",
+    )
     white_hz: float = setting(6.0, "Hz", "from which on the noise is as good as white", "judgement")
-    visible: float = setting(0.1, "of the white power", "that the fit must leave in a band that tells", "judgement")
     draws: int = setting(6, "draws", "of white noise, from which what a fit leaves of it is read", "time")
-    seed: int = setting(4242, "1", "of the draws, so that a diagnosis repeats itself", "convention")
     least_left: float = setting(
         0.05, "of the white power", "where the fit leaves less, the residuals cannot tell the noise", "judgement"
     )
@@ -58,13 +59,10 @@ class DebiasConfig:
     """How noise pulls the numbers of springs."""
 
     draws: int = setting(16, "draws", "of noise", "time")
-    seed: int = setting(4401, "1", "of the draws, so that a fit repeats itself", "convention")
-    difference: float = setting(1e-4, "of a prior's std", "the step of the finite difference", "numerics")
     most_pull: float = setting(
         0.5, "of a logarithm, or of another number's prior", "how far one pull may lead", "numerics"
     )
     most_from_noise: float = setting(0.9, "of the information", "that is taken for noise's at most", "numerics")
-    rounding: float = setting(1e-9, "of the largest information", "less is rounding", "numerics")
     most_of_step: float = setting(
         0.85,
         "of the information",
@@ -72,7 +70,6 @@ class DebiasConfig:
         "numerics",
     )
     rounds: int = setting(12, "pulls", "at most", "time")
-    steps: int = setting(5, "steps", "of the solver after a pull; the first is solved to its end", "time")
     settled: float = setting(0.1, "of a number's std", "a number that moves less has settled", "numerics")
 
 
@@ -87,13 +84,6 @@ class SpringIntervalConfig:
         (0.03, 0.1, 0.3, 0.7), "damping ratio", "tried; 0.7 is where the prior's 95 % end", "statistics"
     )
     stiffer: tuple[float, ...] = setting((1.1, 1.25, 1.5), "of the frequency", "tried", "judgement")
-    cost_nat: float = setting(
-        30.0,
-        "nat",
-        "that a fit may cost more: of six springs that noise had pulled the true one cost 3 to 26",
-        "trials",
-    )
-    steps: int = setting(8, "steps", "of the solver", "time")
 
 
 SPRING_INTERVAL = SpringIntervalConfig()
@@ -108,7 +98,6 @@ class KnotSelectionConfig:
         0.45, "of the knots' highest frequency", "above, nothing may be more than noise", "numerics"
     )
     bands: int = setting(6, "bands", "of a residual's spectrum", "judgement")
-    flat_power: float = setting(1.25, "of the topmost band's power", "that another band may have", "judgement")
     unfollowed: float = setting(
         0.7, "of the knots' highest frequency", "from there on knots do not follow a residual", "numerics"
     )
@@ -117,11 +106,7 @@ class KnotSelectionConfig:
     )
     rung: float = setting(0.65, "of a spring's frequency", "a motion clear up to there makes it ring", "physics")
     change: float = setting(1.1, "times", "as far apart as the knots are: less is no change", "time")
-    steps: int = setting(15, "steps", "of the solver, to where fewer knots lead", "time")
     window_samples: int = setting(256, "samples", "of which a spectrum is taken", "numerics")
-    unasked_weight: float = setting(
-        1e-9, "of a coefficient's weight", "for coefficients that no time asks for", "numerics"
-    )
 
 
 KNOT_SELECTION = KnotSelectionConfig()
@@ -180,7 +165,6 @@ class RemlConfig:
     law_rise: float = setting(4.0, "times its level", "of the round before, at most", "numerics")
     smallest: float = setting(1e-7, "of a unit", "no group is taken for exact", "numerics")
     rounds: int = setting(3, "rounds", "of levels and fit", "time")
-    few_rounds: int = setting(2, "rounds", "of the same where little has changed, or mounts are held", "time")
     last_rounds: int = setting(5, "rounds", "at most once the motion is free: a quick one settles late", "time")
     loosened: float = setting(
         32.0,
@@ -194,12 +178,6 @@ class RemlConfig:
         0.05, "relative", "change of every level, and of a law's numbers, that ends the rounds", "numerics"
     )
     faint_damping: float = setting(1e-6, "of the diagonal", "damping that leverages do not show", "numerics")
-    fine_gain: float = setting(
-        3e-6,
-        "of the cost per number",
-        "the solver's end where a law's damping is sought: it changes the cost by next to nothing",
-        "numerics",
-    )
 
 
 REML = RemlConfig()

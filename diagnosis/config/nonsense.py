@@ -15,7 +15,6 @@ class StretchConfig:
     )
     most_s: float = setting(120.0, "s", "of a recording that are looked at", "time")
     least_share: float = setting(0.1, "of rate and length", "that samples must make up", "judgement")
-    still_rows: int = setting(60, "rows", "of a motion that stands still", "numerics")
     rough_s: float = setting(10.0, "s", "of a recording that a rough fit takes", "time")
     rough_steps: int = setting(
         12,
@@ -42,8 +41,13 @@ class AxisOrderConfig:
         "physics",
     )
     bias_rad_s: float = setting(0.03, "rad/s", "the size of a bias, as a prior", "judgement")
-    velocity_ratio: float = setting(
-        2.0, "of the velocity of the best other axes", "1.54 at most of 625 IMUs whose axes were right", "trials"
+    worse: float = setting(
+        2.0,
+        "times what the best other reading leaves",
+        "of the velocity 1.54 at most of 625 IMUs whose axes were right; of the misfit 1.0 of 300 hinges with a strong "
+        "effect or none, 1.3 of real ones. A likelihood ratio would be sure of less, but what an effect leaves is not "
+        "noise",
+        "trials",
     )
     least_m_s: float = setting(
         0.1, "m/s", "what a degree of tilt makes in a second; below, a resting sensor's drift decides", "physics"
@@ -57,13 +61,6 @@ class AxisOrderConfig:
         "rad",
         "and three standard deviations: 2 % of directions are as near to one of the 23 others by chance",
         "statistics",
-    )
-    swapped_factor: float = setting(
-        2.0,
-        "of the misfit of the other order",
-        "1.0 at most of 300 hinges with a strong effect or none, 1.3 on real ones. A likelihood ratio would "
-        "be sure of less, but what an effect leaves is not noise",
-        "trials",
     )
     odd_misfit: float = setting(
         0.2,
@@ -85,9 +82,6 @@ class SharedMotionConfig:
     ridge: float = setting(
         1e-3, "of the signals' mean power", "directions that hardly vary are not divided by", "numerics"
     )
-    lag_step_s: float = setting(
-        0.04, "s", "between the lags that are tried: signals below 2 Hz change little in that", "physics"
-    )
     surrogates: int = setting(39, "surrogates", "of which mean and spread are taken", "time")
     surrogate_s: float = setting(
         2.0, "s", "at least that a surrogate is turned: a stroke of the hand is over", "physics"
@@ -99,12 +93,16 @@ class SharedMotionConfig:
         "s of a loose one; of 343 pairs from different recordings of 20 s one had more",
         "trials",
     )
-    most_correlation: float = setting(0.999, "1", "beyond, Fisher's z grows without end", "numerics")
     below_hz: float = setting(
         2.0, "Hz", "slower than soft mounts ring, quick enough for some strokes in every block", "physics"
     )
     grid_hz: float = setting(25.0, "Hz", "enough for what is below 2 Hz", "numerics")
     turning_rad_s: float = setting(0.3, "rad/s RMS", "that a sensor must turn for what it shares to show", "physics")
+
+    @property
+    def lag_step_s(self) -> float:
+        """In s, between the lags that are tried: what is slow enough for the grid changes little from row to row."""
+        return 1 / self.grid_hz
 
 
 SHARED_MOTION = SharedMotionConfig()
@@ -116,13 +114,10 @@ class StuckConfig:
 
     long_s: float = setting(1.0, "s", "of one reading, longer than samples are held by chance", "judgement")
     most: float = setting(
-        0.5, "of the samples", "from there a channel is stuck, and below it has stretches that are", "convention"
-    )
-    busy: float = setting(
         0.5,
-        "of the samples of another axis",
-        "that differ from the one before: its steps are fine beside its motion",
-        "judgement",
+        "of the samples",
+        "from there a channel is stuck, and below it has stretches that are; one that changes in so many is not",
+        "convention",
     )
     turned_rad: float = setting(
         0.1,
@@ -130,10 +125,12 @@ class StuckConfig:
         "between directions of the specific force: more than a still sensor's noise or a bench that shakes",
         "physics",
     )
-    turning_rad_s: float = setting(
-        0.1, "rad/s RMS", "beside which gravity turns too far for an accelerometer to read one number", "physics"
-    )
     same_limit: float = setting(1e-6, "relative", "readings at one limit", "numerics")
+
+    @property
+    def turning_rad_s(self) -> float:
+        """In rad/s RMS: while a channel reads one number for so long, gravity turns by that angle."""
+        return self.turned_rad / self.long_s
 
 
 STUCK = StuckConfig()

@@ -11,12 +11,6 @@ class ChartConfig:
 
     width: int = setting(1000, "units of a viewBox", "about the pixels of a page", "convention")
     height: int = setting(200, "units of a viewBox", "of one channel", "convention")
-    dots: int = setting(
-        350,
-        "samples",
-        "up to which each is drawn as a dot: one in three pixels; more are a broad pale line",
-        "convention",
-    )
     gap: float = setting(5.0, "usual steps", "no line is drawn across more lost samples than that", "convention")
     ticks: int = setting(5, "numbers", "along an axis", "convention")
     columns: int = setting(120, "columns", "over time: a phone has about 300 pixels for them", "convention")
@@ -41,23 +35,25 @@ class PageConfig:
     excerpt_s: float = setting(
         3.0, "s", "some thirty cycles of the mounts' usual 10 Hz, each 30 pixels wide", "convention"
     )
-    slow_share: float = setting(
-        0.5, "of the difference's power", "at less than a cycle an excerpt: then the whole is shown", "convention"
+    most: float = setting(
+        0.5,
+        "of a whole",
+        "a difference with more of its power at less than a cycle an excerpt is shown whole; of a number of which the "
+        "recording says less, what is plausible says more",
+        "convention",
     )
-    channels: int = setting(2, "channels", "of a finding", "convention")
-    places: int = setting(2, "sentences", "of where they differ; the others stand at the map", "convention")
+    listed: int = setting(
+        2,
+        "channels or sentences",
+        "of a finding, and of where simulations differ; the others stand at the map",
+        "convention",
+    )
     ideal_noise: float = setting(
         1e-4,
         "rad/s and m/s^2",
         "per sample, below which a profile's noise is that of no IMU on sale: the quietest MEMS gyroscope of "
         "the list has 1.7e-3 rad/s",
         "data sheet",
-    )
-    mostly_prior: float = setting(
-        0.5,
-        "of a number's own direction",
-        "from half on, what is plausible says more of it than the recording",
-        "convention",
     )
 
 

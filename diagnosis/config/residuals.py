@@ -15,18 +15,14 @@ class ExcessNoiseConfig:
     visible: float = setting(
         0.3, "of the white power", "that the fit must leave, in a band or in all, to tell", "judgement"
     )
-    steady_power: float = setting(1.2, "ratio of powers", "between calm and quick moments", "judgement")
     window_s: float = setting(1.0, "s", "of calm and quick moments", "judgement")
     tail: float = setting(0.5, "1", "by which a fourth moment is over 3: heavier tails are no noise", "judgement")
-    tail_sigmas: float = setting(5.0, "std", "of the fourth moment", "statistics")
-    least_left: float = setting(0.02, "of a sample's noise", "that the fit leaves, for a sample to tell", "numerics")
     own_level: float = setting(
         0.1,
         "relative",
         "by which a level is far from its own: two IMUs share what one was blamed for, until it is clear",
         "judgement",
     )
-    quieter: float = setting(0.8, "of a louder noise's std", "that a fit leaves where it is none", "judgement")
     strained: float = setting(5.0, "std of a prior", "beyond which a number is none that a sensor has", "judgement")
     strained_alone: float = setting(8.0, "std of a prior", "the same where nothing else makes up for it", "trials")
 

@@ -20,8 +20,12 @@ class ScreeningConfig:
     knock_s: float = setting(0.035, "s", "a knock is over after this", "physics")
     straight_s: float = setting(0.045, "s", "over which straight lines are laid where a knock is cut out", "numerics")
     jolt_rad_s: float = setting(1.0, "rad/s", "that a gyroscope jumps by where a segment is struck", "physics")
-    resampling_degree: int = setting(6, "1", "of the polynomial that gaps are filled with", "numerics")
-    filled_samples: int = setting(6, "samples", "in a row that are filled in; a longer gap ends a stretch", "judgement")
+    resampling_degree: int = setting(
+        6,
+        "1",
+        "of the polynomial that gaps are filled with, of as many samples at most; a longer gap ends a stretch",
+        "numerics",
+    )
     listed_times: int = setting(10, "times", "spelled out in a sentence", "convention")
     lasting_share: float = setting(
         0.25, "of a peak's power", "as long as the power is above, a knock lasts", "judgement"
@@ -68,9 +72,6 @@ class ImpactConfig:
     tail_peaks: float = setting(
         0.05, "1", "peaks of a tail that are expected beside a knock by chance, at most", "statistics"
     )
-    lone_factor: float = setting(
-        2.5, "1", "times the tail's ratio, from which on peaks without a tail are looked at", "judgement"
-    )
     wild_rate_hz: float = setting(
         80.0, "Hz", "from this rate on a knock spans samples and a single wild one is none", "physics"
     )
@@ -97,9 +98,6 @@ class NoiseFloorConfig:
     steady_power: float = setting(
         1.25, "ratio of powers", "by which chance changes noise from calm windows to the others, at most", "trials"
     )
-    noise_bandwidth_bins: float = setting(
-        2.0, "bins", "noise bandwidth of the window: neighbours in frequency are that much alike", "numerics"
-    )
     rest_power: float = setting(
         2.5, "of the white power", "coloured noise and a declared level that is a little low stay below", "judgement"
     )
@@ -119,9 +117,6 @@ class NotchConfig:
     half_width_hz: float = setting(
         2.0, "Hz", "on either side of a hum; one that wanders moves by 0.75 Hz from one window to the next", "physics"
     )
-    gyro_contrast: float = setting(
-        3.0, "of the neighbourhood's power", "3.5 standard deviations of the mean of four windows", "statistics"
-    )
     least_stretch_s: float = setting(1.0, "s", "the shortest stretch that such a filter can be run over", "numerics")
     sideband_hz: tuple[float, ...] = setting(
         (0.25, 0.5, 1.0),
@@ -131,11 +126,6 @@ class NotchConfig:
     )
     grid_factor: int = setting(8, "points", "of that grid for each frequency that a recording tells apart", "numerics")
     newton_steps: int = setting(3, "steps", "from the best of a grid to a line's frequency", "numerics")
-
-    @property
-    def gyro_log_contrast(self) -> float:
-        """The natural logarithm of that contrast."""
-        return float(np.log(self.gyro_contrast))
 
     @property
     def reach_hz(self) -> tuple[float, ...]:
@@ -152,7 +142,6 @@ class ToneConfig:
 
     window_s: float = setting(4.0, "s", "a resolution of a quarter of a hertz", "numerics")
     least_hz: float = setting(6.0, "Hz", "a slow motion is below", "physics")
-    neighbours_from_hz: float = setting(1.0, "Hz", "from a line, where its neighbourhood begins", "numerics")
     neighbours_to_hz: float = setting(2.5, "Hz", "from a line, where its neighbourhood ends", "numerics")
     broken_windows: int = setting(
         3, "windows", "of a recording that is too short, or broken too often, for a span", "statistics"
@@ -169,6 +158,11 @@ class ToneConfig:
         0.3, "of the strongest line's power", "that a line with harmonics has at least", "judgement"
     )
     moved_power: float = setting(4.0, "of the noise power", "from which a frequency belongs to the motion", "judgement")
+
+    @property
+    def neighbours_from_hz(self) -> float:
+        """In Hz from a line, where its neighbourhood begins: the main lobe of a window of four terms ends there."""
+        return 4 / self.window_s
 
     @property
     def usual_least_hz(self) -> float:
@@ -204,7 +198,6 @@ class QuietMomentsConfig:
         40, "samples", "of three axes: the std is then known within 7 %, and chance correlates by 0.1", "statistics"
     )
     correlation_lag_s: float = setting(0.15, "s", "a period of 7 Hz, and the rise of anything slower", "physics")
-    most_correlation: float = setting(0.3, "1", "at any lag up to that, of noise", "statistics")
 
 
 QUIET_MOMENTS = QuietMomentsConfig()
@@ -214,9 +207,6 @@ QUIET_MOMENTS = QuietMomentsConfig()
 class LatticeConfig:
     """Rounded and clipped readings."""
 
-    same_value: float = setting(
-        1e-9, "of the range", "values closer than that are one, as text and sums of floats leave them", "numerics"
-    )
     off_lattice: float = setting(
         0.02, "of a step", "a gap of continuous values falls so near a multiple in 4 of 100", "statistics"
     )
@@ -227,9 +217,6 @@ class LatticeConfig:
         0.01, "of the noise", "a step so small that three equal largest values are no chance (1e-3)", "statistics"
     )
     plateau_samples: int = setting(3, "samples", "equal largest values that make a limit", "statistics")
-    least_noise: float = setting(
-        0.8, "of the noise", "it is taken for as low, where the chance of a plateau is asked", "statistics"
-    )
     drop_steps: float = setting(20.0, "steps", "how far a reading falls beside a clip", "judgement")
     drop_s: float = setting(0.1, "s", "within which it falls so far", "physics")
 

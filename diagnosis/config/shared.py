@@ -31,6 +31,7 @@ class StatisticsConfig:
         2.5, "std", "scatter of a band's power that white noise is allowed: 1.2 % of bands, two-sided", "statistics"
     )
     interval_sigmas: float = setting(1.96, "std", "half width of the 95 % interval of a normal deviate", "statistics")
+    seed: int = setting(4401, "1", "of the draws of noise and of blocks: a diagnosis repeats itself", "convention")
 
 
 STATISTICS = StatisticsConfig()
@@ -131,6 +132,11 @@ class DeclaredNoiseConfig:
     def most_power(self) -> float:
         """Times the declared power, beyond which a sensor is louder than declared."""
         return self.unsure**2 * (1 + self.colour) * self.rough_motion
+
+    @property
+    def raised_std(self) -> float:
+        """Times the declared std, beyond which something else has raised the level."""
+        return float(np.sqrt(self.most_power))
 
     @property
     def misdeclared_power(self) -> float:

@@ -17,9 +17,6 @@ class RollOutConfig:
         1e-9, "of the segment's mass", "that a sensor has: MuJoCo takes no massless body", "numerics"
     )
     start_s: float = setting(1.0, "s", "that the state at the start is fitted to", "judgement")
-    difference: float = setting(
-        1e-4, "rad, rad/s, prior std", "of differences; the response is linear over it to 1e-8", "numerics"
-    )
     near: float = setting(
         10.0,
         "of the noise",
@@ -27,19 +24,9 @@ class RollOutConfig:
         "off lacks more than that",
         "physics",
     )
-    unseen: float = setting(
-        1e-4,
-        "of the largest singular value",
-        "a direction that no sample shows, as a heading, has what differences err by: it stays",
-        "numerics",
-    )
     least_s: float = setting(
         1.5, "s", "of a window that is rolled out: over less hardly more than its start shows", "judgement"
     )
-    uncertain: float = setting(
-        1.0, "of the noise", "of a roll-out for its start's sake: beyond it shows the start, not the model", "judgement"
-    )
-    ahead_s: float = setting(3.0, "s", "that are looked ahead at first, then thrice as far: chaos shows soon", "time")
     bin_s: float = setting(
         0.25, "s", "over which that is averaged: no sensor is blind to a swing for so long", "physics"
     )
@@ -52,12 +39,6 @@ ROLL_OUT = RollOutConfig()
 class SimulatedBesideConfig:
     """A simulation beside the recording."""
 
-    end_rows: int = setting(
-        2,
-        "rows",
-        "of a simulation at either end of a window, that are interpolated from both sides of a jump",
-        "numerics",
-    )
     start_rate_hz: float = setting(
         200.0,
         "Hz",
@@ -74,9 +55,6 @@ class SimulatedBesideConfig:
         "of a law's std",
         "force noise of std s, 100 rows a second, rings a spring of 18 Hz with Q = 17 by 3 s",
         "physics",
-    )
-    polish_steps: int = setting(
-        2, "steps", "of the solver, from where one step of the whole leads: the motion only has to follow", "time"
     )
     channels: int = setting(3, "channels", "that are shown of a finding, the worst first", "convention")
 

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from imubench.setting import setting
 
 
@@ -11,29 +13,31 @@ class SolverConfig:
 
     least_gain: float = setting(1e-4, "of the cost per measured number", "a smaller gain ends the search", "numerics")
     steps: int = setting(40, "steps", "at most", "time")
-    refit_steps: int = setting(6, "steps", "of a refit, which begins near where it ends", "time")
-    steps_after_noise: int = setting(3, "steps", "after every change of the noise", "time")
+    refit_steps: int = setting(
+        6,
+        "steps",
+        "of a refit, which begins near where it ends: with a hypothesis more or less, after a pull, or with a law's "
+        "numbers held",
+        "time",
+    )
+    few_steps: int = setting(
+        3, "steps", "after every change of the noise, or of a fit that only has to show something", "time"
+    )
     foretold: float = setting(
         0.25, "of the least gain", "a step that gained what it promised but for so much was the last", "numerics"
     )
     most_damping: float = setting(1e3, "of the diagonal", "beyond, the fit has ended", "numerics")
-    free_damping: float = setting(
-        1e-11,
-        "of the diagonal",
-        "what moves together by far, a mount and a skin's slide, does so from the first step",
-        "numerics",
-    )
     fine_gain: float = setting(
-        1e-6, "of the cost per measured number", "of a fit that numbers are read off", "numerics"
+        1e-6, "of the cost per measured number", "of a fit that numbers are read off, or a law's damping", "numerics"
     )
     eased: float = setting(
         3.0, "times", "by what a whole step lowers the damping and a shortened one raises it", "numerics"
     )
     lengths: tuple[float, ...] = setting(
-        (1.0, 0.5, 0.2, 0.05), "of a Gauss-Newton step", "tried before it is damped", "numerics"
-    )
-    bent_length: float = setting(
-        0.2, "of a Gauss-Newton step", "the shortest of which the splines follow where it leads astray", "numerics"
+        (1.0, 0.5, 0.2, 0.05),
+        "of a Gauss-Newton step",
+        "tried before it is damped; the splines follow all but the shortest where it leads astray",
+        "numerics",
     )
 
 
@@ -44,9 +48,6 @@ SOLVER = SolverConfig()
 class AlgebraConfig:
     """Sizes and rounding of the linear algebra."""
 
-    ridges: tuple[float, ...] = setting(
-        (0.0, 1e-13, 1e-12), "of a block's diagonal", "what rounding may take from it, where it did", "numerics"
-    )
     columns: int = setting(64, "columns", "solved at once: as many as a block has numbers", "time")
     chunk_numbers: int = setting(
         900_000, "numbers", "of products of rows that are formed at once: what stays in the cache", "time"
@@ -58,7 +59,14 @@ class AlgebraConfig:
     ridge: float = setting(
         1e-14,
         "relative",
-        "what rounding may take from a diagonal: no less is damped; 1e-12 held the heading, and a mount with it",
+        "what rounding may take from a diagonal: no less is damped; 1e-12 held the heading, and a mount with it. A fit "
+        "that numbers are read off begins so: what moves together by far does so from the first step",
+        "numerics",
+    )
+    difference: float = setting(
+        1e-4,
+        "of a prior's or a number's std, or rad and rad/s",
+        "of derivatives by differences, linear over it to 1e-8; a direction that shows less than so much shows nothing",
         "numerics",
     )
     damped: float = setting(
@@ -67,7 +75,9 @@ class AlgebraConfig:
         "what next to nothing holds, beyond a sensor's last sample, stays where it is",
         "numerics",
     )
-    spline_solves: int = setting(2, "solves", "of the own splines of effects after every step", "time")
+    spline_solves: int = setting(
+        2, "solves", "of a law, or of the own splines of effects: the second where the first has led", "numerics"
+    )
     moved: float = setting(
         0.03, "of a plausible size", "by which splines move before a second solve is made", "numerics"
     )
@@ -76,6 +86,16 @@ class AlgebraConfig:
     )
     most_log_step: float = setting(30.0, "of a logarithm", "a step that leads beyond is taken back anyhow", "numerics")
     held: float = setting(1e-6, "of a prior's std", "how far a parameter moves that is fixed", "numerics")
+
+    @property
+    def ridges(self) -> tuple[float, ...]:
+        """Of a block's diagonal: none, and what rounding of many such may take from it, where it did."""
+        return (0.0, 10 * self.ridge, 100 * self.ridge)
+
+    @property
+    def half_digits(self) -> float:
+        """Relative, half the digits of a float: of values and weights, less than this is rounding."""
+        return float(np.sqrt(np.finfo(float).eps))
 
 
 ALGEBRA = AlgebraConfig()
@@ -108,9 +128,6 @@ class StartConfig:
         0.06, "s", "of spline beyond the first and the last sample, besides the largest clock offset", "numerics"
     )
     subset_margin_s: float = setting(0.1, "s", "of spline beyond the first and the last sample of a part", "numerics")
-    most_residual_std: float = setting(
-        5.0, "std", "that a residual may count for, so that one knock does not choose", "statistics"
-    )
     subset_hop_s: float = setting(1.0, "s", "between the windows that are compared", "time")
     lawful_state_roughness: float = setting(
         1e9, "of a state's size/s^4/sqrt(Hz)", "a law alone says how it moves", "numerics"
@@ -146,7 +163,6 @@ class MotionPriorConfig:
     centre_drift_m_s2: float = setting(
         0.05, "m/s^2", "how closely its velocity follows its specific force; over a second 0.005 m/s", "judgement"
     )
-    straight_std: float = setting(1e-4, "of its std", "a heavy-tailed residual that is straight there", "numerics")
     heading_half_rad: float = setting(
         0.03, "half rad", "about the vertical from the first attitude of the start: nothing may see it", "numerics"
     )
@@ -159,7 +175,6 @@ class MotionPriorConfig:
     encoder_waves: int = setting(
         6, "waves", "of the turn, the k-th held to 1 / k^2: what 12 take more of one swing the next has not", "trials"
     )
-    rate_neighbours: int = setting(2, "samples", "on either side that a measured rate needs", "numerics")
 
 
 MOTION_PRIOR = MotionPriorConfig()

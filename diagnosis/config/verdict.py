@@ -9,13 +9,6 @@ from imubench.setting import setting
 class FindingsConfig:
     """Findings and their numbers."""
 
-    overshadowed: float = setting(
-        0.1,
-        "of what all names leave",
-        "one beside a stronger one that is worth less is doubted; of those worth more 14 of 15 were true",
-        "trials",
-    )
-    difference: float = setting(1e-3, "of a standard deviation", "step of a finite difference", "numerics")
     read_off_std: float = setting(
         0.05,
         "of a value",
@@ -25,7 +18,8 @@ class FindingsConfig:
     much: float = setting(
         0.1,
         "of what a name is worth",
-        "so much of it is no little of something else: a curve holds a scale too",
+        "so much of it is no little of something else: a curve holds a scale too; one worth less than so much of what "
+        "all leave is doubted beside a stronger one: of those worth more 14 of 15 were true",
         "judgement",
     )
 
@@ -37,9 +31,6 @@ FINDINGS = FindingsConfig()
 class ShiftConfig:
     """What a finding moves."""
 
-    steps_without: int = setting(
-        4, "steps", "of the solver, as where the search asks whether an effect is needed", "time"
-    )
     most_times: int = setting(2000, "times", "at most: an RMS over a minute does not change by more", "time")
 
 
@@ -66,8 +57,6 @@ class KnockConfig:
     """Knocks, and whether they are a joint's play."""
 
     moments: int = setting(9, "moments", "of a stretch that are looked at", "time")
-    one_s: float = setting(0.1, "s", "nearer peaks are one", "physics")
-    samples: int = setting(2, "samples", "of a peak; a single wild one is none", "statistics")
     called_play: int = setting(3, "knocks", "that are called so", "judgement")
     from_s: float = setting(-0.01, "s", "from the beginning of a knock, within which it is", "physics")
     to_s: float = setting(0.06, "s", "from the beginning of a knock, within which it is", "physics")
@@ -97,9 +86,6 @@ class BudgetConfig:
         "judgement",
     )
     search: float = setting(0.75, "of the limit", "the search for effects", "judgement")
-    numbers: float = setting(
-        1.0, "of the limit", "intervals, equivalents and the motions that would tell them apart", "judgement"
-    )
     baseline: float = setting(0.5, "of the limit", "that a baseline's recording may take", "judgement")
 
     @property

@@ -7,7 +7,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import LAW
-from imubench.diagnosis.config.solve import START
+from imubench.diagnosis.config.solve import ALGEBRA, START
 from imubench.diagnosis.noise.coherence import clear_at, slower
 from imubench.diagnosis.problem.batch_model import Model, inside
 from imubench.diagnosis.problem.bspline import SUPPORT, Moment, Tracks
@@ -85,11 +85,11 @@ def driven_by_motion(model: Model, state: State, hypotheses: Iterable[Hypothesis
 def followed(model: Model, state: State, h: Hypothesis) -> tuple[State, int]:
     """Return the state with h's splines where the effect itself says they are, and how many solves are left to do."""
     if type(h.effect).follow is Effect.follow:
-        return state, LAW.passes
+        return state, ALGEBRA.spline_solves
     ((_, scene),) = scenes(model, state, h)
     told = h.effect.follow(scene, model.values(h, state))
     if not told:
-        return state, LAW.passes
+        return state, ALGEBRA.spline_solves
     time, coefficients = inside(model), state.coefficients.copy()
     for name, value in told.items():
         own = Tracks(model.tracks.knots, {h.key(name): value.shape[1]})

@@ -7,6 +7,7 @@ they bring the estimate down to it.
 """
 
 from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.trial import Trial
 from imubench.diagnosis.noise.declared_noise import declared
@@ -22,7 +23,7 @@ def uncertain_levels(fit: Fit) -> dict[str, float]:
     told = {
         n: std
         for n, std in declared(fit.model).items()
-        if n in fit.noise and fit.noise[n] > ADMISSION.raised_level * std
+        if n in fit.noise and fit.noise[n] > DECLARED_NOISE.raised_std * std
     }
     if not told:
         return {}
@@ -33,7 +34,7 @@ def uncertain_levels(fit: Fit) -> dict[str, float]:
 
 def at_levels(fit: Fit, told: dict[str, float]) -> Fit:
     """Return the fit at those levels."""
-    return solve(fit.model, fit.state, fit.noise | told, fit.anchor, steps=SOLVER.steps_after_noise)
+    return solve(fit.model, fit.state, fit.noise | told, fit.anchor, steps=SOLVER.few_steps)
 
 
 def nearer_to_declared(fit: Fit, trial: Trial, told: dict[str, float]) -> bool:

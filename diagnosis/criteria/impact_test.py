@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.criteria import HELD_OUT, IMPACT_TEST
+from imubench.diagnosis.config.criteria import IMPACT_TEST
 from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.noise.masking import with_mask
 from imubench.diagnosis.problem.fit import Fit
@@ -82,7 +82,7 @@ def within(fit: Fit, window: Window) -> tuple[int, float]:
 
 def elsewhere(time: Array, counts: Mask, peaks: Sequence[Window]) -> list[Window]:
     """Return stretches as long as the peaks, at random, of samples that count (n,) and lie apart."""
-    rng = np.random.default_rng(HELD_OUT.bootstrap_seed)
+    rng = np.random.default_rng(STATISTICS.seed)
     lengths = [b - a for a, b in peaks]
     out: list[Window] = []
     for _ in range(10 * IMPACT_TEST.others):

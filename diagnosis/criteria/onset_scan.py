@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.bspline import SUPPORT, Knots
 from imubench.diagnosis.solve.bordered import tensor
@@ -58,7 +57,8 @@ class After:
         for s in range(SUPPORT):
             whole[s : s + count] += self.cross[:, s]
         out = []
-        for some in np.array_split(moments, -(-len(moments) // ADMISSION.moments_at_once)):
+        together = max(self.base.at_once // r, 1)
+        for some in np.array_split(moments, -(-len(moments) // together)):
             starts = np.floor((some - self.knots.start) / self.knots.step).astype(int)
             starts = np.clip(starts, 0, count - SUPPORT + 1)  # no sample starts there or later
             act = np.zeros((len(whole), width, len(some), r))

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.criteria import ADMISSION
-from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.batch_model import started
 from imubench.diagnosis.problem.bspline import Tracks
 from imubench.diagnosis.problem.fit import Fit
@@ -54,7 +52,7 @@ def score(fit: Fit, candidates: list[Hypothesis], base: Base | None = None) -> l
 
 def each(base: Base, candidates: Iterable[Hypothesis]) -> Iterator[tuple[Hypothesis, Array, Array]]:
     """Yield effects without states with the information (k, k) and the gradient (k,) of their own parameters."""
-    for some in together(candidates, at_once(base)):
+    for some in together(candidates, base.at_once):
         shared, information, force = reduced(base, some)
         for h in some:
             here = shared.places([h.key(p.name) for p in h.effect.parameters])
@@ -80,12 +78,6 @@ def reduced(base: Base, some: Sequence[Hypothesis]) -> tuple[Parameters, Array, 
     moved = (r for r in rows if r.name in base.parts and r.residual.blocks)
     columns = ((r.name, linearise(r, only, shared).border) for r in moved)
     return shared, *base.reduced(columns, shared.count)
-
-
-def at_once(base: Base) -> int:
-    """Return how many parameters' columns may be held together: as many numbers each as a fit has coefficients."""
-    tracks = base.fit.model.tracks
-    return min(ALGEBRA.columns, ADMISSION.numbers_at_once // max(tracks.knots.count * tracks.width, 1))
 
 
 def at_best_size(values: Array, pull: Array, sizes: Iterable[float], louder: float = 1.0) -> tuple[float, float]:

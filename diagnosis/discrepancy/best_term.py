@@ -34,7 +34,7 @@ def best_term(fit: Fit) -> FittedTerm | None:
     rivals = [g for g in places if g.white > TERM.rival * likely[0].white]
     others = [g for g in likely if g not in rivals]
     good: list[FittedTerm] = []
-    for guess in (*rivals, *others[: max(TERM.refits - len(rivals), 0)]):
+    for guess in (*rivals, *others[: max(TERM.likely - len(rivals), 0)]):
         if good and guess not in rivals:
             break
         with suppress(NotPositiveDefiniteError):

@@ -6,7 +6,7 @@ import numpy as np
 
 from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.config.discrepancy import TERM
-from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.score_test import gain_of_weights
@@ -62,7 +62,7 @@ def refit_once(fit: Fit, guess: Guess, price: float) -> FittedTerm:
     heldout = predicted(
         ruler,
         better,
-        np.random.default_rng(HELD_OUT.bootstrap_seed),
+        np.random.default_rng(STATISTICS.seed),
         TERM.block_s if guess.term.timed else HELD_OUT.block_s,
     )
     louder = colour(better, guess.term)

@@ -24,7 +24,7 @@ def reads_by_own_law(fit: Fit) -> bool:
     own = [g for g in guesses if g.term.goes_with.startswith(OWN)]
     best = max(own, key=lambda g: g.evidence, default=None)
     rival = max((g.evidence for g in guesses if g not in own), default=0.0)
-    if best is None or best.evidence < max(TERM.bends_nat, TERM.own_law * rival):
+    if best is None or best.evidence < max(TERM.bends_nat, rival / TERM.rival):
         return False
     with suppress(NotPositiveDefiniteError):
         found, before = refit_once(fit, best, float(np.log(tried))), misfit(fit)

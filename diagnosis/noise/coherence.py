@@ -92,10 +92,11 @@ def clear_of_noise(signal: Array, noise: float, sampling: float) -> float:
 
 def slower(signals: Array, cut: float, sampling: float) -> Array:
     """Return signals (n, k) without what is faster than `cut` Hz; all of them where that is near half the sampling."""
-    if cut > COHERENCE.most_of_rate * sampling or len(signals) < COHERENCE.filter_samples:
+    if cut > COHERENCE.most_of_rate * sampling:
         return signals
     sos = butter(4, cut, fs=sampling, output="sos")
-    return np.asarray(sosfiltfilt(sos, signals, axis=0))
+    ends = 3 * (2 * len(sos) + 1)  # samples, by which the filter lets signals go on at either end
+    return signals if len(signals) <= ends else np.asarray(sosfiltfilt(sos, signals, axis=0))
 
 
 def _gain(residual: Array, signals: Array) -> float:

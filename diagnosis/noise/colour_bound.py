@@ -74,7 +74,7 @@ def shares(shown: Spectra | None, f: Array, step: float) -> Array:
     if shown is None:
         return most
     bands = [(int(low), int(high)) for low, high in pairwise(shown.edges)]
-    told = [i for i, (low, _) in enumerate(bands) if f[low] >= COLOUR.drift_free_hz and shown.seen[i] > COLOUR.visible]
+    told = [i for i, (low, _) in enumerate(bands) if f[low] >= COLOUR.slowest_hz and shown.seen[i] > COLOUR.least_left]
     if not told:
         return most
     quick = [i for i in told if f[bands[i][0]] >= COLOUR.white_hz]

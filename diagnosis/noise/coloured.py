@@ -14,6 +14,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.noise import COLOUR
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.noise.debias import widened_by_noise
 from imubench.diagnosis.problem.fit import Fit
@@ -94,7 +95,7 @@ def influence(spread: Marginals, part: Linear) -> Array:
 
 def white_residuals(solution: Solution, measured: Sequence[tuple[Rows, Linear]], width: int) -> list[Array]:
     """Return what the linear fit leaves of draws of white noise, (n, m, draws) for every group."""
-    rng = np.random.default_rng(COLOUR.seed)
+    rng = np.random.default_rng(STATISTICS.seed)
     noise = [rng.standard_normal((*part.residual.shape, COLOUR.draws)) for _, part in measured]
     blocks, b, p = solution.border.shape
     pull = np.zeros((blocks * ALGEBRA.knots_per_block, width, COLOUR.draws))

@@ -24,6 +24,7 @@ import numpy as np
 from imubench.arrays import Array
 from imubench.chain_rule import chained
 from imubench.diagnosis.config.noise import DEBIAS
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis, Prior, State
@@ -50,7 +51,7 @@ class NoiseOnLaws:
     def grown(self, most: float = DEBIAS.most_from_noise) -> Array:
         """Return I (I - N)^-1 (k, k), no share of N larger than `most`."""
         values, vectors = np.linalg.eigh(self.whole)
-        root = (vectors * np.sqrt(np.maximum(values, DEBIAS.rounding * values[-1]))) @ vectors.T
+        root = (vectors * np.sqrt(np.maximum(values, ALGEBRA.half_digits * values[-1]))) @ vectors.T
         back = np.linalg.inv(root)
         shares, axes = np.linalg.eigh(back @ self.noise @ back)
         return np.asarray(root @ (axes / (1 - np.clip(shares, 0.0, most))) @ axes.T @ back)
@@ -146,7 +147,7 @@ def _seen_beside(
 
 def noise_draws(fit: Fit, factor: Factor, parts: list[Linear]) -> tuple[Array, Residuals]:
     """Return what draws of the measurements' noise do to the splines (knots, width, draws), and the draws by group."""
-    rng = np.random.default_rng(DEBIAS.seed)
+    rng = np.random.default_rng(STATISTICS.seed)
     width = fit.model.tracks.width
     pull = np.zeros((len(factor.lower) * ALGEBRA.knots_per_block, width, DEBIAS.draws))
     drawn = {}
@@ -207,7 +208,7 @@ def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> I
         for name, log in asked:
             for i, std in enumerate(model.priors[name].std):
                 value = state.values[name].copy()
-                value[i] += DEBIAS.difference * std
+                value[i] += ALGEBRA.difference * std
                 there = State(state.coefficients, state.values | {name: value})
                 ((_, seen),) = [(h, scene)] if log else scenes(model, there, h)
                 slope = {}
@@ -221,7 +222,7 @@ def _slopes(fit: Fit, names: Sequence[str], moved: Array, drawn: Residuals) -> I
                 for before, after in () if log else zip(read, model.measured(there, (h.at,)), strict=True):
                     if blocks := changed(before.residual, after.residual).blocks:
                         slope[before.name] = noise.change(before, blocks)
-                yield left, {group: column / (DEBIAS.difference * std) for group, column in slope.items()}
+                yield left, {group: column / (ALGEBRA.difference * std) for group, column in slope.items()}
 
 
 def changed(before: Jet, after: Jet) -> Jet:

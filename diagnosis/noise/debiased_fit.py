@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.diagnosis.config.noise import DEBIAS
-from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
 from imubench.diagnosis.noise.debias import law_parameters, noise_pull
 from imubench.diagnosis.noise.knot_selection import coarsest, finer
 from imubench.diagnosis.problem.fit import Fit
@@ -44,9 +44,9 @@ def settled(fit: Fit) -> Fit:
             fit.state,
             fit.noise,
             fit.anchor,
-            DEBIAS.steps if turn else SOLVER.steps,
+            SOLVER.refit_steps if turn else SOLVER.steps,
             SOLVER.fine_gain,
-            SOLVER.free_damping,
+            ALGEBRA.ridge,
         )[0]
         move = np.concatenate([fit.state.values[n] - before[n] for n in names]) / std
         if np.max(np.abs(move)) < DEBIAS.settled:

@@ -18,7 +18,8 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.noise import SPRING_INTERVAL
-from imubench.diagnosis.config.shared import STATISTICS
+from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.noise.coloured import parameter_std
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -50,7 +51,7 @@ def widen(out: dict[str, Array], fit: Fit, h: Hypothesis, name: str) -> None:
         else [own * k for k in SPRING_INTERVAL.stiffer]
     ):
         there = held_at(fit, key, value)
-        if there.cost - fit.cost > SPRING_INTERVAL.cost_nat:
+        if there.cost - fit.cost > EVIDENCE.certain_nat:
             break
         std = parameter_std(there)
         further = std[key] * value
@@ -70,7 +71,7 @@ def widen(out: dict[str, Array], fit: Fit, h: Hypothesis, name: str) -> None:
 def held_at(fit: Fit, key: str, value: Array) -> Fit:
     """Return the fit with numbers (k,) of a spring held, solved for all else; its rows, as of a fit that finds them."""
     model = replace(fit.model, fixed={**(fit.model.fixed or {}), key: np.log(value)})
-    done = solve(model, fit.state, fit.noise, fit.anchor, SPRING_INTERVAL.steps)
+    done = solve(model, fit.state, fit.noise, fit.anchor, SOLVER.refit_steps)
     rows = all_rows(fit.model, done.state, fit.noise, fit.anchor, fit.loose)
     return replace(done, model=fit.model, loose=fit.loose, rows=rows)
 

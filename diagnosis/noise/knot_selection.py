@@ -19,7 +19,9 @@ from scipy.sparse import csr_array, identity
 from scipy.sparse.linalg import spsolve
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.noise import COHERENCE, KNOT_SELECTION, REML
+from imubench.diagnosis.config.noise import COHERENCE, KNOT_SELECTION
+from imubench.diagnosis.config.samples import NOISE_FLOOR
+from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
 from imubench.diagnosis.noise.coherence import clear_at, clear_in
 from imubench.diagnosis.noise.debias import law_parameters
 from imubench.diagnosis.noise.noise_levels import levels
@@ -93,12 +95,12 @@ def coarser(fit: Fit, times: float) -> Fit:
     time = np.linspace(old.start + old.step / 2, old.start + old.step * (old.count - SUPPORT), 3 * old.count)
     time = time[(time > knots.start) & (time < knots.start + knots.step * (knots.count - DEGREE))]
     design, wanted = matrix(knots, time), matrix(old, time) @ fit.state.coefficients
-    normal = (design.T @ design + KNOT_SELECTION.unasked_weight * identity(knots.count)).tocsc()
+    normal = (design.T @ design + ALGEBRA.half_digits * identity(knots.count)).tocsc()
     state = State(np.reshape(spsolve(normal, design.T @ wanted), (knots.count, -1)), fit.state.values)
     held = {name: state.values[name] for _, name, _ in law_parameters(fit)}
     model = replace(fit.model, tracks=Tracks(knots, fit.model.tracks.widths), tilts=None)
     still = replace(model, fixed=(model.fixed or {}) | held)
-    found = solve(still, state, fit.noise, fit.anchor, steps=KNOT_SELECTION.steps, enough=REML.fine_gain)
+    found = solve(still, state, fit.noise, fit.anchor, enough=SOLVER.fine_gain)
     return solve(model, found.state, fit.noise, fit.anchor, steps=0)
 
 
@@ -111,7 +113,7 @@ def matrix(knots: Knots, time: Array) -> csr_array:
 def knots_suffice(fit: Fit) -> bool:
     """Return whether a fit's knots follow all that its recording shows; not where no IMU tells."""
     enough = bool(fit.model.recording.imus) and not too_quick(fit, fit.model.tracks.knots.step)
-    return enough and all(peak <= KNOT_SELECTION.flat_power for peak in peaks(fit))
+    return enough and all(peak <= NOISE_FLOOR.steady_power for peak in peaks(fit))
 
 
 def too_quick(fit: Fit, spacing: float) -> bool:

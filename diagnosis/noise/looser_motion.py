@@ -36,7 +36,7 @@ def rougher_noise(fit: Fit) -> dict[str, float]:
 
 def rougher(fit: Fit) -> Fit:
     """Return the fit solved again with its motion held less smooth."""
-    return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=SOLVER.steps_after_noise)
+    return solve(fit.model, fit.state, rougher_noise(fit), fit.anchor, steps=SOLVER.few_steps)
 
 
 def at_estimated_roughness(fit: Fit) -> Fit:

@@ -65,11 +65,7 @@ def weighed_beside(fit: Fit, hypotheses: Iterable[Hypothesis], sound: Masks | No
             else:
                 louder[name] = louder.get(name, np.ones(len(stamps))) * np.where(acts, times, 1.0)
     model = replace(fit.model, masks=masks or None, louder=louder or None)
-    return (
-        fit
-        if _alike(model, fit.model)
-        else solve(model, fit.state, fit.noise, fit.anchor, steps=SOLVER.steps_after_noise)
-    )
+    return fit if _alike(model, fit.model) else solve(model, fit.state, fit.noise, fit.anchor, steps=SOLVER.few_steps)
 
 
 def _alike(one: Model, other: Model) -> bool:
@@ -105,7 +101,7 @@ def shows_in_its_moments(fit: Fit, first: Fit, h: Hypothesis) -> bool:
 
 def with_mask(fit: Fit, counted: Masks | None) -> Fit:
     """Return the fit on those samples alone, noise levels as they were."""
-    return solve(replace(fit.model, masks=counted), fit.state, fit.noise, fit.anchor, steps=SOLVER.steps_after_noise)
+    return solve(replace(fit.model, masks=counted), fit.state, fit.noise, fit.anchor, steps=SOLVER.few_steps)
 
 
 __all__ = ["mask_beside", "shows_in_its_moments", "weighed_beside", "with_mask"]

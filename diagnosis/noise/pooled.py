@@ -25,7 +25,7 @@ def with_pooled_noise(fit: Fit) -> Fit:
         if len(names) == 2 and max(power) > DECLARED_NOISE.most_power and times.min() < 1 + DECLARED_NOISE.std_error:
             shared = float(np.sqrt(np.mean(times**2)))
             noise |= {n: shared * told[n] for n in names}
-    return fit if noise == fit.noise else solve(fit.model, fit.state, noise, fit.anchor, steps=SOLVER.steps_after_noise)
+    return fit if noise == fit.noise else solve(fit.model, fit.state, noise, fit.anchor, steps=SOLVER.few_steps)
 
 
 __all__ = ["with_pooled_noise"]

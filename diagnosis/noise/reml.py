@@ -111,13 +111,13 @@ def fit_with_noise(
             begun,
             noise,
             anchor,
-            steps=SOLVER.steps_after_noise,
-            enough=REML.fine_gain if model.tilts else SOLVER.least_gain,
+            steps=SOLVER.few_steps,
+            enough=SOLVER.fine_gain if model.tilts else SOLVER.least_gain,
         )
         after, before = now[0].state.values, begun.values
         move = np.concatenate([np.zeros(1), *(after[n] - before[n] for n in model.tilts or {})])
         share, moved = share / 2 if move.size == moved.size and move @ moved < 0 else share, move
         change = max(change, float(np.max(np.abs(move))))
-        if change < REML.settled and now[0].steps < SOLVER.steps_after_noise and not free:
+        if change < REML.settled and now[0].steps < SOLVER.few_steps and not free:
             break
     return now[0]

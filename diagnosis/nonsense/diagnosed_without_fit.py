@@ -6,9 +6,9 @@ from time import perf_counter
 
 import numpy as np
 
-from imubench.diagnosis.config.nonsense import STRETCH
 from imubench.diagnosis.config.samples import QUIET_MOMENTS, SCREENING
 from imubench.diagnosis.evidence import Evidence, Level, Played, Pose, Trace
+from imubench.diagnosis.problem.bspline import SUPPORT
 from imubench.diagnosis.residual_checks.fit_summary import CHANNELS_WITH_UNIT, noise_of
 from imubench.diagnosis.result import (
     UNKNOWN,
@@ -95,10 +95,10 @@ def _numbers(n: Nonsense) -> str:
 def still(recording: Recording) -> Played:
     """Return a motion in which nothing moves."""
     clocks = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
-    time = np.linspace(min(t[0] for t in clocks), max(t[-1] for t in clocks), STRETCH.still_rows)
+    time = np.linspace(min(t[0] for t in clocks), max(t[-1] for t in clocks), SUPPORT)  # as few as a spline takes
     turn = recording.base_quaternion if recording.clamped else [1.0, 0, 0, 0]
-    angle = np.zeros(STRETCH.still_rows) if recording.tree.hinge is not None else None
-    return Played(time, np.tile(turn, (STRETCH.still_rows, 1)), np.zeros((STRETCH.still_rows, 3)), angle)
+    angle = np.zeros(SUPPORT) if recording.tree.hinge is not None else None
+    return Played(time, np.tile(turn, (SUPPORT, 1)), np.zeros((SUPPORT, 3)), angle)
 
 
 __all__ = ["diagnosed_without_fit", "with_nonsense"]

@@ -67,9 +67,7 @@ class Handedness:
         chance = float(
             fisher.isf(STATISTICS.false_alarms_per_recording / (len(SIGNED_PERMUTATIONS) - 1), self.count, self.count)
         )
-        return self.velocity[0] > AXIS_ORDER.least_m_s and self.ratio > max(
-            AXIS_ORDER.velocity_ratio, float(np.sqrt(chance))
-        )
+        return self.velocity[0] > AXIS_ORDER.least_m_s and self.ratio > max(AXIS_ORDER.worse, float(np.sqrt(chance)))
 
 
 def handedness(samples: Samples) -> Handedness | None:

@@ -49,10 +49,8 @@ def shared(one: Array, two: Array, step: float) -> Shared | None:
         return Shared(found, np.inf)
     turns = np.linspace(apart, n - apart, SHARED_MOTION.surrogates).astype(int)
     others = np.array([at_lags(one, np.roll(two, turn, axis=0), most, step) for turn in turns])
-    z, chance = (
-        np.arctanh(np.clip(found, -SHARED_MOTION.most_correlation, SHARED_MOTION.most_correlation)),
-        np.arctanh(np.clip(others, -SHARED_MOTION.most_correlation, SHARED_MOTION.most_correlation)),
-    )
+    most_like = 1 - SHARED_MOTION.ridge  # the ridge keeps what was learnt from meaning more
+    z, chance = (np.arctanh(np.clip(x, -most_like, most_like)) for x in (found, others))
     return Shared(found, float((z - chance.mean()) / max(float(chance.std()), 1e-6)))
 
 

@@ -84,7 +84,7 @@ def _triple(imu: Imu, part: str, held: Mask) -> Iterator[Nonsense]:
             what = f"{imu.name}'s {SENSOR_WORDS[part]} is stuck: it reads the same {_how_long(float(at.mean()))}"
             yield Nonsense(imu.name, what, {"share": float(at.mean())}, CHANNELS[part], _advice(imu))
         return
-    busy = [k for k in range(3) if k not in dead and np.mean(values[1:, k] != values[:-1, k]) > STUCK.busy]
+    busy = [k for k in range(3) if k not in dead and np.mean(values[1:, k] != values[:-1, k]) > STUCK.most]
     if dead and busy:
         names = tuple(CHANNELS[part][k] for k in dead)
         share = float(held[:, dead].all(axis=1).mean())

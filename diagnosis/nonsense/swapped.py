@@ -21,7 +21,7 @@ def swapped(recording: Recording) -> Iterator[Nonsense]:
     if (declared := rough_misfit(alone)) < AXIS_ORDER.odd_misfit:
         return
     other = rough_misfit(replace(alone, imus=(reading(one, two), reading(two, one))))
-    if declared > AXIS_ORDER.swapped_factor * other:
+    if declared > AXIS_ORDER.worse * other:
         evidence = {"misfit": min(declared, 1e6), "misfit_swapped": other}
         what = "imu1 and imu2 look swapped: their files go with each other's mounts"
         yield Nonsense("joint", what, evidence, advice="check which file is of which IMU")

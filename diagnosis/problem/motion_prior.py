@@ -126,8 +126,8 @@ def heavy_tailed(x: Jet, std: Array) -> Jet:
     u = x.value / std
     cost = np.log1p(u * u)
     root = np.sign(u) * np.sqrt(2 * cost)
-    slope = 2 * u / (1 + u * u) / np.where(np.abs(u) > MOTION_PRIOR.straight_std, root, 1.0)
-    return x.through(root * std, np.where(np.abs(u) > MOTION_PRIOR.straight_std, slope, np.sqrt(2.0)))
+    straight = np.full_like(u, np.sqrt(2.0))  # at nought
+    return x.through(root * std, np.divide(2 * u / (1 + u * u), root, out=straight, where=root != 0.0))
 
 
 def pace_rows(model: Model, state: State) -> Iterator[Rows]:

@@ -32,7 +32,6 @@ from scipy.interpolate import make_interp_spline
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.config.shared import STATISTICS
-from imubench.diagnosis.config.solve import MOTION_PRIOR
 from imubench.diagnosis.problem.bspline import DEGREE
 from imubench.diagnosis.samples.pose_correlation import POSE_SPACING_S, GaussMarkov
 from imubench.jets import Jet, Turn
@@ -66,9 +65,7 @@ def _slope(time: Array, values: Array) -> tuple[Array, Array]:
     seen = np.isfinite(values).all(axis=1)
     slope = np.full(values.shape, np.nan)
     if seen.sum() > DEGREE:
-        near = (
-            np.convolve(seen, np.ones(2 * MOTION_PRIOR.rate_neighbours + 1), "same") > 2 * MOTION_PRIOR.rate_neighbours
-        )
+        near = np.convolve(seen, np.ones(DEGREE), "same") >= DEGREE
         spline = make_interp_spline(time[seen], values[seen], k=DEGREE)
         slope[near] = spline(time[near], 1)
     return values, slope

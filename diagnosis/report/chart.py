@@ -81,7 +81,7 @@ def panel(p: Panel) -> str:
     for line in p.lines:
         inside = (line.time >= p.span[0]) & (line.time <= p.span[1]) & np.isfinite(line.values)
         x, y = across(line.time[inside]), up(line.values[inside])
-        few = line.dots and inside.sum() <= CHART.dots
+        few = line.dots and inside.sum() <= CHART.width // 3  # pixels: more are a broad pale line
         drawn = dots(x, y) if few else "".join(path(x[run], y[run]) for run in unbroken(x))
         kind = f"{line.kind} dots" if few else line.kind
         parts.append(f"<path class='line {kind}' d='{drawn}'/>")

@@ -36,7 +36,7 @@ def figures(finding: Finding, compared: Sequence[Comparison], start: float, simu
     """
     rolled = simulation is not None and simulation.how == "rolled out"
     whole = rolled and finding.at in PLACES_OF_TORQUE
-    best = [c for c in sorted(compared, key=changed_power, reverse=True)[: PAGE.channels] if is_seen(c)]
+    best = [c for c in sorted(compared, key=changed_power, reverse=True)[: PAGE.listed] if is_seen(c)]
     name = called(finding.effect, finding.at)
     if compared and not best:
         return ABSORBED_SENTENCE
@@ -156,7 +156,7 @@ def slow(time: Array, values: Array) -> bool:
     power = np.abs(np.fft.rfft(values)) ** 2
     power[1:] *= 2
     frequency = np.fft.rfftfreq(len(values), float(np.median(np.diff(time))))
-    return float(power[frequency < 1 / PAGE.excerpt_s].sum()) > PAGE.slow_share * float(power.sum())
+    return float(power[frequency < 1 / PAGE.excerpt_s].sum()) > PAGE.most * float(power.sum())
 
 
 __all__ = ["changed_power", "figure", "figures", "is_seen", "left_over", "loudest", "residual", "slow", "title"]

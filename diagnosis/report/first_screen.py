@@ -129,7 +129,7 @@ def _times(value: float) -> str:
 def where(d: Diagnosis, evidence: Evidence) -> str:
     """Return where the recording differs from the declared model."""
     texts = headline.places(d, evidence.span)
-    return "".join(f"<p>{escape(words.sentence(text))}</p>" for text in texts[: PAGE.places])
+    return "".join(f"<p>{escape(words.sentence(text))}</p>" for text in texts[: PAGE.listed])
 
 
 def because(d: Diagnosis) -> str:

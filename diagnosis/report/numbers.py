@@ -60,7 +60,7 @@ def numbers_seen(p: Parameter) -> list[bool]:
     """Return whether each number of a parameter is seen: not one that lies mostly along directions that are not."""
     if p.fixed is None:
         return [True] * p.value.size
-    return [bool(np.sum(row**2) < PAGE.mostly_prior) for row in p.fixed.unseen]
+    return [bool(np.sum(row**2) < PAGE.most) for row in p.fixed.unseen]
 
 
 def size(name: str, p: Parameter) -> str:

@@ -74,7 +74,7 @@ def _map(d: Diagnosis, evidence: Evidence) -> Iterable[str]:
         return
     whose = "MuJoCo's simulation" if evidence.simulated else "the fitted motion, which is free to follow the sensors,"
     yield "<h2>Where and when they differ</h2>"
-    for text in headline.places(d, evidence.span)[PAGE.places :]:
+    for text in headline.places(d, evidence.span)[PAGE.listed :]:
         yield f"<p>{escape(words.sentence(text))}</p>"
     yield f"<p class='soft'>Below: by how many times its noise each channel differs from {whose} "
     yield f"over time, in seconds from the recording's start, and over frequency. {escape(MAP_TEXT)}</p>"

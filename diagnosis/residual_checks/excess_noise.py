@@ -5,7 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.noise import COLOUR
 from imubench.diagnosis.config.residuals import EXCESS_NOISE
+from imubench.diagnosis.config.samples import NOISE_FLOOR
 from imubench.diagnosis.config.shared import CONFIDENCE, DECLARED_NOISE, STATISTICS
 from imubench.diagnosis.config.solve import SWING
 from imubench.diagnosis.discrepancy.terms import channels_of
@@ -99,7 +101,8 @@ def refuted(raw: Sequence[Finding], fit: Fit, known: set[str]) -> tuple[Finding,
         return (
             name in leverage
             and tells_its_level(leverage[name])
-            and found[name] / fit.model.averaging.share(name) < EXCESS_NOISE.quieter * float(f.parameters["std"].value)
+            and found[name] / fit.model.averaging.share(name)
+            < DECLARED_NOISE.least_std * float(f.parameters["std"].value)
         )
 
     return tuple(f for f in some if less(f))
@@ -138,7 +141,7 @@ def steady(fit: Fit, rows: Rows, leverage: Array) -> bool:
         return False
     power = np.sum(rows.whitened**2, axis=1) / np.maximum(np.sum(1 - leverage, axis=1), 1e-3)
     ratio = float(np.mean(power[quick]) / np.mean(power[~quick]))
-    return 1 / EXCESS_NOISE.steady_power < ratio < EXCESS_NOISE.steady_power
+    return 1 / NOISE_FLOOR.steady_power < ratio < NOISE_FLOOR.steady_power
 
 
 def has_heavy_tails(rows: Rows, leverage: Array) -> bool:
@@ -147,9 +150,9 @@ def has_heavy_tails(rows: Rows, leverage: Array) -> bool:
     By their fourth moment: of six louder noises that is within 0.2 of the normal one's 3, once each residual is over
     what the fit leaves of its noise. Of an accelerometer at whose hinge the other one's springs ring now and then, 5.5.
     """
-    z = rows.whitened / np.sqrt(np.maximum(1 - leverage, EXCESS_NOISE.least_left))
+    z = rows.whitened / np.sqrt(np.maximum(1 - leverage, COLOUR.least_left))
     over = float(np.mean(z**4) / np.mean(z**2) ** 2) - 3
-    return over > max(EXCESS_NOISE.tail, EXCESS_NOISE.tail_sigmas * np.sqrt(24 / z.size))
+    return over > max(EXCESS_NOISE.tail, STATISTICS.rare_sigmas * np.sqrt(24 / z.size))
 
 
 def louder_noise(name: str, std: float, leverage: Array) -> Finding:

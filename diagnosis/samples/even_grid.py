@@ -39,7 +39,7 @@ def stretches(time: Array, gyro: Array, accel: Array, bad: Mask) -> tuple[Stretc
         return ()
     usual = float(np.median(np.diff(time)))
     slot = np.concatenate([[0], np.cumsum(np.maximum(1, np.round(np.diff(time) / usual)).astype(int))])[good]
-    ends = np.flatnonzero(np.diff(slot) > SCREENING.filled_samples + 1) + 1
+    ends = np.flatnonzero(np.diff(slot) > SCREENING.resampling_degree + 1) + 1
     both = np.hstack([gyro, accel])
     out = []
     for rows, slots in zip(np.split(good, ends), np.split(slot, ends), strict=True):

@@ -77,10 +77,10 @@ def apart_from(ratios: Array) -> float:
     ordered = np.sort(ratios)[::-1]
     if (
         ordered.size
-        and ordered[-1] > IMPACT.lone_factor * IMPACT.tail_ratio
+        and ordered[-1] > HIGH_BAND.unsure_factor
         and (IMPACT.tail_ratio / ordered[-1]) ** (2 * ordered.size) < STATISTICS.false_alarms_per_recording
     ):
-        return IMPACT.lone_factor * IMPACT.tail_ratio
+        return HIGH_BAND.unsure_factor
     knocks = 0  # the largest are; each that is leaves a shorter tail to the others
     while True:
         threshold = IMPACT.tail_ratio * float(np.sqrt(max(1, ordered.size - knocks) / IMPACT.tail_peaks))

@@ -9,6 +9,7 @@ to those the level is read from it changes no more than chance lets it, by a fac
 """
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -56,6 +57,13 @@ def densities(stretches: tuple[Stretch, ...], part: str, width: int, skip: Mask)
     return np.array(rows).reshape(len(rows), width // 2 + 1), np.array(times)
 
 
+@cache
+def noise_bandwidth() -> float:
+    """Return the noise bandwidth of a window in bins, of any length: neighbours in frequency are that much alike."""
+    taper = blackmanharris(64, sym=False)
+    return float(np.mean(taper**2) / np.mean(taper) ** 2)
+
+
 def white_level(stretches: tuple[Stretch, ...], part: str, rate: float, skip: Mask) -> Level | None:
     """Return the white noise of a triple; None where the recording is too short or sampled too slowly."""
     width = 2 * round(NOISE_FLOOR.window_s * rate / 2)
@@ -77,7 +85,7 @@ def white_level(stretches: tuple[Stretch, ...], part: str, rate: float, skip: Ma
     use = np.any([i for i, e in zip(inside, even, strict=True) if e], axis=0)
     level = _floor(power[:, use])
     # lower quartile, median and overlap: 2.2 times the variance of a mean, by simulation of 10 to 60 s at 50 to 200 Hz
-    free = 3 * len(power) * int(use.sum()) / NOISE_FLOOR.noise_bandwidth_bins
+    free = 3 * len(power) * int(use.sum()) / noise_bandwidth()
     error = np.sqrt(2.2 / free) / 2 + 0.01 * np.sqrt(NOISE_FLOOR.windows / len(power))
     steady = wandering(power[:, use]) < NOISE_FLOOR.steady_power
     return Level(
@@ -103,9 +111,7 @@ def _floor(power: Array) -> float:
 def _each(power: Array) -> tuple[Array, float]:
     """Return each window's level (windows,), a median over frequency, and the shape of the gamma that it follows."""
     each = np.median(power, axis=1) / MEDIAN_OVER_MEAN
-    return each, 3 * power.shape[
-        1
-    ] / NOISE_FLOOR.noise_bandwidth_bins / 1.6  # a median's variance is about 1.6 times a mean's
+    return each, 3 * power.shape[1] / noise_bandwidth() / 1.6  # a median's variance is about 1.6 times a mean's
 
 
 @dataclass(frozen=True)

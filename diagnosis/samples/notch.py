@@ -15,6 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
+from scipy.special import polygamma
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.samples import NOISE_FLOOR, NOTCH, TONE
@@ -40,7 +41,9 @@ def turns_with_hum(imu: Imu, frequency: float, skip: Mask) -> bool:
     if heard.sum() < NOISE_FLOOR.windows:
         return False
     at = np.argmax(accel[heard], axis=1)  # where it is in the accelerometer: the gyroscope's own maximum is chance
-    return bool(np.mean(gyro[heard][np.arange(len(at)), at]) > NOTCH.gyro_log_contrast)
+    # the logarithm of three axes' power, a chi-square of six degrees, has the variance psi'(3)
+    chance = STATISTICS.rare_sigmas * float(np.sqrt(polygamma(1, 3) / NOISE_FLOOR.windows))
+    return bool(np.mean(gyro[heard][np.arange(len(at)), at]) > chance)
 
 
 def without_hum(imu: Imu, frequency: float, skip: Mask) -> tuple[Array, Array]:

@@ -6,8 +6,9 @@ or of foam in one, looks much the same to a threshold, so a rest is taken for on
 - it lasts: a second or more at a time, and `QUIET_MOMENTS.rest_samples` samples; - it does not turn: a mean rate above
 `QUIET_MOMENTS.most_bias_rad_s` is more than a bias; - both triples are as quiet as an IMU at rest may be,
 `MOST_REST_STD`; - both are white: what moves a sensor (a hand sways at 1 to 4 Hz, trembles at 6 to 12, foam rings at 10
-to 20) repeats itself within `QUIET_MOMENTS.correlation_lag_s` s, the noise of an IMU does not. A correlation of 0.3 is
-that of a motion with 30 % of the power, which makes the std 20 % too large: as much as coloured noise may add anyhow.
+to 20) repeats itself within `QUIET_MOMENTS.correlation_lag_s` s, the noise of an IMU does not. A correlation of
+0.37 is that of a motion with 37 % of the power, which makes the std 26 % too large: as much as a declared one, with
+coloured noise on top, may be off anyhow.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,6 +17,7 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.samples import QUIET_MOMENTS
+from imubench.diagnosis.config.shared import DECLARED_NOISE
 from imubench.diagnosis.samples.quiet_moments import quiet_level
 from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
 from imubench.diagnosis.windows import Windows
@@ -88,9 +90,10 @@ def rest_noise(imu: Imu, windows: Windows, steps: Mapping[str, Array]) -> dict[s
 
 def repeats(pieces: list[Array], power: float, lags: int) -> bool:
     """Return whether pieces (n, 3), each without its mean, correlate with themselves up to so many samples later."""
+    most = 1 - 1 / DECLARED_NOISE.most_std**2  # of the power: so much makes a std no worse than a declared one
     for lag in range(1, lags + 1):
         products = [p[lag:] * p[:-lag] for p in pieces if len(p) > lag]
-        if products and abs(float(np.concatenate(products).mean())) > QUIET_MOMENTS.most_correlation * power:
+        if products and abs(float(np.concatenate(products).mean())) > most * power:
             return True
     return False
 

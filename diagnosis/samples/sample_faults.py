@@ -8,7 +8,8 @@ from scipy.special import erf
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.samples import DROPOUT, LATTICE
-from imubench.diagnosis.config.shared import STATISTICS
+from imubench.diagnosis.config.shared import DECLARED_NOISE, STATISTICS
+from imubench.diagnosis.config.solve import ALGEBRA
 
 Mask = np.ndarray[tuple[int], np.dtype[np.bool_]]
 UNIT_OF_PART = {"gyro": "rad/s", "accel": "m/s^2"}
@@ -40,7 +41,7 @@ def lattice(values: Array) -> float:
     if spread == 0:
         return 0.0
     gaps = np.diff(np.unique(values))
-    gaps = gaps[gaps > LATTICE.same_value * spread]
+    gaps = gaps[gaps > ALGEBRA.half_digits * spread]
     if gaps.size < LATTICE.gaps and values.size < LATTICE.repeats * (gaps.size + 1):
         return 0.0
     tried = (_multiples(gaps, float(np.median(gaps)) / part) for part in range(1, LATTICE.skipped_steps + 1))
@@ -168,7 +169,7 @@ def _sure(time: Array, x: Array, here: Mask, step: float, noise: float) -> bool:
         return bool(here.sum() >= LATTICE.plateau_samples)
     reach = max(1, round(LATTICE.drop_s / float(np.median(np.diff(time)))))
     plateaus, count = label(here)
-    stay = float(erf(step / (2 * np.sqrt(2) * max(LATTICE.least_noise * noise, 1e-12))))
+    stay = float(erf(step / (2 * np.sqrt(2) * max(DECLARED_NOISE.least_std * noise, 1e-12))))
     if np.bincount(plateaus)[1:].max(initial=0) > np.log(x.size / STATISTICS.false_alarm_of_one) / max(
         -np.log(stay), 1e-12
     ):

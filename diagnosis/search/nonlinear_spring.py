@@ -27,8 +27,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
-from imubench.diagnosis.config.shared import CONFIDENCE, EVIDENCE
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import CONFIDENCE, EVIDENCE, STATISTICS
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.trial import Gain
@@ -127,7 +127,7 @@ def bending(fit: Fit, h: Hypothesis, springs: Effect) -> NonlinearSprings:
     tried = refit(fit, everything)
     better = with_noise(tried, BEND_NOISE_ROUNDS)
     before = with_noise(fit, BEND_NOISE_ROUNDS)
-    heldout = predicted(at_noise_of(before, better), better, np.random.default_rng(HELD_OUT.bootstrap_seed))
+    heldout = predicted(at_noise_of(before, better), better, np.random.default_rng(STATISTICS.seed))
     bend = curved.key("bend")
     covariance, std = information(better)
     stiffer = Parameter(better.state.values[bend], std[bend], "1")

@@ -12,9 +12,9 @@ from functools import cache
 
 import numpy as np
 
-from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
+from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.noise import REML
-from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
 from imubench.diagnosis.criteria.conditional_aic import aic_gain, aic_gain_and_freedoms
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.dynamic_score import screen
@@ -58,7 +58,7 @@ class LawForSeries:
         if best is None:
             return
 
-        won = cache(lambda: heldout_gain(fit, best.fit, np.random.default_rng(HELD_OUT.bootstrap_seed)))
+        won = cache(lambda: heldout_gain(fit, best.fit, np.random.default_rng(STATISTICS.seed)))
 
         def after(_: Gain | None) -> SearchState:
             new, now = Kept(best.hypothesis, best.evidence, won(), ()), best.fit
@@ -100,7 +100,7 @@ def as_good(best: Trial, won: Gain, fit: Fit, series: Fit) -> bool:
         return True
     return (
         best.evidence * (1 + NEARLY) > other
-        and won.value > heldout_gain(fit, series, np.random.default_rng(HELD_OUT.bootstrap_seed)).value
+        and won.value > heldout_gain(fit, series, np.random.default_rng(STATISTICS.seed)).value
     )
 
 

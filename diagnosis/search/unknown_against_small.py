@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
-from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.score_at_size import scores_at_size
 from imubench.diagnosis.criteria.trial import Kept
@@ -55,7 +55,7 @@ class EffectForTerm:
         yield Proposal(
             f"{best.name} in the place of {self.term.name}",
             lambda won: state.changed(better, [*state.kept, Kept(small, worth, told(won), ())]),
-            (Foretells(lambda: heldout_gain(fit, better, np.random.default_rng(HELD_OUT.bootstrap_seed))),),
+            (Foretells(lambda: heldout_gain(fit, better, np.random.default_rng(STATISTICS.seed))),),
         )
 
 

@@ -148,7 +148,7 @@ def motion_of(told: Fit, smooth: Fit) -> Played:
 
 def with_levels(fit: Fit, told: dict[str, float]) -> Fit:
     """Return a fit solved again at other noise levels."""
-    return solve(fit.model, fit.state, {**fit.noise, **told}, fit.anchor, steps=SOLVER.steps_after_noise)
+    return solve(fit.model, fit.state, {**fit.noise, **told}, fit.anchor, steps=SOLVER.few_steps)
 
 
 def parts(fit: Fit) -> tuple[Part, ...]:

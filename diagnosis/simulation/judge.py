@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.budget import check
+from imubench.diagnosis.config.correction import REPLAY
 from imubench.diagnosis.config.simulation import ROLL_OUT, SIMULATED_BESIDE
 from imubench.diagnosis.evidence import Comparison, Posed, Swing
 from imubench.diagnosis.problem.averaging import AS_RECORDED, Averaging
@@ -64,7 +65,7 @@ class Judge:
 
     def samples(self, start: float, end: float) -> tuple[Recording, list[tuple[Channel, NDArray[np.bool_]]]]:
         """Return the recording between two times in s, its channels, and which of their samples (n,) count there."""
-        margin = SIMULATED_BESIDE.end_rows / SIMULATED_BESIDE.start_rate_hz
+        margin = REPLAY.end_rows / SIMULATED_BESIDE.start_rate_hz
         low, high = start + margin, end - margin
         counts = {c.name: self.counts[c.name][(c.time >= low) & (c.time <= high)] for c in self.channels}
         inside = [int(mask.size) for mask in counts.values()]
@@ -131,7 +132,7 @@ class Judge:
 
     def inside(self, channel: Channel) -> NDArray[np.bool_]:
         """Return which samples (n,) of a channel are judged."""
-        margin = SIMULATED_BESIDE.end_rows / dense_rate(self.recording) if any(self.windows) else 0.0
+        margin = REPLAY.end_rows / dense_rate(self.recording) if any(self.windows) else 0.0
         windows = [(start + margin, end - margin) for start, end in self.judged()]
         return self.counts[channel.name] & covered(channel.time, windows)
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.simulation import SIMULATED_BESIDE
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.cross_validation import half_step
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import State
@@ -151,7 +152,7 @@ def held_at(fit: Fit, numbers: Array) -> Fit:
 
 def _held(fit: Fit, start: State) -> Fit:
     held = replace(fit.model, fixed=dict(start.values))
-    return solve(held, start, with_laws_held(fit), fit.anchor, steps=SIMULATED_BESIDE.polish_steps)
+    return solve(held, start, with_laws_held(fit), fit.anchor, steps=SOLVER.few_steps)
 
 
 def numbers_of(fit: Fit) -> Array:

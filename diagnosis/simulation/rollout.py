@@ -30,7 +30,7 @@ import numpy as np
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.config.simulation import ROLL_OUT
-from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
 from imubench.diagnosis.evidence import Played, Swing
 from imubench.errors import InputError
 from imubench.sim.ball import needs_ball
@@ -155,38 +155,38 @@ def refined(rig: Rig, window: Swing, misfit: Misfit, seconds: float = ROLL_OUT.s
 
 def best_step(slope: Array, found: Array) -> Array:
     """Return the step (k,) that lowers residuals (n,) with derivatives (n, k) most; directions unseen stay."""
-    return -np.linalg.pinv(slope, rcond=ROLL_OUT.unseen) @ found
+    return -np.linalg.pinv(slope, rcond=ALGEBRA.difference) @ found
 
 
 def slopes(rig: Rig, window: Swing, misfit: Misfit) -> Array:
     """Return the derivatives (n, 2 or 6) of a window's misfit by the state at its start, by differences."""
     here = misfit(window)[1]
     moved = (
-        misfit(replace(window, state=state_beside(rig, window.state, ROLL_OUT.difference * row)))[1]
+        misfit(replace(window, state=state_beside(rig, window.state, ALGEBRA.difference * row)))[1]
         for row in np.eye(freedoms(rig))
     )
-    return np.stack([(there - here) / ROLL_OUT.difference for there in moved], axis=1)
+    return np.stack([(there - here) / ALGEBRA.difference for there in moved], axis=1)
 
 
 def horizon(rig: Rig, window: Swing, misfit: Misfit) -> float:
     """Return until when, in s, a window's roll-out is less uncertain than the noise for its start's sake."""
     if rig.tree.hinge is not None:
         return window.end
-    ahead = ROLL_OUT.ahead_s
+    ahead = ROLL_OUT.least_s
     while True:
+        ahead *= 3  # chaos shows soon
         end = min(window.end, window.start + ahead)
         near = replace(window, end=end)
         time, slope = misfit(near)[0], slopes(rig, near, misfit)
-        first = np.linalg.pinv(slope[time <= window.start + ROLL_OUT.start_s], rcond=ROLL_OUT.unseen)
+        first = np.linalg.pinv(slope[time <= window.start + ROLL_OUT.start_s], rcond=ALGEBRA.difference)
         bins = ((time - window.start) / ROLL_OUT.bin_s).astype(int)
         power = np.bincount(bins, np.sum((slope @ first) ** 2, axis=1)) / np.maximum(np.bincount(bins), 1)
-        beyond = np.flatnonzero(power > ROLL_OUT.uncertain**2)
+        beyond = np.flatnonzero(power > 1.0)
         beyond = beyond[beyond * ROLL_OUT.bin_s >= ROLL_OUT.least_s]
         if beyond.size:
             return window.start + float(beyond[0]) * ROLL_OUT.bin_s
         if end >= window.end:
             return window.end
-        ahead *= 3
 
 
 __all__ = ["Misfit", "can_swing", "horizon", "refined", "rolled_out"]

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.simulation import ROLL_OUT
-from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
 from imubench.diagnosis.criteria.cross_validation import half_step
 from imubench.diagnosis.evidence import Swing
 from imubench.diagnosis.problem.fit import Fit
@@ -63,7 +62,7 @@ class Shooting:
     def learned(self, windows: Sequence[Swing]) -> Shot:
         """Return the numbers that fit the roll-outs of some windows best, from states at their starts that are near."""
         best = self.at(numbers_of(self.fit), windows)
-        for _ in range(SOLVER.steps_after_noise):
+        for _ in range(SOLVER.few_steps):
             step, promised, follow = self.step(best)
             if promised < SOLVER.least_gain * best.cost:
                 break
@@ -107,7 +106,7 @@ class Shooting:
     def slopes(self, here: Shot) -> list[Array]:
         """Return the derivatives (n, p) of every window's misfit by the numbers that are free, by differences."""
         priors = replace(self.fit.model, fixed=None).priors
-        reach = ROLL_OUT.difference * np.concatenate([priors[n].std for n in self.fit.model.parameters.widths])
+        reach = ALGEBRA.difference * np.concatenate([priors[n].std for n in self.fit.model.parameters.widths])
         there = {
             i: self.misfit(here.numbers + reach[i] * (np.arange(reach.size) == i)) for i in np.flatnonzero(self.free)
         }

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.diagnosis.budget import Budget
-from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.residual_checks import fit_summary
@@ -45,7 +44,7 @@ def judged_by_simulation(
     """
     noise = {level.group: level.used for level in evidence.levels}
     found, why = None, ""
-    with budget.part(BUDGET.numbers, UNPLAYED):
+    with budget.rest(UNPLAYED):
         try:
             found = beside(best.model.recording, declared, best, noise, others)
             why = "" if found else "MuJoCo cannot play what was found"

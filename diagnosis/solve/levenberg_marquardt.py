@@ -29,9 +29,7 @@ _solved: WeakValueDictionary[int, Fit] = WeakValueDictionary()
 
 def at_noise_of(fit: Fit, other: Fit) -> Fit:
     """Return a fit solved again at the noise levels of one with more in its model, to be compared with that."""
-    return solve(
-        fit.model, fit.state, {n: other.noise[n] for n in fit.noise}, fit.anchor, steps=SOLVER.steps_after_noise
-    )
+    return solve(fit.model, fit.state, {n: other.noise[n] for n in fit.noise}, fit.anchor, steps=SOLVER.few_steps)
 
 
 def converged(fit: Fit) -> Fit:
@@ -40,7 +38,7 @@ def converged(fit: Fit) -> Fit:
     A skin's slide and the mount of its sensor move together by far at next to no cost: a fit may stop tens of nat above
     the least with numbers that are several standard deviations off.
     """
-    return search(fit.model, fit.state, fit.noise, fit.anchor, SOLVER.steps, SOLVER.fine_gain, SOLVER.free_damping)[0]
+    return search(fit.model, fit.state, fit.noise, fit.anchor, SOLVER.steps, SOLVER.fine_gain, ALGEBRA.ridge)[0]
 
 
 @remembered
@@ -88,7 +86,7 @@ def search(
                 check()
                 led = moved(model, state, length * step.splines, length * step.values)
                 trial, trial_rows, trial_cost = _arrived(model, led, noise, anchor)
-                if follow and length >= SOLVER.bent_length and trial_cost >= cost:
+                if follow and length > SOLVER.lengths[-1] and trial_cost >= cost:
                     led = followed(model, trial, trial_rows, damping)
                     trial, trial_rows, trial_cost = _arrived(model, led, noise, anchor)
                 if trial_cost < cost:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -36,6 +37,12 @@ class Base:
     def solution(self) -> Solution:
         """The factored equations."""
         return self.step.solution
+
+    @property
+    def at_once(self) -> int:
+        """How many parameters' columns may be held together: as many numbers each as a fit has coefficients."""
+        tracks = self.fit.model.tracks
+        return min(ALGEBRA.columns, ADMISSION.numbers_at_once // max(tracks.knots.count * tracks.width, 1))
 
     def std_of(self, name: str, std: Array) -> Array:
         """Return the standard deviation that the fit gives to rows of a group."""

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.config.solve import START
 from imubench.diagnosis.problem.batch_model import middles
 from imubench.diagnosis.problem.bspline import SUPPORT, Knots, Moment, Tracks
@@ -25,7 +26,7 @@ def loudest(fit: Fit, seconds: float) -> tuple[float, float]:
     begins = np.arange(start, end - seconds, START.subset_hop_s)
     power = np.zeros(len(begins))
     for rows in fit.measured:
-        sums = np.concatenate([[0.0], np.cumsum(np.minimum(rows.whitened**2, START.most_residual_std**2).sum(axis=1))])
+        sums = np.concatenate([[0.0], np.cumsum(np.minimum(rows.whitened**2, STATISTICS.rare_sigmas**2).sum(axis=1))])
         order = np.sort(rows.time)
         power += sums[np.searchsorted(order, begins + seconds)] - sums[np.searchsorted(order, begins)]
     best = float(begins[np.argmax(power)])

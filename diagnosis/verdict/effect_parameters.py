@@ -3,6 +3,7 @@
 import numpy as np
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -44,7 +45,7 @@ def propagated_std(h: Hypothesis, values: dict[str, Array], std: dict[str, Array
     variance = {name: np.zeros_like(value) for name, value in told.items()}
     for key, value in values.items():
         for i, own in enumerate(std[h.key(key)]):
-            moved = value + FINDINGS.difference * own * (np.arange(value.size) == i)
+            moved = value + ALGEBRA.difference * own * (np.arange(value.size) == i)
             for name, x in h.effect.read(values | {key: moved}, {}, step).items():
-                variance[name] += ((x - told[name]) / FINDINGS.difference) ** 2
+                variance[name] += ((x - told[name]) / ALGEBRA.difference) ** 2
     return {name: np.sqrt(v) for name, v in variance.items()}

@@ -50,6 +50,7 @@ import numpy as np
 
 from imubench.arrays import Array, rms
 from imubench.diagnosis.config.noise import DEBIAS
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.config.verdict import SHIFT
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import State
@@ -206,7 +207,7 @@ def by_numbers(fit: Fit, solution: Solution) -> Iterator[tuple[float, State]]:
 def by_splines(fit: Fit, solution: Solution) -> Iterator[tuple[float, State]]:
     """Yield states with drawn splines, the shared numbers as they are, and the share of each."""
     blocks, b, p = solution.border.shape
-    draws = np.random.default_rng(DEBIAS.seed).standard_normal((DEBIAS.draws, blocks, b))
+    draws = np.random.default_rng(STATISTICS.seed).standard_normal((DEBIAS.draws, blocks, b))
     splines = solution.factor.backward(np.moveaxis(draws, 0, 2))
     yield from (
         (1 / DEBIAS.draws, moved(fit.model, fit.state, splines[:, :, i], np.zeros(p))) for i in range(DEBIAS.draws)

@@ -124,7 +124,7 @@ def explained(work: Work, start: Beginning, chosen: Selection | None) -> Explana
 def all_told(work: Work, named: Findings, fit: Fit, samples: SampleChecks, chosen: Selection | None) -> Findings:
     """Return findings with knocks among them, what rounding may be doubted, the surest first; only what is new."""
     use, recording = work.use, work.recording
-    with work.budget.part(BUDGET.numbers, "knocks that the raw samples doubt"):
+    with work.budget.rest("knocks that the raw samples doubt"):
         if chosen:
             springs = chosen.springs_refused
             named = use.changed(
@@ -154,7 +154,7 @@ def in_numbers(
     chosen: Selection, kept: Collection[tuple[str, str]], best: Fit, recording: Recording, budget: Budget
 ) -> tuple[Findings, Fit]:
     """Return the findings, and the fit that their numbers are of; both as the search left them where time is short."""
-    with budget.part(BUDGET.numbers, "intervals, equivalents and what would tell these apart"):
+    with budget.rest("intervals, equivalents and what would tell these apart"):
         return findings(chosen, recording), numbered(chosen, kept) or best
     return findings(chosen, recording, briefly=True), best
 

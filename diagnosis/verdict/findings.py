@@ -92,7 +92,7 @@ def overshadowed(selection: Selection) -> list[Hypothesis]:
     """
     left = left_over(selection.fit, 1.0)
     weaker = strongest_first(selection)[1:]
-    return [k.hypothesis for k in weaker if (k.heldout.value or k.evidence) < FINDINGS.overshadowed * left]
+    return [k.hypothesis for k in weaker if (k.heldout.value or k.evidence) < FINDINGS.much * left]
 
 
 def strongest_first(selection: Selection) -> list[Kept]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.criteria import IMPACT_TEST
+from imubench.diagnosis.config.samples import HIGH_BAND
 from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.config.verdict import KNOCK
 from imubench.diagnosis.criteria.impact_test import counted, knocks, solved
@@ -47,7 +48,7 @@ def unseen_knocks(
     out = []
     for imu in (i for i in fit.model.recording.imus if i.name not in told):
         samples = struck.get(imu.name, np.zeros(imu.time.size, dtype=bool))
-        peaks = joined(imu.time[samples], KNOCK.one_s, KNOCK.samples)
+        peaks = joined(imu.time[samples], HIGH_BAND.one_knock_s, EVIDENCE.events)
         if any(traits_of(f.effect).holds_by for f in named):
             peaks = tuple(p for p in peaks if not turns_round(fit, p))
         peaks = tuple(p for p in peaks if not slips(fit, imu.name, p))

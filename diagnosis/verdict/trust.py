@@ -22,7 +22,8 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.diagnosis.config.shared import DECLARED_NOISE, STATISTICS
-from imubench.diagnosis.config.verdict import SHIFT, TRUST
+from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.config.verdict import TRUST
 from imubench.diagnosis.criteria.cross_validation import block_of
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.noise.coloured import parameter_std
@@ -89,7 +90,7 @@ def matters(fit: Fit, question: Question, tolerance: Pair, spread: Spread) -> bo
     model = replace(fit.model, fixed=dict(fit.model.fixed or {}) | {question.of: question.otherwise})
     state = replace(fit.state, values=fit.state.values | {question.of: question.otherwise})
     try:
-        other = solve(model, state, fit.noise, fit.anchor, steps=SHIFT.steps_without)
+        other = solve(model, state, fit.noise, fit.anchor, steps=SOLVER.refit_steps)
     except NotPositiveDefiniteError:
         return True
     time = times(fit)

@@ -28,7 +28,7 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.verdict import SHIFT
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.discrepancy.terms import Unknown
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.fit import Fit
@@ -146,7 +146,7 @@ def moves_of_all(fit: Fit, recording: Recording, tolerance: Pair) -> dict[str, M
         return {}
     with suppress(NotPositiveDefiniteError):
         time, mounts = times(fit), [h for h in gone if on_mount(h)]
-        other = refit_without(fit, gone, SHIFT.steps_without)
+        other = refit_without(fit, gone, SOLVER.refit_steps)
         shift = moves_between(estimates_of(fit, time), _said_by(other, fit, mounts, time), recording)
         ordinary = OrdinaryEstimates.of(fit)
         return worth_telling(_farther_off(shift, fit, other, gone, ordinary), tolerance)
@@ -171,7 +171,7 @@ def fit_without(fit: Fit, finding: Finding, samples: SampleChecks, recording: Re
     """Return the fit solved again without a finding; None where that cannot be said."""
     gone = in_fit(fit, finding)
     if gone:
-        return None if any(drives(fit, h) for h in gone) else refit_without(fit, gone, SHIFT.steps_without)
+        return None if any(drives(fit, h) for h in gone) else refit_without(fit, gone, SOLVER.refit_steps)
     if not finding.at.startswith("imu"):
         return None
     traits = traits_of(finding.effect)
@@ -185,7 +185,7 @@ def fit_without(fit: Fit, finding: Finding, samples: SampleChecks, recording: Re
     if not told:
         return None
     noise = fit.noise | fit.model.averaging.in_fit({f"{finding.at}.{traits.channel}": told})
-    return solve(fit.model, fit.state, noise, fit.anchor, steps=SHIFT.steps_without)
+    return solve(fit.model, fit.state, noise, fit.anchor, steps=SOLVER.refit_steps)
 
 
 def in_fit(fit: Fit, finding: Finding) -> list[Hypothesis]:
@@ -225,7 +225,7 @@ def _counting(fit: Fit, finding: Finding, samples: SampleChecks) -> Fit:
             masks[name] = masks[name] | back
     if not changed:
         return fit
-    return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=SHIFT.steps_without)
+    return solve(replace(fit.model, masks=masks), fit.state, fit.noise, fit.anchor, steps=SOLVER.refit_steps)
 
 
 def _reading(fit: Fit, at: str, readings: Mapping[str, Array]) -> Fit:
@@ -235,7 +235,7 @@ def _reading(fit: Fit, at: str, readings: Mapping[str, Array]) -> Fit:
     imu = replace(imu, gyro=readings.get("gyro", imu.gyro), accel=readings.get("accel", imu.accel))
     imus = tuple(imu if i.name == at else i for i in model.recording.imus)
     model = replace(model, recording=replace(model.recording, imus=imus))
-    return solve(model, fit.state, fit.noise, fit.anchor, steps=SHIFT.steps_without)
+    return solve(model, fit.state, fit.noise, fit.anchor, steps=SOLVER.refit_steps)
 
 
 def _unrounded(fit: Fit, finding: Finding) -> Fit | None:

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.criteria import ADMISSION, HELD_OUT
-from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.config.criteria import ADMISSION
+from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.dynamic_aic import tightened
@@ -206,4 +206,4 @@ def _judged(kept: Kept, without: Fit | None, fit: Fit) -> Kept:
     """Return an effect that was in the model from the start with what it gains on held-out data."""
     if kept.heldout.value or kept.evidence < EVIDENCE.needed_nat or without is None:
         return kept
-    return replace(kept, heldout=predicted(without, fit, np.random.default_rng(HELD_OUT.bootstrap_seed)))
+    return replace(kept, heldout=predicted(without, fit, np.random.default_rng(STATISTICS.seed)))

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from imubench.diagnosis.config.criteria import HELD_OUT
+from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.criteria.trial import Gain, Kept, Trial
 from imubench.diagnosis.noise.masking import Masks
 from imubench.diagnosis.problem.fit import Fit
@@ -67,7 +67,7 @@ class SearchState:
     sound: Masks | None = None  # samples that count beside no effect; None: all
     not_tried: tuple[str, ...] = ()  # stages of the search that the time limit did not allow
     random: np.random.Generator = field(
-        default_factory=lambda: np.random.default_rng(HELD_OUT.bootstrap_seed)
+        default_factory=lambda: np.random.default_rng(STATISTICS.seed)
     )  # of the bootstraps
     use: RuleUse = field(default_factory=RuleUse)
 

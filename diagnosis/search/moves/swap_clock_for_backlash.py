@@ -9,8 +9,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from imubench.diagnosis.config.criteria import HELD_OUT
-from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.dynamic_score import screen
@@ -51,7 +50,7 @@ class ClocksToBacklash:
                 (
                     Holds(lambda: holds_its_law(trial)),
                     Above(lambda: aic_gain(fit, trial.fit), EVIDENCE.needed_nat),
-                    Foretells(lambda: heldout_gain(bare, trial.fit, np.random.default_rng(HELD_OUT.bootstrap_seed))),
+                    Foretells(lambda: heldout_gain(bare, trial.fit, np.random.default_rng(STATISTICS.seed))),
                 ),
             )
 

@@ -153,7 +153,7 @@ def taken_again(fit: Fit, h: Hypothesis) -> tuple[Fit, Hypothesis]:
         if found.cost - tried.cost < EVIDENCE.needed_nat:
             break
         found, h = tried, new
-    return (fit if found is fit else with_noise(found, REML.few_rounds)), h
+    return (fit if found is fit else with_noise(found, REML.rounds)), h
 
 
 def at_the_late(fit: Fit, h: Hypothesis, imu: Imu, delay: float) -> Fit | None:
@@ -182,4 +182,4 @@ def gains(before: tuple[Fit, Fit], tried: Fit) -> tuple[float, float]:
 def _with(fit: Fit, rest: tuple[Hypothesis, ...], h: Hypothesis, start: dict[str, Array]) -> Fit:
     begun = extended(fit, (*rest, h), start)
     tried = solve(begun.model, driven_by_motion(begun.model, begun.state, [h]), begun.noise, fit.anchor, steps=6)
-    return with_noise(tried, REML.few_rounds)
+    return with_noise(tried, REML.rounds)

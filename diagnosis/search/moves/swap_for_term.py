@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.config.discrepancy import TERM
-from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
 from imubench.diagnosis.criteria.conditional_aic import aic_gain
 from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.equivalence import equivalents
@@ -97,7 +96,7 @@ def swapped_for_terms(fit: Fit, say: Callable[[str], None] = lambda _: None) -> 
                     taken = takes_place(done, more, lost, names, free, strained)
                     if taken and nearly_a_filter(done, more, lost, gone):
                         taken = (
-                            heldout_gain(without, fit, np.random.default_rng(HELD_OUT.bootstrap_seed)).value
+                            heldout_gain(without, fit, np.random.default_rng(STATISTICS.seed)).value
                             < done.heldout.value
                         )
                     won.append((taken, more, done))

@@ -12,9 +12,8 @@ from itertools import combinations
 import numpy as np
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.criteria import HELD_OUT
 from imubench.diagnosis.config.noise import REML
-from imubench.diagnosis.config.shared import EVIDENCE
+from imubench.diagnosis.config.shared import EVIDENCE, STATISTICS
 from imubench.diagnosis.criteria.cross_validation import predicted
 from imubench.diagnosis.criteria.plausible_fit import natural
 from imubench.diagnosis.criteria.trial import Kept
@@ -50,7 +49,7 @@ class FrictionMixture:
         others = (Hypothesis(e, "joint") for e in EFFECTS.values() if e.friction and e.name not in named)
         laws = [*now, *others]
         with suppress(NotPositiveDefiniteError):
-            whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), REML.few_rounds)
+            whole = with_noise(refit(at_estimated_roughness(fit), (*rest, *laws)), REML.rounds)
             best = mixture(whole, laws)
             if not best or set(best) == set(now):
                 return
@@ -79,7 +78,7 @@ def together(fit: Fit, kept: Sequence[Kept]) -> Sequence[Kept]:
         return kept
     gone = {k.hypothesis for k in rubbing}
     bare = refit_without(fit, gone, steps=4)
-    won = predicted(bare, fit, np.random.default_rng(HELD_OUT.bootstrap_seed))
+    won = predicted(bare, fit, np.random.default_rng(STATISTICS.seed))
     return [replace(k, heldout=won) if k in rubbing else k for k in kept]
 
 

@@ -8,6 +8,7 @@ from scipy.interpolate import make_lsq_spline
 
 from imubench.diagnosis.candidates.begin import begin
 from imubench.diagnosis.config.noise import KNOT_SELECTION
+from imubench.diagnosis.config.samples import NOISE_FLOOR
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise import knot_selection
 from imubench.diagnosis.noise.coherence import clear_at
@@ -114,7 +115,7 @@ def test_slow_noise_needs_no_knots_and_quick_noise_does(tmp_path):
     for frequency, needed in ((1.0, False), (0.9 / (2 * few.model.tracks.knots.step), True)):
         hum = np.sin(2 * np.pi * frequency * time)[:, None]
         rows = [replace(r, residual=r.residual + hum * r.std) if r is last else r for r in few.rows]
-        assert (max(peaks(replace(few, rows=rows))) > KNOT_SELECTION.flat_power) == needed
+        assert (max(peaks(replace(few, rows=rows))) > NOISE_FLOOR.steady_power) == needed
 
 
 def test_a_hinge_on_a_wall_has_one_spline_and_keeps_it(tmp_path):

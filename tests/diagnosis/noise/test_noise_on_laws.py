@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from imubench.diagnosis.config.noise import DEBIAS
 from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.noise import debias
 from imubench.diagnosis.noise.debias import _slopes, changed, law_parameters
@@ -62,12 +61,12 @@ def anew(fit, names, moved, drawn):
         left = law | {group: drawn[group] + x for group, x in read_.items()}
         for i, std in enumerate(fit.model.priors[name].std):
             value = fit.state.values[name].copy()
-            value[i] += DEBIAS.difference * std
+            value[i] += ALGEBRA.difference * std
             other, seen = at(State(fit.state.coefficients, fit.state.values | {name: value}))
-            slope = {g: (x - law[g]) / (DEBIAS.difference * std) for g, x in other.items()}
+            slope = {g: (x - law[g]) / (ALGEBRA.difference * std) for g, x in other.items()}
             yield (
                 left,
-                slope | ({} if log else {g: (x - read_[g]) / (DEBIAS.difference * std) for g, x in seen.items()}),
+                slope | ({} if log else {g: (x - read_[g]) / (ALGEBRA.difference * std) for g, x in seen.items()}),
             )
 
 

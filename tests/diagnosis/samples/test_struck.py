@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from imubench.diagnosis.config.verdict import KNOCK
+from imubench.diagnosis.config.samples import HIGH_BAND
+from imubench.diagnosis.config.shared import EVIDENCE
 from imubench.diagnosis.criteria.impact_test import elsewhere
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -133,8 +134,10 @@ def test_one_faint_peak_may_be_anything(count, found):
 
 def test_peaks_near_one_another_are_one_and_single_samples_none():
     time = np.arange(0, 4, 0.01)
-    assert joined(time[[50, 51, 52, 58, 59, 200]], KNOCK.one_s, KNOCK.samples) == ((0.5, pytest.approx(0.59)),)
-    assert joined(time[:0], KNOCK.one_s, KNOCK.samples) == ()
+    assert joined(time[[50, 51, 52, 58, 59, 200]], HIGH_BAND.one_knock_s, EVIDENCE.events) == (
+        (0.5, pytest.approx(0.59)),
+    )
+    assert joined(time[:0], HIGH_BAND.one_knock_s, EVIDENCE.events) == ()
 
 
 def test_other_stretches_keep_away_from_peaks_and_from_one_another():
