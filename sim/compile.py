@@ -9,7 +9,7 @@ import numpy as np
 from imubench import rotations
 from imubench.models import mjcf
 from imubench.models.tree import rig_spec, rig_tree
-from imubench.sim.joint_model import PLAY, TINY_ARMATURE, gear, lighten, set_joint
+from imubench.sim.joint_model import PLAY, TINY_ARMATURE, along, gear, lighten, set_joint
 from imubench.sim.rigs import Mount, Rig
 from imubench.sim.stability import write_no_log
 
@@ -141,11 +141,11 @@ def _set_mount(spec: Any, name: str, mount: Mount) -> None:
     if mount.translation is not None:
         _add_springs(body, carrier, mount.translation, "slide", segment_axes, np.full(3, mount.mass))
     for name, vector in shifts(mount):
-        axis = rotations.rotate_back(mount.quaternion, vector)
+        axis = along(rotations.rotate_back(mount.quaternion, vector))
         joint = carrier.add_joint(name=f"{body.name}_path_{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
         joint.armature = TINY_ARMATURE
     for name, rotation in turns(mount):
-        joint = body.add_joint(name=f"{body.name}_path_{name}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=rotation)
+        joint = body.add_joint(name=f"{body.name}_path_{name}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=along(rotation))
         joint.armature = TINY_ARMATURE
     if mount.rotation is not None:
         _add_springs(body, body, mount.rotation, "hinge", np.eye(3), np.full(3, mount.mass * mount.gyration**2))

@@ -19,6 +19,11 @@ NO_WEIGHT = 1e-12  # of a body's weight
 FAR = 100.0  # rad: where a joint with a stop on one side has its other one
 
 
+def along(vector: np.ndarray) -> np.ndarray:
+    """Return an axis along a vector (3,), however short that is: MuJoCo takes none of under 1e-14."""
+    return vector / np.abs(vector).max()
+
+
 def lighten(body: Any, scale: float) -> None:
     """Give a body m l / I of so many times its own, its weight unchanged: mass and inertia / scale, heavier by gravity.
 
@@ -79,7 +84,7 @@ def _slide_before(spec: Any, tree: Tree, joint: Any, centre: np.ndarray) -> Any:
     name, axis = joint.name, list(joint.axis)
     spec.delete(joint)
     body = spec.body(tree.last.name)
-    body.add_joint(name="centre", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=centre)
+    body.add_joint(name="centre", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=along(centre))
     hinge = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
     gear(spec, tree, "centre", float(np.linalg.norm(centre)))
     return hinge

@@ -52,6 +52,17 @@ def test_sensors_read_how_they_move(family, kind):
     assert_allclose(sensor.angular_acceleration[1:-1], turning, atol=0.15)
 
 
+@pytest.mark.parametrize("size", [1e-15, 1e-200])
+@pytest.mark.parametrize("family", WAYS)
+def test_what_hardly_moves_is_as_what_does_not(family, size):
+    """Numbers that a fit leaves of a slip that its half of a recording does not hold, say."""
+    slip = Slip(0.4, size * SLIP.translation, size * SLIP.rotation)
+    hardly = play(rig_of(family, slip=slip, slide=size * SLIDE, twist=size * TWIST), motion_of(family), 0.8, 100.0)
+    still = play(rig_of(family), motion_of(family), 0.8, 100.0)
+    assert_allclose(hardly.sensors[-1].specific_force, still.sensors[-1].specific_force, atol=1e-9)
+    assert_allclose(hardly.sensors[-1].gyro, still.sensors[-1].gyro, atol=1e-9)
+
+
 @pytest.mark.parametrize("family", WAYS)
 def test_mounts_are_where_the_laws_have_them(family):
     """exp(slip) and then exp(twist angle), the swing of a pendulum being atan2(R[0, 2], R[2, 2])."""
