@@ -20,6 +20,7 @@ class RollOutConfig:
     difference: float = setting(
         1e-4, "rad, rad/s, prior std", "of differences; the response is linear over it to 1e-8", "numerics"
     )
+    remembered: int = setting(8, "roll-outs", "made last that are kept: of one window, moved by each number", "time")
     near: float = setting(
         10.0,
         "of the noise",

@@ -1,0 +1,78 @@
+"""Roll-outs of one recording, each made once: many numbers change how a motion is read, and few how a rig swings.
+
+A roll-out has three parts: MuJoCo integrates the rig, the sensors are carried along by that motion, and what they read
+is compared. The first takes most of the time, and only weight, torques and the body enter it: neither a mount, for
+sensors weigh nothing there, nor a sensor's error. So what was made last is kept by all that enters it.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from dataclasses import fields, is_dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from imubench.diagnosis.config.simulation import ROLL_OUT
+from imubench.diagnosis.evidence import Played, Swing
+from imubench.diagnosis.simulation.rollout import rolled_out, with_weightless_sensors
+from imubench.diagnosis.simulation.sim_model import SimModel
+from imubench.diagnosis.simulation.splice import carried
+from imubench.sim.rigs import Rig, standard_rig
+from imubench.truth import Truth
+
+T = TypeVar("T")
+
+
+class Latest:
+    """What was made last, by what it was made of."""
+
+    def __init__(self) -> None:
+        self.made: OrderedDict[Hashable, Any] = OrderedDict()
+
+    def of(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return what was made of `key`, made now where it was not."""
+        if key not in self.made:
+            self.made[key] = make()
+            if len(self.made) > ROLL_OUT.remembered:
+                self.made.popitem(last=False)
+        self.made.move_to_end(key)
+        found: T = self.made[key]
+        return found
+
+
+class RollOuts:
+    """The roll-outs of models beside one recording, at one rate."""
+
+    def __init__(self, rate: float, step: float) -> None:
+        self.rate, self.step = rate, step  # Hz of rows, s of the integration at most
+        self.motions, self.truths = Latest(), Latest()
+
+    def motion(self, rig: Rig, window: Swing) -> Played:
+        """Return the motion of a rig by forces alone; `InputError` as `rolled_out` raises it."""
+        bare = with_usual_sensors(rig)
+        return self.motions.of(key_of((bare, window)), lambda: rolled_out(bare, window, self.rate, self.step))
+
+    def truth(self, model: SimModel, window: Swing) -> Truth:
+        """Return MuJoCo's truth of a model's window."""
+        rig, motion = model.rig, self.motion(model.rig, window)
+        if rig.loose is not None:  # it turns as the fit's own motion tells
+            return carried(rig, motion, window, self.rate, model.start, told=model.motion)
+        key = key_of((rig, window, model.start))
+        return self.truths.of(key, lambda: carried(rig, motion, window, self.rate, model.start))
+
+
+def with_usual_sensors(rig: Rig) -> Rig:
+    """Return a rig as it is integrated, weightless sensors where its file has them: where they sit moves nothing."""
+    return with_weightless_sensors(replace(rig, mounts=standard_rig(rig.family).mounts))
+
+
+def key_of(value: object) -> Hashable:
+    """Return what tells a record from one with other numbers; of what is no record, number or array: itself."""
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    if is_dataclass(value):
+        return type(value), *(key_of(getattr(value, f.name)) for f in fields(value))
+    return tuple(map(key_of, value)) if isinstance(value, tuple) else value  # type: ignore[return-value]
+
+
+__all__ = ["RollOuts", "key_of", "with_usual_sensors"]
