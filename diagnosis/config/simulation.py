@@ -18,9 +18,16 @@ class RollOutConfig:
     )
     start_s: float = setting(1.0, "s", "that the state at the start is fitted to", "judgement")
     difference: float = setting(
-        1e-4, "rad, rad/s, prior std", "of differences; the response is linear over it to 1e-8", "numerics"
+        1e-6,
+        "rad, rad/s, prior std",
+        "of differences; a torque's prior is up to a thousand times the torque, and friction and drag all but cancel "
+        "in a swing: the response is linear over it to 1e-4, and rounding is 1e-7 of it",
+        "numerics",
     )
     remembered: int = setting(8, "roll-outs", "made last that are kept: of one window, moved by each number", "time")
+    settled: float = setting(
+        0.1, "of a number's std", "that a step may promise at most where the search for numbers ends", "statistics"
+    )
     near: float = setting(
         10.0,
         "of the noise",
