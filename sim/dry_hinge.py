@@ -34,58 +34,55 @@ class _Hinge:
     def __init__(self, rig: Rig, start: Start, step: float) -> None:
         self.model = compile_model(replace(rig, dry_friction=0.0), step, integrator="RK4")
         self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)  # nobody reads them here
-        self.data, self.friction = mujoco.MjData(self.model), rig.dry_friction
-        self.data.qpos[:], self.data.qvel[:] = initial_state(self.model, rig.tree, start)
+        self.data, self.friction, self.step = mujoco.MjData(self.model), rig.dry_friction, step
+        self.qpos, self.qvel, self.pushed = self.data.qpos, self.data.qvel, self.data.qfrc_applied  # live arrays
+        self.qpos[:], self.qvel[:] = initial_state(self.model, rig.tree, start)
         assert rig.tree.hinge is not None
         joint = self.model.joint(rig.tree.hinge.name)
         self.dof, self.place = int(joint.dofadr[0]), int(joint.qposadr[0])
-        self.side = float(np.sign(self.data.qvel[self.dof]))  # 0: it sticks, or starts from rest
+        self.begun = self.qpos.copy(), self.qvel.copy()  # the state that a step began with
+        self.side = float(np.sign(self.qvel[self.dof]))  # 0: it sticks, or starts from rest
 
-    def state(self) -> tuple[Array, Array]:
-        """Return qpos (nq,) and qvel (nv,)."""
-        return self.data.qpos.copy(), self.data.qvel.copy()
+    def advance(self, torque: float) -> None:
+        """Move by a step under a torque N m besides what the rig has."""
+        rest = self.step
+        while rest > 0:
+            self.side = self.side or self.turns(torque)
+            if not self.side:
+                return
+            self.begun[0][:], self.begun[1][:] = self.qpos, self.qvel
+            self.pushed[self.dof] = torque - self.friction * self.side
+            mujoco.mj_step(self.model, self.data)
+            if self.qvel[self.dof] * self.side >= 0:
+                break
+            rest -= self.reversed(rest)
+            self.qvel[self.dof], self.side = 0.0, 0.0
+            self.model.opt.timestep = rest
+        self.model.opt.timestep = self.step
 
     def turns(self, torque: float) -> float:
         """Return the sign of the rate with which a joint goes on that stands; 0 where it sticks."""
         for side in (1.0, -1.0):
-            self.data.qfrc_applied[self.dof] = torque - self.friction * side
+            self.pushed[self.dof] = torque - self.friction * side
             mujoco.mj_forward(self.model, self.data)
             if self.data.qacc[self.dof] * side > 0:
                 return side
         return 0.0
 
-    def moved(self, state: tuple[Array, Array], step: float, torque: float) -> float:
-        """Move from a state by a step s while the friction does not turn over; return the rate in rad/s then."""
-        data = self.data
-        data.qpos[:], data.qvel[:] = state
-        data.qfrc_applied[self.dof] = torque - self.friction * self.side
-        self.model.opt.timestep = step
-        mujoco.mj_step(self.model, data)
-        return float(data.qvel[self.dof])
-
-    def advance(self, step: float, torque: float) -> None:
-        """Move by a step s under a torque N m besides what the rig has."""
-        while step > 0:
-            self.side = self.side or self.turns(torque)
-            if not self.side:
-                return
-            begun = self.state()
-            if self.moved(begun, step, torque) * self.side >= 0:
-                return
-            step -= self.reversed(begun, step, torque)
-            self.data.qvel[self.dof], self.side = 0.0, 0.0
-
-    def reversed(self, begun: tuple[Array, Array], step: float, torque: float) -> float:
-        """Move from a state until the rate is zero; return after how long, s: within `step`, by which it turned over.
+    def reversed(self, step: float) -> float:
+        """Move from where a step of some s began until the rate is zero; return after how long, s.
 
         By regula falsi, the end that stays weighed half (the Illinois rule).
         """
         low, high = 0.0, step
-        before, after = float(begun[1][self.dof]), float(self.data.qvel[self.dof])
+        before, after = float(self.begun[1][self.dof]), float(self.qvel[self.dof])
         enough = STILL * max(abs(before), abs(after))
         for _ in range(TRIES):
             middle = low + (high - low) * before / (before - after)
-            rate = self.moved(begun, middle, torque)
+            self.qpos[:], self.qvel[:] = self.begun
+            self.model.opt.timestep = middle
+            mujoco.mj_step(self.model, self.data)
+            rate = float(self.qvel[self.dof])
             if abs(rate) <= enough or not low < middle < high:
                 break
             if rate * self.side > 0:
@@ -113,12 +110,12 @@ def swing_dry_hinge(
     """
     if rig.tree.hinge is None or not rig.clamped or any(mount.moves for mount in rig.mounts):
         raise InputError("dry hinge: expected a hinge on a fixed base with sensors that sit fast, got another rig")
-    swing, out = _Hinge(rig, start, step), np.empty((rows, 2))
-    given = np.zeros(rows * split) if torque is None else torque(np.arange(rows * split) * step)
-    for k in range(rows * split):
+    swing, out, steps = _Hinge(rig, start, step), np.empty((rows, 2)), rows * split
+    given = [0.0] * steps if torque is None else torque(np.arange(steps) * step).tolist()
+    for k in range(steps):
         if k % split == 0:
-            out[k // split] = swing.data.qpos[swing.place], swing.data.qvel[swing.dof]
-        swing.advance(step, float(given[k]))
+            out[k // split] = swing.qpos[swing.place], swing.qvel[swing.dof]
+        swing.advance(given[k])
     check_finite(swing.data, "roll-out")
     return out[:, 0], out[:, 1]
 

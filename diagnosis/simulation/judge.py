@@ -48,7 +48,8 @@ class Judge:
             if key not in known:
                 known[key] = self.samples(swing.start, swing.end)
             recording, own = known[key]
-            read = read_out(model, recording, self.roll_outs.truth(model, swing), swing.start)
+            truth = self.roll_outs.truth(model, swing, angle_alone=not (recording.imus or recording.poses))
+            read = read_out(model, recording, truth, swing.start)
             times = [c.time[counts] for c, counts in own]
             off = [(read[c.name] - c.measured)[counts] / self.noise[c.group] for c, counts in own]
             return np.concatenate(times), np.concatenate(off)

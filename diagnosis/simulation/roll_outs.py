@@ -52,9 +52,13 @@ class RollOuts:
         bare = with_usual_sensors(rig)
         return self.motions.of(key_of((bare, window)), lambda: rolled_out(bare, window, self.rate, self.step))
 
-    def truth(self, model: SimModel, window: Swing) -> Truth:
-        """Return MuJoCo's truth of a model's window."""
+    def truth(self, model: SimModel, window: Swing, angle_alone: bool = False) -> Truth:
+        """Return MuJoCo's truth of a model's window, where nothing else is read of the hinge's `angle_alone`."""
         rig, motion = model.rig, self.motion(model.rig, window)
+        if angle_alone:
+            rows = int((window.end - window.start) * self.rate + 1e-6) + 1
+            angle = None if motion.hinge_angle is None else motion.hinge_angle[:rows]
+            return Truth(np.arange(rows) / self.rate, rig.family, rig.gravity, (), (), angle)
         if rig.loose is not None:  # it turns as the fit's own motion tells
             return carried(rig, motion, window, self.rate, model.start, told=model.motion)
         key = key_of((rig, window, model.start))

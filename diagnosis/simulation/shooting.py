@@ -93,17 +93,19 @@ class Shooting:
         slopes, fresh, anew = self.slopes(here), True, 1
         for _ in range(SOLVER.steps):
             step, gain = self.step(here, slopes), 0.0
-            enough = ROLL_OUT.settled**2 * here.cost / sum(off.size for off in here.off)
+            of_std = here.cost / sum(off.size for off in here.off)  # what a step of a standard deviation gains
+            enough = ROLL_OUT.settled**2 * of_std
             if step.promised > enough:
                 tried = self.along(here, step)
                 gain, here = here.cost - tried.cost, tried
             if fresh and gain <= enough:
                 break
-            fresh = gain < step.promised / 2 or gain <= enough
-            if fresh and anew >= SOLVER.refit_steps:
+            if gain > max(enough, step.promised / 2):
+                fresh = fresh and step.promised <= of_std
+                continue
+            if anew >= SOLVER.refit_steps:
                 break
-            if fresh:
-                slopes, anew = self.slopes(here), anew + 1
+            slopes, fresh, anew = self.slopes(here), True, anew + 1
         return here
 
     def misfit(self, numbers: Array) -> Misfit:
