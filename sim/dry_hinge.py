@@ -25,7 +25,6 @@ from imubench.sim.stability import check_finite
 from imubench.sim.swing import Start, Torque, initial_state
 
 STILL = 1e-12  # of the rate at a step's begin, that is left of it at a reversal: rounding
-TRIES = 40  # of the length of a step; the rate is next to straight within a step, so that three are the rule
 
 
 class _Hinge:
@@ -72,24 +71,23 @@ class _Hinge:
     def reversed(self, step: float) -> float:
         """Move from where a step of some s began until the rate is zero; return after how long, s.
 
-        By regula falsi, the end that stays weighed half (the Illinois rule).
+        By regula falsi, the end that stays weighed half (the Illinois rule); the rate is next to straight in a step.
         """
         low, high = 0.0, step
         before, after = float(self.begun[1][self.dof]), float(self.qvel[self.dof])
         enough = STILL * max(abs(before), abs(after))
-        for _ in range(TRIES):
+        while True:
             middle = low + (high - low) * before / (before - after)
             self.qpos[:], self.qvel[:] = self.begun
             self.model.opt.timestep = middle
             mujoco.mj_step(self.model, self.data)
             rate = float(self.qvel[self.dof])
             if abs(rate) <= enough or not low < middle < high:
-                break
+                return middle
             if rate * self.side > 0:
                 low, before, after = middle, rate, after / 2
             else:
                 high, after, before = middle, rate, before / 2
-        return middle
 
 
 def swing_dry_hinge(
@@ -111,7 +109,7 @@ def swing_dry_hinge(
     if rig.tree.hinge is None or not rig.clamped or any(mount.moves for mount in rig.mounts):
         raise InputError("dry hinge: expected a hinge on a fixed base with sensors that sit fast, got another rig")
     swing, out, steps = _Hinge(rig, start, step), np.empty((rows, 2)), rows * split
-    given = [0.0] * steps if torque is None else torque(np.arange(steps) * step).tolist()
+    given: list[float] = [0.0] * steps if torque is None else torque(np.arange(0.0, steps) * step).tolist()
     for k in range(steps):
         if k % split == 0:
             out[k // split] = swing.qpos[swing.place], swing.qvel[swing.dof]

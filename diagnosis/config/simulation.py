@@ -24,10 +24,6 @@ class RollOutConfig:
         "in a swing: the response is linear over it to 1e-4, and rounding is 1e-7 of it",
         "numerics",
     )
-    remembered: int = setting(8, "roll-outs", "made last that are kept: of one window, moved by each number", "time")
-    settled: float = setting(
-        0.1, "of a number's std", "that a step may promise at most where the search for numbers ends", "statistics"
-    )
     near: float = setting(
         10.0,
         "of the noise",

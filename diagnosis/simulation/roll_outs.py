@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from imubench.diagnosis.config.simulation import ROLL_OUT
+from imubench.diagnosis.config.solve import ALGEBRA
 from imubench.diagnosis.evidence import Played, Swing
 from imubench.diagnosis.simulation.rollout import rolled_out, with_weightless_sensors
 from imubench.diagnosis.simulation.sim_model import SimModel
@@ -24,19 +24,22 @@ T = TypeVar("T")
 
 
 class Latest:
-    """What was made last, by what it was made of."""
+    """What was made last, by what it was made of: as many numbers as stay in the cache, the last one anyhow."""
 
     def __init__(self) -> None:
-        self.made: OrderedDict[Hashable, Any] = OrderedDict()
+        self.made: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
+        self.numbers = 0
 
     def of(self, key: Hashable, make: Callable[[], T]) -> T:
         """Return what was made of `key`, made now where it was not."""
         if key not in self.made:
-            self.made[key] = make()
-            if len(self.made) > ROLL_OUT.remembered:
-                self.made.popitem(last=False)
+            value = make()
+            self.made[key] = value, size_of(value)
+            self.numbers += self.made[key][1]
+            while len(self.made) > 1 and self.numbers > ALGEBRA.chunk_numbers:
+                self.numbers -= self.made.popitem(last=False)[1][1]
         self.made.move_to_end(key)
-        found: T = self.made[key]
+        found: T = self.made[key][0]
         return found
 
 
@@ -76,7 +79,16 @@ def key_of(value: object) -> Hashable:
         return value.shape, value.tobytes()
     if is_dataclass(value):
         return type(value), *(key_of(getattr(value, f.name)) for f in fields(value))
-    return tuple(map(key_of, value)) if isinstance(value, tuple) else value  # type: ignore[return-value]
+    return tuple(map(key_of, value)) if isinstance(value, tuple) else value
 
 
-__all__ = ["RollOuts", "key_of", "with_usual_sensors"]
+def size_of(value: object) -> int:
+    """Return how many numbers the arrays of a record have."""
+    if isinstance(value, np.ndarray):
+        return int(value.size)
+    if is_dataclass(value):
+        return sum(size_of(getattr(value, f.name)) for f in fields(value))
+    return sum(map(size_of, value)) if isinstance(value, tuple) else 0
+
+
+__all__ = ["Latest", "RollOuts", "key_of", "with_usual_sensors"]

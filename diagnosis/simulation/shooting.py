@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
+from imubench.diagnosis.config.noise import DEBIAS
 from imubench.diagnosis.config.simulation import ROLL_OUT
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.cross_validation import half_step
@@ -94,7 +95,7 @@ class Shooting:
         for _ in range(SOLVER.steps):
             step, gain = self.step(here, slopes), 0.0
             of_std = here.cost / sum(off.size for off in here.off)  # what a step of a standard deviation gains
-            enough = ROLL_OUT.settled**2 * of_std
+            enough = DEBIAS.settled**2 * of_std
             if step.promised > enough:
                 tried = self.along(here, step)
                 gain, here = here.cost - tried.cost, tried
