@@ -22,11 +22,22 @@ def write_no_log() -> None:
     config.set()
 
 
+def check_finite(data: Any, name: str) -> None:
+    """Raise `InputError` where the simulation of an MjData did not stay finite; `name` says what it was."""
+    if any(data.warning[int(getattr(mujoco.mjtWarning, f"mjWARN_{w}"))].number for w in UNSTABLE):
+        raise runaway(name)
+
+
 def check_stable(batch: Any, name: str) -> None:
     """Raise `InputError` where a simulation of a `mujoco.batch.Batch` did not stay finite; `name` says what it was."""
     counts = batch.warning[:, [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in UNSTABLE], 1]
     if counts.any():
-        raise InputError(
-            f"{name}: expected a simulation that stays finite, got one that does not: "
-            "a spring, damper or torque is too strong for the time step"
-        )
+        raise runaway(name)
+
+
+def runaway(name: str) -> InputError:
+    """Return what is raised where a simulation runs away."""
+    return InputError(
+        f"{name}: expected a simulation that stays finite, got one that does not: "
+        "a spring, damper or torque is too strong for the time step"
+    )

@@ -103,7 +103,7 @@ def _one_by_one(
     for rig, start in zip(rigs, starts, strict=True):
         model = _compile(rig, 1.0 / (rate * split))
         state, control = (
-            _initial_state(model, rig.tree, start),
+            initial_state(model, rig.tree, start),
             _control(model, rig.tree, torque, (samples - 1) * split + 1),
         )
         if needs_ball(rig):
@@ -146,7 +146,7 @@ def _rollout(
     batch = mujoco_batch.Batch(model, nsim=len(models), nthread=threads)
     batch.set_models(models)
     for i, start in enumerate(starts):
-        batch.bind("qpos")[i], batch.bind("qvel")[i] = _initial_state(models[i], tree, start)
+        batch.bind("qpos")[i], batch.bind("qvel")[i] = initial_state(models[i], tree, start)
     control = _control(model, tree, torque, steps)
     spec = int(mujoco.mjtState.mjSTATE_QFRC_APPLIED)
     shape = (len(models), steps, model.nsensordata)
@@ -159,7 +159,8 @@ def _rollout(
     return out["sensordata"]
 
 
-def _initial_state(model: Any, tree: Tree, start: Start) -> tuple[Array, Array]:
+def initial_state(model: Any, tree: Tree, start: Start) -> tuple[Array, Array]:
+    """Return qpos (nq,) and qvel (nv,) of a start."""
     qpos, qvel = model.qpos0.copy(), np.zeros(model.nv)
     for i in range(model.njnt):
         joint = model.joint(i)

@@ -17,6 +17,13 @@ class RollOutConfig:
         1e-9, "of the segment's mass", "that a sensor has: MuJoCo takes no massless body", "numerics"
     )
     start_s: float = setting(1.0, "s", "that the state at the start is fitted to", "judgement")
+    difference: float = setting(
+        1e-6,
+        "rad, rad/s, prior std",
+        "of differences; a torque's prior is up to a thousand times the torque, and friction and drag all but cancel "
+        "in a swing: the response is linear over it to 1e-4, and rounding is 1e-7 of it",
+        "numerics",
+    )
     near: float = setting(
         10.0,
         "of the noise",

@@ -1,7 +1,7 @@
 """A recording that simulations are held against: where they are rolled out, from which states, how far they are off."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,9 @@ from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.result import SimulatedChannel
 from imubench.diagnosis.simulation.channels import Channel, Simulated, channels, dense_rate, read_out, simulated
 from imubench.diagnosis.simulation.learned import Learned, Part, half_at
+from imubench.diagnosis.simulation.roll_outs import RollOuts
 from imubench.diagnosis.simulation.rollout import Misfit, can_swing, horizon, refined
 from imubench.diagnosis.simulation.sim_model import SimModel, sim_model, state_at
-from imubench.diagnosis.simulation.splice import rolled_truth
 from imubench.diagnosis.simulation.swing_windows import free
 from imubench.diagnosis.solve.subset import cut
 from imubench.diagnosis.windows import Window, covered
@@ -37,6 +37,9 @@ class Judge:
     parts: tuple[Part, ...]
     windows: tuple[tuple[Window, ...], tuple[Window, ...]]  # that are rolled out, by half
     averaging: Averaging = AS_RECORDED  # of the samples, where they are fewer than those whose `noise` it is
+    roll_outs: RollOuts = field(
+        default_factory=lambda: RollOuts(SIMULATED_BESIDE.start_rate_hz, SIMULATED_BESIDE.start_step_s)
+    )  # while starts and numbers are looked for
 
     def misfit(self, model: SimModel) -> Misfit:
         """Return a function of a window: its samples' times, and simulated minus measured over the noise."""
@@ -48,14 +51,7 @@ class Judge:
             if key not in known:
                 known[key] = self.samples(swing.start, swing.end)
             recording, own = known[key]
-            truth = rolled_truth(
-                model.rig,
-                swing,
-                SIMULATED_BESIDE.start_rate_hz,
-                model.start,
-                step=SIMULATED_BESIDE.start_step_s,
-                told=model.motion,
-            )
+            truth = self.roll_outs.truth(model, swing, angle_alone=not (recording.imus or recording.poses))
             read = read_out(model, recording, truth, swing.start)
             times = [c.time[counts] for c, counts in own]
             off = [(read[c.name] - c.measured)[counts] / self.noise[c.group] for c, counts in own]

@@ -4,10 +4,10 @@ Weight, the joint's torques and the declared body are the rig's; nothing is pres
 the declared body is with them. A hinge on a base that stands still has the state (q, q'), a limb on a ball joint
 (R, w), R segment -> world, w in segment axes.
 
-MuJoCo's dry friction is a constraint that turns over one step before the joint does: with it a roll-out is off by as
-much as the step is long (by 3e-3 rad after 8 s in steps of 1 ms). It is taken twice, in steps and in half steps, and
-extrapolated to none: q = q_half exp(log(q_whole^-1 q_half)). On a ball joint friction is integrated to order 2
-(`sim.ball`), once.
+Dry friction turns over in the moment in which the joint does: of a hinge by steps that end there (`sim.dry_hinge`), on
+a ball joint by steps that have it exact (`sim.ball`). MuJoCo's own friction turns over a step before the joint does: a
+roll-out is off by as much as the step is long (by 3e-3 rad after 8 s in steps of 1 ms), and no smooth function of its
+start and of the friction.
 
 What is measured shows a state to its noise, and a swing of many periods shows what is wrong with that at its end. So
 the state is refined until the first second of the roll-out fits the samples best, by Gauss and Newton: a period of a
@@ -33,7 +33,7 @@ from imubench.diagnosis.config.simulation import ROLL_OUT
 from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
 from imubench.diagnosis.evidence import Played, Swing
 from imubench.errors import InputError
-from imubench.sim.ball import needs_ball
+from imubench.sim.dry_hinge import swing_dry_hinge
 from imubench.sim.rigs import Mount, Rig
 from imubench.sim.swing import Start, Torque, swing_many
 
@@ -76,11 +76,6 @@ def rolled_out(
         raise InputError("roll-out: expected a base or a pivot that stands still, got one that is moved")
     steps = int(np.ceil(1.0 / (rate * step) - 1e-9))
     q, angle = integrated(rig, window, rate, 1.0 / (rate * steps), torque)
-    if rig.dry_friction and not needs_ball(rig):
-        finer, finer_angle = integrated(rig, window, rate, 0.5 / (rate * steps), torque)
-        off = rotations.log(rotations.multiply(rotations.conjugate(q), finer))
-        q = rotations.multiply(finer, rotations.exp(off))
-        angle = None if angle is None or finer_angle is None else 2 * finer_angle - angle
     q = rotations.continuous(q)
     return Played(window.start + np.arange(len(q)) / rate, q, np.zeros((len(q), 3)), angle)
 
@@ -90,6 +85,10 @@ def integrated(
 ) -> tuple[Array, Array | None]:
     """Return segment 1's attitude (n, 4) and the hinge's angle (n,) rad, None on a ball joint, in steps of `step` s."""
     light, state, rows = with_weightless_sensors(rig), window.state, int((window.end - window.start) * rate + 1e-6) + 2
+    if rig.dry_friction and rig.tree.hinge is not None:
+        since, split = torque_since(torque, window.start + step / 2), round(1 / (rate * step))
+        angle, _ = swing_dry_hinge(light, state, rows, split, step, since)
+        return np.broadcast_to(rig.base_quaternion, (rows, 4)), angle
     turns, angles, most = [], [], max(int(ROLL_OUT.chunk_s * rate), 1)
     for begin in range(0, rows, most):
         count = min(most, rows - begin)
@@ -154,7 +153,10 @@ def refined(rig: Rig, window: Swing, misfit: Misfit, seconds: float = ROLL_OUT.s
 
 
 def best_step(slope: Array, found: Array) -> Array:
-    """Return the step (k,) that lowers residuals (n,) with derivatives (n, k) most; directions unseen stay."""
+    """Return the step (k,) or (k, m) that lowers residuals (n,) or (n, m) most; directions unseen stay.
+
+    Their derivatives are `slope` (n, k).
+    """
     return -np.linalg.pinv(slope, rcond=ALGEBRA.difference) @ found
 
 
@@ -162,10 +164,10 @@ def slopes(rig: Rig, window: Swing, misfit: Misfit) -> Array:
     """Return the derivatives (n, 2 or 6) of a window's misfit by the state at its start, by differences."""
     here = misfit(window)[1]
     moved = (
-        misfit(replace(window, state=state_beside(rig, window.state, ALGEBRA.difference * row)))[1]
+        misfit(replace(window, state=state_beside(rig, window.state, ROLL_OUT.difference * row)))[1]
         for row in np.eye(freedoms(rig))
     )
-    return np.stack([(there - here) / ALGEBRA.difference for there in moved], axis=1)
+    return np.stack([(there - here) / ROLL_OUT.difference for there in moved], axis=1)
 
 
 def horizon(rig: Rig, window: Swing, misfit: Misfit) -> float:

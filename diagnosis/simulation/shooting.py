@@ -9,7 +9,11 @@ rolled out numbers p come from the roll-outs themselves, with a state s_w at the
 
 K and p0 are what priors and all other samples that may teach say: the equations of the motion fit without the rows in
 the windows. With r = simulated - measured over the noise, S and A its derivatives by s_w and p, and P = 1 - S S^+ what
-no state takes up, a step of Gauss and Newton obeys  (K + sum A' P A) dp = -(K (p - p0) + sum A' P r).
+no state takes up, a step of Gauss and Newton obeys
+
+    (K + sum A' P A) dp = -(K (p - p0) + sum A' P r)        ds_w = -S^+ (r + A dp)
+
+and promises to lower the sum by  sum |S S^+ r|^2 - dp' (K (p - p0) + sum A' P r).
 """
 
 from collections.abc import Callable, Sequence
@@ -19,13 +23,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.arrays import Array
-from imubench.diagnosis.config.solve import ALGEBRA, SOLVER
+from imubench.diagnosis.config.noise import DEBIAS
+from imubench.diagnosis.config.simulation import ROLL_OUT
+from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.cross_validation import half_step
 from imubench.diagnosis.evidence import Swing
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.residuals import is_data
 from imubench.diagnosis.simulation.learned import numbers_of
-from imubench.diagnosis.simulation.rollout import Misfit, best_step, refined, slopes, state_beside
+from imubench.diagnosis.simulation.rollout import Misfit, best_step, slopes, state_beside
 from imubench.diagnosis.simulation.sim_model import SimModel, sim_model
 from imubench.diagnosis.solve.linearize import linearise
 from imubench.diagnosis.solve.normal_equations import Normal
@@ -43,11 +49,29 @@ class Known:
 
 @dataclass(frozen=True)
 class Shot:
-    """Numbers (p,), and the windows with the states at their starts that fit best with them."""
+    """Numbers (p,), windows with the states at their starts, and how far the roll-outs are off."""
 
     numbers: Array
     windows: tuple[Swing, ...]
+    off: tuple[Array, ...]  # (n,) by window, over the noise
     cost: float  # squared residuals over the noise, and what is known otherwise
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Derivatives of every window's misfit: by the state at its start, and by the numbers that are free."""
+
+    state: tuple[Array, ...]  # (n, 2 or 6)
+    numbers: tuple[Array, ...]  # (n, free)
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of Gauss and Newton."""
+
+    numbers: Array  # (p,)
+    states: tuple[Array, ...]  # (2 or 6,) by window
+    promised: float  # by how much the cost falls, were all of it linear
 
 
 @dataclass(frozen=True)
@@ -60,19 +84,30 @@ class Shooting:
     free: NDArray[np.bool_]  # which numbers (p,) may move
 
     def learned(self, windows: Sequence[Swing]) -> Shot:
-        """Return the numbers that fit the roll-outs of some windows best, from states at their starts that are near."""
-        best = self.at(numbers_of(self.fit), windows)
-        for _ in range(SOLVER.few_steps):
-            step, promised, follow = self.step(best)
-            if promised < SOLVER.least_gain * best.cost:
+        """Return the numbers that fit the roll-outs of some windows best, from states at their starts that are near.
+
+        Derivatives serve as long as a step gains half of what they promise, and are taken anew before the end. It
+        comes where no number is off by more than a share of its standard deviation, which is what the residuals
+        that are left make it: a step that promises g moves none by more than sqrt(g n / cost) of that.
+        """
+        here = self.at(numbers_of(self.fit), windows)
+        slopes, fresh, anew = self.slopes(here), True, 1
+        for _ in range(SOLVER.steps):
+            step, gain = self.step(here, slopes), 0.0
+            of_std = here.cost / sum(off.size for off in here.off)  # what a step of a standard deviation gains
+            enough = DEBIAS.settled**2 * of_std
+            if step.promised > enough:
+                tried = self.along(here, step)
+                gain, here = here.cost - tried.cost, tried
+            if fresh and gain <= enough:
                 break
-            tried = self.along(best, step, follow)
-            gain = best.cost - tried.cost
-            if gain > 0:
-                best = tried
-            if gain < SOLVER.least_gain * best.cost:
+            if gain > max(enough, step.promised / 2):
+                fresh = fresh and step.promised <= of_std
+                continue
+            if anew >= SOLVER.refit_steps:
                 break
-        return best
+            slopes, fresh, anew = self.slopes(here), True, anew + 1
+        return here
 
     def misfit(self, numbers: Array) -> Misfit:
         """Return the misfit of the model with other numbers."""
@@ -81,51 +116,51 @@ class Shooting:
     def at(self, numbers: Array, windows: Sequence[Swing]) -> Shot:
         """Return some numbers with what they cost."""
         misfit, away = self.misfit(numbers), numbers - self.known.numbers
-        cost = sum(float(np.sum(misfit(w)[1] ** 2)) for w in windows)
-        return Shot(numbers, tuple(windows), cost + float(away @ self.known.information @ away))
+        off = tuple(misfit(w)[1] for w in windows)
+        cost = sum(float(x @ x) for x in off) + float(away @ self.known.information @ away)
+        return Shot(numbers, tuple(windows), off, cost)
 
-    def step(self, here: Shot) -> tuple[Array, float, list[Array]]:
-        """Return the step of the numbers (p,), what it promises, and by window the states' own step and slope."""
-        rig, misfit = sim_model(at_numbers(self.fit, here.numbers)).rig, self.misfit(here.numbers)
+    def step(self, here: Shot, slopes: Slopes) -> Step:
+        """Return the step that lowers the cost most, were the misfits as their derivatives say."""
         normal = self.known.information[np.ix_(self.free, self.free)].copy()
         gradient = (self.known.information @ (here.numbers - self.known.numbers))[self.free]
-        follow = []
-        for window, by_numbers in zip(here.windows, self.slopes(here), strict=True):
-            both = np.column_stack([misfit(window)[1], by_numbers])
-            state = slopes(rig, window, misfit)
-            back = np.column_stack([best_step(state, column) for column in both.T])
-            left = both + state @ back
+        back, promised = [], 0.0
+        for off, state, by_numbers in zip(here.off, slopes.state, slopes.numbers, strict=True):
+            both = np.column_stack([off, by_numbers])
+            back.append(best_step(state, both))
+            left = both + state @ back[-1]
+            promised += float(off @ off - left[:, 0] @ left[:, 0])
             normal += left[:, 1:].T @ left[:, 1:]
             gradient = gradient + left[:, 1:].T @ left[:, 0]
-            follow.append(back)
         free = -np.linalg.solve(normal, gradient)
-        step = np.zeros(here.numbers.size)
-        step[self.free] = free
-        return step, float(-free @ gradient), follow
+        numbers = np.zeros(here.numbers.size)
+        numbers[self.free] = free
+        states = tuple(own @ np.concatenate([[1.0], free]) for own in back)
+        return Step(numbers, states, promised - float(free @ gradient))
 
-    def slopes(self, here: Shot) -> list[Array]:
-        """Return the derivatives (n, p) of every window's misfit by the numbers that are free, by differences."""
+    def slopes(self, here: Shot) -> Slopes:
+        """Return the derivatives of every window's misfit, by differences."""
         priors = replace(self.fit.model, fixed=None).priors
-        reach = ALGEBRA.difference * np.concatenate([priors[n].std for n in self.fit.model.parameters.widths])
+        reach = ROLL_OUT.difference * np.concatenate([priors[n].std for n in self.fit.model.parameters.widths])
         there = {
             i: self.misfit(here.numbers + reach[i] * (np.arange(reach.size) == i)) for i in np.flatnonzero(self.free)
         }
-        misfit, out = self.misfit(here.numbers), []
-        for window in here.windows:
-            off = misfit(window)[1]
-            out.append(np.stack([(of(window)[1] - off) / reach[i] for i, of in there.items()], axis=1))
-        return out
+        rig, misfit = sim_model(at_numbers(self.fit, here.numbers)).rig, self.misfit(here.numbers)
+        states, numbers = [], []
+        for window, off in zip(here.windows, here.off, strict=True):
+            numbers.append(np.stack([(of(window)[1] - off) / reach[i] for i, of in there.items()], axis=1))
+            states.append(slopes(rig, window, misfit))
+        return Slopes(tuple(states), tuple(numbers))
 
-    def along(self, here: Shot, step: Array, follow: Sequence[Array]) -> Shot:
+    def along(self, here: Shot, step: Step) -> Shot:
         """Return the first of some lengths of a step that costs less, or where it was."""
         for length in SOLVER.lengths:
-            numbers = here.numbers + length * step
-            ahead = [back @ np.concatenate([[1.0], length * step[self.free]]) for back in follow]
+            numbers = here.numbers + length * step.numbers
             try:
-                rig, misfit = sim_model(at_numbers(self.fit, numbers)).rig, self.misfit(numbers)
+                rig = sim_model(at_numbers(self.fit, numbers)).rig
                 begun = [
-                    refined(rig, replace(w, state=state_beside(rig, w.state, by)), misfit, w.end - w.start)
-                    for w, by in zip(here.windows, ahead, strict=True)
+                    replace(w, state=state_beside(rig, w.state, length * by))
+                    for w, by in zip(here.windows, step.states, strict=True)
                 ]
                 tried = self.at(numbers, begun)
             except InputError:  # numbers that no rig can have

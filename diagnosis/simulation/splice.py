@@ -29,11 +29,7 @@ def rolled_truth(
     torque: Torque | None = None,
     told: Played | None = None,
 ) -> Truth:
-    """Return MuJoCo's truth of a window that is rolled out.
-
-    The window is integrated with its sensors sitting fast; what is sprung, slides or slips on the segment follows its
-    motion. So does a limb that is loose in its joint: from which side to which it fell there no law foretells, so it
-    turns as a recovered motion tells.
+    """Return MuJoCo's truth of a window that is rolled out, its sensors as they are carried along (`carried`).
 
     Args:
         rig: as it swings.
@@ -43,10 +39,36 @@ def rolled_truth(
         first: s, of the first row, at most a row behind the window's start; None: there.
         step: s, of the integration at most.
         torque: N m at stamps (n,) s, besides what the rig has.
+        told: see `carried`.
+    """
+    return carried(rig, rolled_out(rig, window, rate, step, torque), window, rate, start, first, told)
+
+
+def carried(
+    rig: Rig,
+    motion: Played,
+    window: Swing,
+    rate: float,
+    start: float,
+    first: float | None = None,
+    told: Played | None = None,
+) -> Truth:
+    """Return MuJoCo's truth of a window whose motion is rolled out.
+
+    The window is integrated with its sensors sitting fast; what is sprung, slides or slips on the segment follows its
+    motion. So does a limb that is loose in its joint: from which side to which it fell there no law foretells, so it
+    turns as a recovered motion tells.
+
+    Args:
+        rig: whose motion it is.
+        motion: from the window's start on.
+        window: of it.
+        rate: rows a second.
+        start: s, that the rig's own times count from.
+        first: s, of the first row, at most a row behind the window's start; None: there.
         told: a recovered motion, which may say how a limb turned in its play; None, or where it does not say: by its
             law.
     """
-    motion = rolled_out(rig, window, rate, step, torque)
     first = window.start if first is None else first
     rows = int((window.end - first) * rate + 1e-6) + 1
     path = SplineMotion(motion, first, rig.gravity)
@@ -161,4 +183,4 @@ def spliced(truth: Truth, pieces: list[tuple[int, Truth]]) -> Truth:
     )
 
 
-__all__ = ["from_row", "later", "played", "rolled_truth", "spliced", "with_swings"]
+__all__ = ["carried", "from_row", "later", "played", "rolled_truth", "spliced", "with_swings"]

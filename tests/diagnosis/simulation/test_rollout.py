@@ -15,6 +15,7 @@ from imubench.diagnosis.simulation.rollout import horizon, refined, rolled_out
 from imubench.diagnosis.simulation.swing_windows import free
 from imubench.errors import InputError
 from imubench.recording import Body, Encoder, Recording
+from imubench.sim.dry_hinge import swing_dry_hinge
 from imubench.sim.rigs import Mount, Segment, hinge, pendulum
 from imubench.sim.swing import Start
 
@@ -37,22 +38,44 @@ def by_equation(time, start, c=0.0, t=0.0, d=0.0, k=0.0, q0=0.0):
     x, _, z = LIMB.com
     inertia = LIMB.inertia[1] + LIMB.mass * (x**2 + z**2)
 
-    def slope(_, y):
+    def slope(_, y, side):
         q, w = y
         weight = LIMB.mass * G * (x * np.cos(q) + z * np.sin(q))
-        return [w, (weight - c * w - t * np.tanh(w / 1e-4) - d * abs(w) * w - k * (q - q0)) / inertia]
+        return [w, (weight - c * w - t * side - d * abs(w) * w - k * (q - q0)) / inertia]
 
-    return solve_ivp(slope, (0, time[-1]), start, t_eval=time, rtol=1e-9, atol=1e-11, max_step=2e-3).y[0]
+    def stands(_, y, side):
+        return y[1] * side
+
+    stands.terminal, stands.direction = True, -1
+    now, state, out = 0.0, np.array(start, dtype=float), np.empty(time.size)
+    side = float(np.sign(state[1]))
+    while True:  # between two reversals all is smooth
+        said = solve_ivp(
+            slope, (now, time[-1]), state, args=(side,), events=stands, dense_output=True, rtol=1e-10, atol=1e-12,
+            max_step=0.02,
+        )  # fmt: skip
+        own = (time >= now) & (time <= said.t[-1])
+        out[own] = said.sol(time[own])[0]
+        if said.status == 0:
+            return out
+        now, state = said.t[-1], np.array([said.y[0, -1], 0.0])
+        goes = [s for s in (1.0, -1.0) if slope(now, state, s)[1] * s > 0]
+        if not goes:
+            out[time > now] = state[0]
+            return out
+        side = goes[0]
 
 
 @pytest.mark.parametrize(
     ("laws", "rig", "off"),
-    [  # rad: MuJoCo's Runge and Kutta; dry friction, extrapolated in the step, beside a steep tanh
+    [  # rad: MuJoCo's Runge and Kutta, in steps of 1 ms
         ({}, {}, 1e-6),
         ({"c": 0.02}, {"damping": 0.02}, 1e-6),
         ({"d": 0.01}, {"drag": 0.01}, 1e-5),
         ({"k": 0.8, "q0": 0.3}, {"stiffness": 0.8, "spring_angle": 0.3}, 1e-6),
-        ({"t": 0.06}, {"dry_friction": 0.06}, 4e-4),
+        ({"t": 0.06}, {"dry_friction": 0.06}, 1e-6),
+        ({"t": 0.05, "d": 0.01, "k": 0.8}, {"dry_friction": 0.05, "drag": 0.01, "stiffness": 0.8}, 1e-5),
+        ({"t": 0.3}, {"dry_friction": 0.3}, 1e-6),  # it sticks
     ],
 )
 def test_a_hinge_swings_as_its_equation_says(laws, rig, off):
@@ -66,8 +89,36 @@ def test_a_hinge_swings_as_its_equation_says(laws, rig, off):
 def test_dry_friction_stops_a_swing_and_holds_it_there():
     found = rolled_out(hinge_like(dry_friction=0.3), Swing(0.0, 8.0, Start(angle=1.4)), 200.0)
     held = found.hinge_angle[found.time > 7.0]
-    assert np.ptp(held) < 5e-4  # rad in a second: MuJoCo's friction is a stiff damper at rest, and creeps
+    assert np.ptp(held) == 0.0
     assert LIMB.mass * G * 0.2 * abs(np.sin(held[0])) < 0.3 + 0.01  # N m: no more than friction holds
+
+
+def test_what_friction_holds_moves_where_a_torque_exceeds_it():
+    """From rest under 0.1 N m a second against 0.2 N m, the weight's 0.051 N m at angle 0 with it or against it."""
+    rig, swing, weight = hinge_like(dry_friction=0.2), Swing(5.0, 9.0, Start()), LIMB.mass * G * LIMB.com[0]
+    for side in (1.0, -1.0):
+        found = rolled_out(rig, swing, 200.0, torque=lambda stamps, side=side: 0.1 * side * (stamps - 5.0))
+        moves = found.time[np.flatnonzero(found.hinge_angle)[0]] - 5.0
+        assert moves == pytest.approx((0.2 - side * weight) / 0.1, abs=6e-3)  # s: a row, and a step
+        assert found.hinge_angle[-1] * side > 0.02
+
+
+def test_a_roll_out_with_dry_friction_is_a_smooth_function_of_its_start_and_friction():
+    """Differences of a hundredth say the same: where friction turns over at steps' ends they are off by a third."""
+    rig, swing = hinge_like(dry_friction=0.05, drag=0.01), Swing(0.0, 6.0, Start(angle=1.4))
+
+    def end(angle=0.0, friction=0.0):
+        moved = replace(swing, state=replace(swing.state, angle=1.4 + angle))
+        return rolled_out(replace(rig, dry_friction=0.05 + friction), moved, 200.0).hinge_angle[-1]
+
+    for name in ("angle", "friction"):
+        coarse, fine = ((end(**{name: h}) - end(**{name: -h})) / (2 * h) for h in (1e-4, 1e-6))
+        assert fine == pytest.approx(coarse, rel=1e-4)  # the third derivative, h^2 of it
+
+
+def test_friction_of_a_free_base_is_not_rolled_out():
+    with pytest.raises(InputError, match="dry hinge: expected a hinge on a fixed base"):
+        swing_dry_hinge(hinge(dry_friction=0.1), Start(), 10, 1, 1e-3)
 
 
 def test_a_limb_on_a_ball_joint_swings_as_angular_momentum_says():
