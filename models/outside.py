@@ -107,7 +107,8 @@ def plain_of(name: str, file: RigFile) -> str:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     origin, axes = _frame(kind, tree, model, data)
-    bodies = [_body(s, tree, model, data, (origin, axes), where) for s in range(len(tree.names))]
+    with np.errstate(over="ignore", invalid="ignore"):  # said below
+        bodies = [_body(s, tree, model, data, (origin, axes), where) for s in range(len(tree.names))]
     if not all(
         np.isfinite(np.hstack([b.mass, b.com, b.inertia.ravel(), b.position, b.quaternion])).all() for b in bodies
     ):

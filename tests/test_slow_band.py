@@ -82,7 +82,7 @@ def test_the_slow_recording_has_what_is_slow_and_few_samples():
     imus = tuple(Imu(name, time, slow + quick, accel, 100.0) for name in ("imu1", "imu2"))
     out = slow_recording(Recording("r", "hinge", imus), 2.0)
     for imu in out.imus:
-        assert imu.rate == pytest.approx(100.0 / 8)  # six samples a period of 2 Hz
+        assert imu.rate == pytest.approx(100.0 / 7)  # seven samples a period of 2 Hz
         want = np.sin(2 * np.pi * 0.5 * imu.time)[:, None]
         assert np.abs(imu.gyro - want).max() < 0.02  # of 0.3: one period from an end a tenth of what it does is left
         assert imu.gyro_noise_std is None
