@@ -136,7 +136,7 @@ def lawless_score(base: Base, h: Hypothesis) -> Screened | None:
     told = {
         n: std
         for n, std in declared(fit.model).items()
-        if power(n, (fit.noise.get(n, 0.0) / std) ** 2) > DECLARED_NOISE.most_power
+        if power(n, (fit.noise.get(n, 0.0) / std) ** 2) > DECLARED_NOISE.most_std**2
     }
     ways = ({}, told) if told else ({},)
     known = tally(fit)

@@ -68,7 +68,7 @@ class SlowErrors:
         cosines = cosines_at((time - time[0]) / seconds, min(int(2 * seconds * DRIFT.most_hz), DRIFT.most_cosines) + 1)
         every = Maker(term.at, term.part, time, fit.noise[f"{term.at}.{term.part}"]).every(term.goes_with, cosines)
         ((_, information, force),) = each(Base.of(fit), [hypothesis_of(every, 1.0)])
-        step = fit.model.averaging.step(f"{term.at}.{term.part}", time)
+        step = fit.model.averaging.step(f"{term.at}.{term.part}", seconds / (len(time) - 1))
         return cls.told(cosines, seconds, step, information, force)
 
     @classmethod

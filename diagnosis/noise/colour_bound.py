@@ -39,7 +39,8 @@ def louder_where(
     loudest = 1.0  # where a signal has no power to tell
     for name, time, signal in signals:
         n = len(time)
-        step, own = float(np.median(np.diff(time))), averaging.step(name, time)
+        step = float(np.median(np.diff(time)))
+        own = averaging.step(name, step)
         use = np.sum(np.abs(np.fft.rfft(signal.reshape(n, -1), axis=0)) ** 2, axis=1)
         may = shares(above.get(name), frequencies(n, step), own)[:, None]
         louder = 1 + np.max(may * powers(frequencies(n, step), own), axis=0)

@@ -13,8 +13,6 @@ fit's.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from imubench.arrays import Array
-
 
 @dataclass(frozen=True)
 class Averaging:
@@ -39,9 +37,9 @@ class Averaging:
         """Return the power over the noise's in a fit's samples, of that in the recording's."""
         return 1 + (power - 1) / self.share(name) ** 2
 
-    def step(self, name: str, time: Array) -> float:
-        """Return how many s apart the recording's samples are, of a fit's at times (n,) s."""
-        return float(time[-1] - time[0]) / max(len(time) - 1, 1) * self.share(name) ** 2
+    def step(self, name: str, step: float) -> float:
+        """Return how many s apart the recording's samples are, of a fit's every `step` s."""
+        return step * self.share(name) ** 2
 
 
 AS_RECORDED = Averaging()
