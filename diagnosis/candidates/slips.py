@@ -60,7 +60,7 @@ def slip(base: Base, h: Hypothesis) -> float:
     )
     everywhere = np.arange(begin + SLIP_SCAN.apart_s[0], end - SLIP_SCAN.apart_s[0] / 2, apart[0])
     peak = loudest_moment([r for r in base.fit.measured if r.name in still])
-    about: Array = peak + SLIP_SCAN.peak_s * np.arange(-SLIP_SCAN.around, SLIP_SCAN.around + 1, dtype=float)
+    about: Array = peak + SLIP_SCAN.peak_s * np.arange(-SLIP_SCAN.peak_moments, SLIP_SCAN.peak_moments + 1, dtype=float)
     return max(closer(everywhere, apart), closer(about, (SLIP_SCAN.peak_s, SLIP_SCAN.peak_s / 2)))[1]
 
 

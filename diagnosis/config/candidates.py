@@ -125,9 +125,10 @@ class SlipScanConfig:
         (2.0, 0.3, 0.1, 0.05), "s", "between the moments of a slip that are compared, closer and closer", "numerics"
     )
     around: int = setting(
-        3, "moments", "to either side are looked at anew: a peak is as narrow as a slip is short", "numerics"
+        2, "moments", "to either side are looked at anew: a peak is as narrow as a slip is short", "numerics"
     )
     coarse_moments: int = setting(60, "moments", "of a long recording, first", "time")
+    peak_moments: int = setting(3, "moments", "to either side of the loudest", "numerics")
     parts: int = setting(4, "parts", "of a slip, at which the loudest stretch may begin", "numerics")
     clear: float = setting(1.25, "of a slip's length", "from one to the next", "judgement")
 
