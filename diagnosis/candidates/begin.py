@@ -77,6 +77,6 @@ def begin(
                     fit, samples = without, stop.told(samples)
             fit = with_both_on_springs(fit) or coarsest(fit)
         if first is None or fit is None:
-            rough = first_fit(model_of(known), SOLVER.few_steps)
+            rough = first_fit(model_of(known, averaging=fewer.averaging), SOLVER.few_steps)
             return Beginning(samples, rough, rough, finished=False)
     return Beginning(samples, first, fit)

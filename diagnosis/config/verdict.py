@@ -19,7 +19,7 @@ class FindingsConfig:
         0.1,
         "of what a name is worth",
         "so much of it is no little of something else: a curve holds a scale too; one worth less than so much of what "
-        "all leave is doubted beside a stronger one: of those worth more 14 of 15 were true",
+        "all leave is doubted beside a stronger one; those worth more are nearly always true (lab 029)",
         "judgement",
     )
 

@@ -15,6 +15,7 @@ its own holds the force, as beside a measured place or a pivot that stays: a sec
 """
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
@@ -128,6 +129,7 @@ def at_rate(imu: Imu, rate: float) -> tuple[Imu, float]:
     return replace(imu, time=time, gyro=gyro, accel=accel, rate=rate, **noise), share
 
 
+@cache
 def scaling_function() -> BSpline:
     """Return Meyer's scaling function of time in samples, in a window of `DECIMATION.reach` on either side."""
     most = (1 + DECIMATION.roll_off) / 2

@@ -91,7 +91,7 @@ def coarser(fit: Fit, times: float) -> Fit:
     Without their pulls they would run off.
     """
     old = fit.model.tracks.knots
-    knots = model_of(fit.model.recording, 1 / (times * old.step), fit.model.start).tracks.knots
+    knots = model_of(fit.model.recording, 1 / (times * old.step), fit.model.averaging).tracks.knots
     time = np.linspace(old.start + old.step / 2, old.start + old.step * (old.count - SUPPORT), 3 * old.count)
     time = time[(time > knots.start) & (time < knots.start + knots.step * (knots.count - DEGREE))]
     design, wanted = matrix(knots, time), matrix(old, time) @ fit.state.coefficients

@@ -43,11 +43,9 @@ def nominal_fit(
     `masks` says which samples count, `humming` names the IMUs whose raw samples hum, with the frequency in Hz; `known`
     are effects that are known beforehand, `averaging` is of the recording's samples.
     """
-    model = model_of(recording, zero=averaging.zero)
+    model = model_of(recording, averaging=averaging)
     smoothed = tuple(name for name in model.poses if f"{name}.rotation" in (masks or {}))
-    model = replace(
-        model, masks=masks or None, humming=humming or {}, wander=wander or {}, smoothed=smoothed, averaging=averaging
-    )
+    model = replace(model, masks=masks or None, humming=humming or {}, wander=wander or {}, smoothed=smoothed)
     known = (*known, *ahead(model))
     model = model.with_effects(known)
     start = first_fit(model.with_effects((*known, *biases(model))))

@@ -142,4 +142,4 @@ def place(asked: Callable[[], object]) -> str:
     return f"{'/'.join(Path(code.co_filename).parts[-2:])}:{code.co_firstlineno}" if code else ""
 
 
-__all__ = ["Repeat", "Rule", "Stage", "always", "decided", "place", "search"]
+__all__ = ["Repeat", "Rule", "Stage", "always", "decided", "search"]

@@ -10,6 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 from imubench import rotations
 from imubench.arrays import Array
 from imubench.diagnosis.config.solve import START
+from imubench.diagnosis.problem.averaging import AS_RECORDED, Averaging
 from imubench.diagnosis.problem.batch_model import Model
 from imubench.diagnosis.problem.bspline import Knots, Moment, Tracks
 from imubench.diagnosis.problem.hypothesis import Geometry, Hypothesis, State
@@ -26,11 +27,11 @@ from imubench.jets import Jet
 from imubench.recording import Recording
 
 
-def model_of(recording: Recording, knots_per_s: float | None = None, zero: float | None = None) -> Model:
+def model_of(recording: Recording, knots_per_s: float | None = None, averaging: Averaging = AS_RECORDED) -> Model:
     """Return the model of a recording as its owner declares it, no effect in it.
 
-    Knots are as dense as the samples of the slowest IMU that can move. Effects count their time from the stamp `zero`
-    on; None: from the first one.
+    Knots are as dense as the samples of the slowest IMU that can move. `averaging` is of its samples; effects
+    count their time from its first stamp.
     """
     rig = Rig.of(recording)
     stamps = [i.time for i in recording.imus] + [e.time for e in recording.encoders] + [p.time for p in recording.poses]
@@ -38,9 +39,10 @@ def model_of(recording: Recording, knots_per_s: float | None = None, zero: float
     clocks = [i.time for i in recording.moving] or stamps
     rate = knots_per_s or min(START.most_knots_per_s, *[1 / float(np.median(np.diff(t))) for t in clocks])
     mounts = {i.name: Geometry(i.mount_position, rotations.to_matrix(i.mount_quaternion)) for i in recording.imus}
-    zero, beside = float(start) if zero is None else zero, START.edge_s + START.most_offset_s
+    zero = float(start) if averaging.zero is None else averaging.zero
+    beside = START.edge_s + START.most_offset_s
     knots = Knots.over(start - zero - beside, end - zero + beside, 1 / rate)
-    model = Model(recording, rig, Tracks(knots, rig.widths), mounts, zero, least_noise(recording))
+    model = Model(recording, rig, Tracks(knots, rig.widths), mounts, zero, least_noise(recording), averaging=averaging)
     return replace(model, tracks=Tracks(_needed(knots, (0.0, *late(model).values())), rig.widths))
 
 

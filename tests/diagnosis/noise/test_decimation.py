@@ -146,7 +146,7 @@ def test_time_counts_from_the_first_stamp_of_the_recording(clean):
     found = decimated(clean, check_samples(clean))
     first = min(imu.time[0] for imu in clean.imus)
     assert found.averaging.zero == first
-    model = model_of(found.recording, zero=found.averaging.zero)
+    model = model_of(found.recording, averaging=found.averaging)
     assert model.start == first
     knots, last = model.tracks.knots, found.recording.imus[0].time[-1] - first
     assert knots.start < found.recording.imus[0].time[0] - first
