@@ -46,7 +46,7 @@ from imubench.diagnosis.verdict.posterior import (
     not_observable,
     verdict_of,
 )
-from imubench.diagnosis.verdict.timed_out import not_fitted, verdict_when_stopped
+from imubench.diagnosis.verdict.timed_out import HALVES_AGREE, not_asked, not_fitted, verdict_when_stopped
 from imubench.diagnosis.verdict.trust import doubts
 from imubench.diagnosis.verdict.without_finding import moves_of, moves_of_all, with_moves
 from imubench.progress import Step, silent
@@ -174,10 +174,11 @@ def weight_of(work: Work, found: Explanation) -> Weight:
     slight = {f"{f.effect}@{f.at}" for f in named if not (f.material and f.confidence >= CONFIDENCE.counts)}
     with work.step("ask whether the halves agree"):
         if any(f.confidence >= CONFIDENCE.counts for f in named) and found.numbers.model.hypotheses:
-            with work.budget.rest("whether the halves of the recording agree"):
+            against = (not_asked(HALVES_AGREE),)  # as long as the next lines have not answered
+            with work.budget.rest(HALVES_AGREE):
                 against = work.use.changed(
                     "halves-disagree",
-                    against,
+                    (),
                     lambda _: doubts(found.numbers, found.before, found.after, work.tolerance, slight),
                 )
     return Weight(replace(found, named=named, rest=rest), without, all_moves, against)

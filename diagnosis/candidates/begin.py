@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imubench.diagnosis.budget import Budget
-from imubench.diagnosis.candidates.both_mounts import with_both_on_springs
 from imubench.diagnosis.candidates.end_stop import settled_between, stop_of
 from imubench.diagnosis.candidates.end_stop_contacts import contact_stop
+from imubench.diagnosis.candidates.giving_way import with_what_gives_way
 from imubench.diagnosis.config.candidates import END_STOP
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.config.verdict import BUDGET
@@ -75,7 +75,7 @@ def begin(
                 stop = settled_between(stop, without)
                 if stop.std < END_STOP.unsettled_rad:
                     fit, samples = without, stop.told(samples)
-            fit = with_both_on_springs(fit) or coarsest(fit)
+            fit = with_what_gives_way(fit) or coarsest(fit)
         if first is None or fit is None:
             rough = first_fit(model_of(known, averaging=fewer.averaging), SOLVER.few_steps)
             return Beginning(samples, rough, rough, finished=False)

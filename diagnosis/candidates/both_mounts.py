@@ -13,11 +13,9 @@ import numpy as np
 
 from imubench.arrays import Array
 from imubench.band import banded
-from imubench.diagnosis.config.candidates import BOTH_MOUNTS
+from imubench.diagnosis.config.candidates import GIVING_WAY
 from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
-from imubench.diagnosis.config.shared import STATISTICS
 from imubench.diagnosis.config.solve import SOLVER
-from imubench.diagnosis.criteria.cross_validation import heldout_gain
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise
@@ -30,23 +28,6 @@ from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.estimators.banded import chosen_fit
 from imubench.recording import Imu, Recording
-
-
-def with_both_on_springs(fit: Fit) -> Fit | None:
-    """Return a fit with both IMUs of a hinge on springs, if that predicts what the rigid one leaves; else None."""
-    recording = fit.model.recording
-    if recording.tree.hinge is None or any(h.effect.on_springs for h in fit.model.hypotheses):
-        return None
-    if not louder_than_any(fit):
-        return None
-    hz = agreeing_band(recording)
-    if hz is None:
-        return None
-    sprung = on_springs(fit, hz)
-    if sprung is None or gyro_power(sprung) > BOTH_MOUNTS.explained * gyro_power(fit):
-        return None
-    won = heldout_gain(fit, sprung, np.random.default_rng(STATISTICS.seed))
-    return sprung if won.is_sure() else None
 
 
 def gives_way(fit: Fit) -> bool:
@@ -106,12 +87,22 @@ def slow_recording(recording: Recording, hz: float) -> Recording:
     return replace(slow, imus=tuple(thinned(imu) for imu in slow.imus))
 
 
-def on_springs(fit: Fit, hz: float, rounds: int = REML.rounds) -> Fit | None:
-    """Return a fit whose IMUs are both on rocking springs, begun from the geometry below `hz` Hz.
+def on_springs(fit: Fit, rounds: int = REML.rounds) -> Fit | None:
+    """Return a fit whose IMUs are both on rocking springs, begun from the geometry of the band in which they agree.
 
-    None where the first steps of the springs leave most of what the rigid model left.
+    None where they agree in none, where something is on springs already, or where the first steps of the springs leave
+    too much.
+
+    Args:
+        fit: of a hinge with two IMUs, what else gives way in it already.
+        rounds: in which the noise falls to what the springs leave, before the mounts are free again.
     """
     recording = fit.model.recording
+    if any(h.effect.on_springs for h in fit.model.hypotheses):
+        return None
+    hz = agreeing_band(recording)
+    if hz is None:
+        return None
     slow = nominal_fit(slow_recording(recording, hz))
     held = {n: v for n, v in slow.state.values.items() if n.endswith((".rotation", ".translation"))}
     rocking = EFFECTS.whichever(lambda e: e.rocks)
@@ -119,21 +110,22 @@ def on_springs(fit: Fit, hz: float, rounds: int = REML.rounds) -> Fit | None:
     guess: dict[str, Array] = {}
     for h in springs:
         guess |= {
-            h.key("frequency"): np.full(3, np.log(BOTH_MOUNTS.begun_hz)),
-            h.key("damping_ratio"): np.full(3, np.log(BOTH_MOUNTS.begun_damping)),
+            h.key("frequency"): np.full(3, np.log(GIVING_WAY.begun_hz)),
+            h.key("damping_ratio"): np.full(3, np.log(GIVING_WAY.begun_damping)),
         }
     state = replace(fit.state, values=fit.state.values | held)
     rigid = replace(fit, model=replace(fit.model, fixed=held), state=state)
     rigid = fit_with_noise(rigid.model, rigid.state, rigid.noise, rigid.anchor, rounds=1)
     begun = extended(rigid, (*fit.model.hypotheses, *springs), guess)
-    found = solve(
-        begun.model,
-        driven_by_motion(begun.model, begun.state, springs),
-        begun.noise,
-        fit.anchor,
-        steps=SOLVER.refit_steps,
-    )
-    if left_power(found) > BOTH_MOUNTS.hopeless * left_power(rigid):
+    begun = replace(begun, state=driven_by_motion(begun.model, begun.state, springs))
+    found = first_steps(fit, begun)
+    if found is None:
         return None
     found = fit_with_noise(found.model, found.state, found.noise, fit.anchor, rounds=rounds)
     return fit_with_noise(replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=REML.rounds)
+
+
+def first_steps(fit: Fit, begun: Fit) -> Fit | None:
+    """Return a few steps from where something more in the model begins; None if they leave most of a fit's power."""
+    found = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=SOLVER.refit_steps)
+    return found if left_power(found) < GIVING_WAY.left * left_power(fit) else None

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from imubench.diagnosis.candidates.both_mounts import gives_way
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.shared import CONFIDENCE, EVIDENCE
 from imubench.diagnosis.config.verdict import FINDINGS
@@ -37,7 +38,8 @@ def findings(selection: Selection, measured: Recording | None = None, briefly: b
     std = white if briefly else with_spring_intervals(numbers, parameter_std(numbers))
     covariance = widened(numbers, covariance, white, std)
     recording = selection.fit.model.recording
-    loose, small, odd = weakly_held(selection.fit), overshadowed(selection), implausible_places(selection.fit)
+    loose, small = weakly_held(selection.fit), overshadowed(selection)
+    odd = set() if gives_way(selection.fit) else implausible_places(selection.fit)  # or else that is why they are odd
     out = []
     for kept in strongest_first(selection):
         h, gain = kept.hypothesis, kept.heldout

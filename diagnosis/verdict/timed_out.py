@@ -8,10 +8,11 @@ from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.residual_checks.fit_summary import Weighed, traces
 from imubench.diagnosis.residual_checks.localize import locate
-from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Unseen, Verdict, Where
+from imubench.diagnosis.result import UNKNOWN, Doubt, Finding, Interval, Unseen, Verdict, Where
 from imubench.diagnosis.search.confidence import DOUBTFUL, at_most
 from imubench.diagnosis.verdict.posterior import verdict_of
 
+HALVES_AGREE = "whether the halves of the recording agree"
 NAMELESS_TERMS = "terms without a name for what no effect explains"
 MORE_TIME = "no other motion: the same recording with a longer --time-limit, or a part of it"
 
@@ -59,9 +60,22 @@ def verdict_when_stopped(
     return "unobservable", (Unseen(what, MORE_TIME),)
 
 
+def not_asked(what: str) -> Doubt:
+    """Return the doubt about a model that was not asked in time what a model must be asked before it is used."""
+    return Doubt("the model", f"there was no time to ask {what}")
+
+
 def not_fitted(budget: Budget) -> tuple[Unseen, ...]:
     """Return what a recording could not show whose motion was not fitted in time."""
     return (Unseen(f"anything: its motion was not fitted within the {budget.stopped}", MORE_TIME),)
 
 
-__all__ = ["NAMELESS_TERMS", "doubted_as_stopped", "not_fitted", "verdict_when_stopped", "with_rest"]
+__all__ = [
+    "HALVES_AGREE",
+    "NAMELESS_TERMS",
+    "doubted_as_stopped",
+    "not_asked",
+    "not_fitted",
+    "verdict_when_stopped",
+    "with_rest",
+]

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from imubench.correction.corrected import removal
 from imubench.diagnosis import budget as module
-from imubench.diagnosis import on_disk
+from imubench.diagnosis import on_disk, pipeline
 from imubench.diagnosis.budget import Budget, OutOfTime, check
 from imubench.diagnosis.config.verdict import BUDGET
 from imubench.diagnosis.noise.nominal import nominal_fit
@@ -20,7 +21,8 @@ from imubench.diagnosis.result_read import read_diagnosis
 from imubench.diagnosis.search.moves.drop import Drop
 from imubench.diagnosis.search.selection import FURTHER, STAGES, WITHOUT, select
 from imubench.diagnosis.solve.threads import side_by_side
-from imubench.diagnosis.verdict.timed_out import doubted_as_stopped, verdict_when_stopped, with_rest
+from imubench.diagnosis.verdict.timed_out import HALVES_AGREE, doubted_as_stopped, verdict_when_stopped, with_rest
+from imubench.errors import InputError
 from imubench.format1 import read, write_recording
 from imubench.proof.case import make_case
 from imubench.reproduce.report import escape
@@ -218,3 +220,15 @@ def test_the_command_takes_a_limit_and_prints_what_was_not_tried(biased, tmp_pat
     text = command.imubench("diagnose", "--help", folder=tmp_path, limit=100, COLUMNS="200").stdout
     assert "--time-limit" in text
     assert f"{BUDGET.limit_s:.1f}" in text
+
+
+def test_what_was_not_asked_whether_its_halves_agree_is_not_taken_out(biased, monkeypatch):
+    def late(*_):
+        raise OutOfTime
+
+    monkeypatch.setattr(pipeline, "doubts", late)
+    said, _ = diagnose(biased, budget=Budget(600.0))
+    assert HALVES_AGREE in said.not_tried
+    assert said.verdict == "partly explained"
+    with pytest.raises(InputError, match=r"no time to ask whether the halves"):
+        removal(biased, said)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imubench.diagnosis.criteria.cross_validation import block_of, gain, held_out
+from imubench.diagnosis.criteria.cross_validation import block_of, gain, held_out, log_score_gain, predicted
 from imubench.diagnosis.criteria.score_test import score
 from imubench.diagnosis.criteria.trial import Gain
 from imubench.diagnosis.noise.nominal import nominal_fit
@@ -69,3 +69,29 @@ def test_what_acts_in_one_block_foretells_and_what_harms_the_others_does_not(blo
 def test_a_gain_that_is_asked_for_is_asked_of_its_lower_end():
     won = Gain(100.0, 40.0, 160.0, np.zeros(8))
     assert won.is_sure(30.0) and not won.is_sure(50.0)
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("score") / "r"
+    make_case(folder, "hinge", [], 2, seconds=5.0, rate=50.0)
+    return nominal_fit(read(folder)[0])
+
+
+def test_at_one_noise_the_log_score_is_what_is_predicted(plain):
+    turned = {"imu1.rotation": plain.state.values["imu1.rotation"] + 0.05}  # rad: a mount held where it is not
+    model = replace(plain.model, fixed=turned)
+    other = solve(model, replace(plain.state, values=plain.state.values | turned), plain.noise, plain.anchor)
+    ways = [asked(plain, other, np.random.default_rng(0)) for asked in (log_score_gain, predicted)]
+    assert ways[0].value == pytest.approx(ways[1].value, rel=1e-9)
+    assert ways[0].value < -1.0  # nat
+
+
+def test_a_noise_that_is_too_loud_costs_its_logarithm(plain):
+    noise = plain.noise | {"imu1.gyro": 2 * plain.noise["imu1.gyro"]}
+    loud = solve(plain.model, plain.state, noise, plain.anchor)
+    (rows,) = (r for r in plain.measured if r.name == "imu1.gyro")
+    won = log_score_gain(plain, loud, np.random.default_rng(0))
+    told = predicted(plain, loud, np.random.default_rng(0))
+    assert won.value == pytest.approx(told.value - rows.residual.value.size * np.log(2), rel=1e-9)
+    assert won.high < 0
