@@ -143,9 +143,10 @@ def lowest(diagnosis: Diagnosis, places: Collection[str]) -> float | None:
     """Return the frequency in Hz from which on some places differ from the declared model; None where none does.
 
     From there on the readings of springs that leave more are neither the segment's motion nor noise; below it, what
-    springs do is small, and as their law says.
+    springs do is small, and as their law says. What begins at 0 Hz leaves no such band.
     """
-    return min((low for w in diagnosis.where if w.at in places for low, _ in w.bands_hz), default=None)
+    every = [low for w in diagnosis.where if w.at in places for low, _ in w.bands_hz]
+    return min(every) if every and min(every) > 0 else None
 
 
 def taken_out(

@@ -2,14 +2,13 @@
 
 What a rigid model leaves then is no noise, and effects that come in one by one are judged by levels that the others
 have raised. So springs under both IMUs (`both_mounts`) come in before the search, if they predict left-out data better
-than a loose joint does: its rotations across the axis, splines without a law, take in what one sprung mount does as
-well, and which of the two it is the search tells. Where springs leave much of the power, a loose joint comes in beside
-them.
+than a loose joint does, whose rotations across the axis are splines without a law; a loose joint comes in beside them
+where springs leave much of the power, or predict worse alone. A loose joint alone is left to the search: its splines
+take in what one sprung mount does, or one that shifts.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from itertools import chain
 
 import numpy as np
 
@@ -34,16 +33,23 @@ def with_what_gives_way(rigid: Fit) -> Fit | None:
     tell("looking for springs under both IMUs")
     with suppress(NotPositiveDefiniteError):
         sprung = on_springs(rigid)
-        if sprung is None or not all(predicts_better(other, sprung) for other in chain((rigid,), loosened(rigid))):
+        if sprung is None or not predicts_better(rigid, sprung):
             return None
-        if gyro_power(sprung) < GIVING_WAY.explained * gyro_power(rigid):
+        rival = best_of(rigid, loosened(rigid))
+        enough = gyro_power(sprung) < GIVING_WAY.explained * gyro_power(rigid)
+        if enough and predicts_better(rival, sprung):
             return sprung
         tell("looking for a loose joint beside them")
-        best = sprung
-        for both in loosened(sprung):
-            best = both if predicts_better(best, both) else best
-        return None if best is sprung else best
+        both = best_of(sprung, loosened(sprung))
+        return both if both is not sprung and predicts_better(rival, both) else None
     return None
+
+
+def best_of(fit: Fit, others: Iterable[Fit]) -> Fit:
+    """Return the fit that predicts left-out data best, a further one where it does so for sure."""
+    for other in others:
+        fit = other if predicts_better(fit, other) else fit
+    return fit
 
 
 def predicts_better(fit: Fit, other: Fit) -> bool:

@@ -100,7 +100,8 @@ def log_score_gain(before: Fit, after: Fit, rng: np.random.Generator, most: floa
     It compares fits of which neither has all that the other has: no noise is common to them.
     """
     span = before.span
-    found = gain(*(held_out(f, span, most) + _log_stds(f, span, most) for f in (before, after)), rng)
+    one, two = (held_out(f, span, most) + _log_stds(f, span, most) for f in (before, after))
+    found = gain(one, two, rng)
     told = _declared(before) - _declared(after)
     return Gain(found.value + told, found.low + told, found.high + told, found.blocks)
 
