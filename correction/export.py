@@ -38,13 +38,13 @@ CHANNEL_COLUMNS = {**IMU, "torque": ("torque",)}
 
 def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
     """Write a diagnosis' simulation into an empty folder and return the name of its MJCF file."""
-    recording, found, fitted = evidence.recording, as_rolled_out(whole(d), evidence.taught), evidence.motion.fitted
+    recording, found, fitted = evidence.recording, as_rolled_out(whole(d), evidence.taught), evidence.replayed.fitted
     name = f"{recording.rig}.xml"
     rig = rig_of(recording, evidence.mounts, found, fitted)
     spec = specify(rig)
     spec.compile()
     (folder / name).write_text(spec.to_xml(), encoding="utf-8")
-    write_table(folder / MOTION_FILE, motion_columns(evidence.motion, rig.play))
+    write_table(folder / MOTION_FILE, motion_columns(evidence.replayed, rig.play))
     used = {level.group: level.used for level in evidence.levels}
     chain, swings = chain_of(found, fitted, recording), bool(evidence.rolled_out)
     content = {

@@ -183,10 +183,11 @@ class Evidence:
 
     recording: Recording
     traces: tuple[Trace, ...]
-    motion: Played  # of the best model
+    motion: Played  # of the best model, as it is estimated
     mounts: Mapping[str, Pose]  # of the best model, by IMU
     levels: tuple[Level, ...]
     motion_before: Played | None = None  # of the nominal model, where it is another
+    prescribed: Played | None = None  # that a replay prescribes, where it is smoother than the one that is estimated
     heldout_s: tuple[tuple[float, float], ...] = ()  # windows that the fit has not seen
     comparisons: tuple[tuple[Comparison, ...], ...] = ()  # for every finding, in their order: without and with it
     simulated: tuple[Comparison, ...] = ()  # every channel: the declared model, and the model with all findings
@@ -199,6 +200,11 @@ class Evidence:
         default_factory=dict
     )  # rule (diagnosis/rules.py) -> how often it changed something
     decisions: tuple[Decision, ...] = ()  # of the search, in their order
+
+    @property
+    def replayed(self) -> Played:
+        """The motion that a replay prescribes."""
+        return self.motion if self.prescribed is None else self.prescribed
 
     @property
     def span(self) -> tuple[float, float]:

@@ -64,7 +64,7 @@ def judged_by_simulation(
         )
     evidence = replace(
         evidence,
-        motion=found.motion if found.motion is not None and not nameless else evidence.motion,
+        prescribed=None if nameless else found.motion,
         simulated=found.channels,
         comparisons=tuple(found.findings.get((f.effect, f.at), ()) for f in findings),
         posed=found.posed,
