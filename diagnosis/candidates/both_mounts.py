@@ -109,10 +109,7 @@ def on_springs(fit: Fit, rounds: int = REML.rounds) -> Fit | None:
     springs = tuple(Hypothesis(rocking, imu.name) for imu in recording.imus)
     guess: dict[str, Array] = {}
     for h in springs:
-        guess |= {
-            h.key("frequency"): np.full(3, np.log(GIVING_WAY.begun_hz)),
-            h.key("damping_ratio"): np.full(3, np.log(GIVING_WAY.begun_damping)),
-        }
+        guess[h.key("frequency")] = np.full(3, np.log(GIVING_WAY.begun_hz))
     state = replace(fit.state, values=fit.state.values | held)
     rigid = replace(fit, model=replace(fit.model, fixed=held), state=state)
     rigid = fit_with_noise(rigid.model, rigid.state, rigid.noise, rigid.anchor, rounds=1)

@@ -10,7 +10,6 @@ class GivingWayConfig:
     """Mounts or a joint that give way by more than any gyroscope's noise."""
 
     begun_hz: float = setting(14.0, "Hz", "that springs are begun with, while the noise is loose", "judgement")
-    begun_damping: float = setting(0.2, "damping ratio", "that springs are begun with", "judgement")
     explained: float = setting(
         0.25,
         "of the power that the rigid model left",

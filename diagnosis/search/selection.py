@@ -172,7 +172,7 @@ STAGES = (
     ),
 )
 """The search from its first rule to its last. The second `ADD_ROUNDS` do nothing unless the search began anew."""
-GIVING_WAY = (Stage(WITHOUT, (DROP_NEEDLESS,)),)
+STAGES_GIVING_WAY = (Stage(WITHOUT, (DROP_NEEDLESS,)),)
 """Where both mounts give way: at least cost springs take in what is not theirs; where they predict best is enough."""
 
 
@@ -199,7 +199,7 @@ def select(
         use=use or RuleUse(),
         sound=nominal.model.masks,
     )
-    found = search(begun, GIVING_WAY if gives_way(nominal) else STAGES)
+    found = search(begun, STAGES_GIVING_WAY if gives_way(nominal) else STAGES)
     return Selection(found.fit, found.kept, (*found.refused, *found.dropped), found.not_tried)
 
 
