@@ -7,13 +7,15 @@ are fitted while the noise is still what the rigid model left, and the noise the
 are the mounts free again.
 """
 
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
-from imubench.arrays import Array
 from imubench.band import banded
 from imubench.diagnosis.config.candidates import GIVING_WAY
+from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
@@ -22,8 +24,10 @@ from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.samples.rest_noise import MOST_REST_STD
+from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import extended
 from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.solve.subset import excerpt, loudest
 from imubench.effects import EFFECTS
 from imubench.errors import InputError
 from imubench.estimators.banded import chosen_fit
@@ -107,19 +111,41 @@ def on_springs(fit: Fit, rounds: int = REML.rounds) -> Fit | None:
     held = {n: v for n, v in slow.state.values.items() if n.endswith((".rotation", ".translation"))}
     rocking = EFFECTS.whichever(lambda e: e.rocks)
     springs = tuple(Hypothesis(rocking, imu.name) for imu in recording.imus)
-    guess: dict[str, Array] = {}
-    for h in springs:
-        guess[h.key("frequency")] = np.full(3, np.log(GIVING_WAY.begun_hz))
     state = replace(fit.state, values=fit.state.values | held)
     rigid = replace(fit, model=replace(fit.model, fixed=held), state=state)
     rigid = fit_with_noise(rigid.model, rigid.state, rigid.noise, rigid.anchor, rounds=1)
-    begun = extended(rigid, (*fit.model.hypotheses, *springs), guess)
-    begun = replace(begun, state=driven_by_motion(begun.model, begun.state, springs))
+    begun = begun_on(rigid, springs, best_frequency(rigid, springs))
     found = first_steps(fit, begun)
     if found is None:
         return None
     found = fit_with_noise(found.model, found.state, found.noise, fit.anchor, rounds=rounds)
     return fit_with_noise(replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=REML.rounds)
+
+
+def begun_on(fit: Fit, springs: Sequence[Hypothesis], hz: float) -> Fit:
+    """Return the fit with springs of one frequency that its motion drives, not yet solved."""
+    guess = {h.key("frequency"): np.full(3, np.log(hz)) for h in springs}
+    begun = extended(fit, (*fit.model.hypotheses, *springs), guess)
+    return replace(begun, state=driven_by_motion(begun.model, begun.state, springs))
+
+
+def best_frequency(fit: Fit, springs: Sequence[Hypothesis]) -> float:
+    """Return the frequency in Hz that springs are best begun with: first steps from there leave least.
+
+    Of the loudest seconds alone, and up to the highest one that the samples tell: from an octave off, springs go to
+    another minimum.
+    """
+    part = excerpt(fit, *loudest(fit, ADMISSION.screened_s))
+    nyquist = min(imu.rate for imu in part.model.recording.imus) / 2
+
+    def left(hz: float) -> float:
+        begun = begun_on(part, springs, hz)
+        with suppress(NotPositiveDefiniteError):
+            return left_power(solve(begun.model, begun.state, begun.noise, part.anchor, steps=SOLVER.refit_steps))
+        return np.inf
+
+    grid = springs[0].effect.grid(part.span[1] - part.span[0])["frequency"]
+    return min((float(hz) for hz in grid if hz <= nyquist), key=left)
 
 
 def first_steps(fit: Fit, begun: Fit) -> Fit | None:

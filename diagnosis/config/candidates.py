@@ -9,7 +9,6 @@ from imubench.setting import setting
 class GivingWayConfig:
     """Mounts or a joint that give way by more than any gyroscope's noise."""
 
-    begun_hz: float = setting(14.0, "Hz", "that springs are begun with, while the noise is loose", "judgement")
     explained: float = setting(
         0.25,
         "of the power that the rigid model left",
