@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from imubench.answers import moved
-from imubench.correction.corrected import corrected
+from imubench.correction.corrected import corrected, lowest
 from imubench.correction.estimates import estimates
 from imubench.diagnosis.on_disk import estimates_as_dict
-from imubench.diagnosis.result import Doubt
+from imubench.diagnosis.result import Diagnosis, Doubt, FitQuality, Where
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from imubench.run import estimate
@@ -79,3 +79,15 @@ def test_a_pendulums_centre(tmp_path):
     (one,) = estimates(recording, saying(recording, finding("accel_bias", "imu1", bias=[0.3, 0.2, -0.3])))
     assert (one.estimator, one.unit, one.imus) == ("mrvs", "mm", ("imu1",))
     assert one.moved[0] > 1.0  # mm: 0.47 m/s^2 beside centripetal accelerations of some m/s^2 at 0.2 m
+
+
+@pytest.mark.parametrize(
+    ("bands", "hz"), [([(9.0, 20.0)], 9.0), ([(9.0, 20.0), (4.0, 6.0)], 4.0), ([(0.0, 20.0)], None), ([], None)]
+)
+def test_what_springs_leave_begins_at_the_lowest_of_their_bands_or_nowhere(bands, hz):
+    where = tuple(Where("imu2", {"gyr_x": 1.0}, (band,), (), "", 1.0) for band in bands)
+    said = replace(
+        Diagnosis("rec", "hinge", "no mismatch", (1.0, 1.0), (), (), (), FitQuality((1.0, 1.0)), "", 1.0),
+        where=(*where, Where("imu1", {"gyr_x": 1.0}, ((1.0, 2.0),), (), "", 1.0)),
+    )
+    assert lowest(said, {"imu2"}) == hz
