@@ -1,5 +1,6 @@
 """The reference of thresholds, computed from the config and written as docs/thresholds.md."""
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import is_dataclass
 from importlib import import_module
@@ -12,14 +13,15 @@ from imubench.setting import SOURCES, settings_of
 
 def page() -> str:
     """Return docs/thresholds.md."""
+    count = Counter(s.source for module in modules() for _, record in records(module) for s in settings_of(record))
     text = [
         "# Thresholds\n\nEvery number of `diagnosis/config/` that the diagnosis decides by. Written by\n"
         "`python scripts/threshold_table.py`; what the search decides by still stands in its modules.\n",
         "To see what a number does to a recording: `python -m benchmarks.why RECORDING --set RECORD.FIELD=VALUE`\n"
         '([how](rules.md)). A test may replace one by `monkeypatch.setattr(module, "RECORD",\n'
         "dataclasses.replace(RECORD, field=value))`, but for what is read when its module is imported.\n",
-        "| source | a value that is |\n|---|---|",
-        *(f"| {name} | {means} |" for name, means in SOURCES.items()),
+        "| source | a value that is | how many |\n|---|---|---:|",
+        *(f"| {name} | {means} | {count[name]} |" for name, means in SOURCES.items()),
     ]
     for module in modules():
         text.append(f"\n## {module.__name__.rpartition('.')[2]}\n\n{module.__doc__}")
