@@ -7,7 +7,13 @@ import pytest
 
 from imubench.convert import CONVERTERS
 from imubench.correction.corrected import at_rest_in_the_mean
-from imubench.diagnosis.candidates.both_mounts import gives_way, louder_than_any, on_springs, slow_recording
+from imubench.diagnosis.candidates.both_mounts import (
+    best_frequency,
+    gives_way,
+    louder_than_any,
+    on_springs,
+    slow_recording,
+)
 from imubench.diagnosis.candidates.giving_way import with_what_gives_way
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
@@ -51,6 +57,13 @@ def test_a_sensor_s_noise_is_not_louder_than_any(plain):
 
 def test_a_rig_whose_sensors_agree_begins_as_ever(plain):
     assert with_what_gives_way(plain) is None
+
+
+def test_samples_that_are_too_slow_for_any_springs_begin_with_none(plain):
+    springs = (Hypothesis(RockingMount(), "imu1"), Hypothesis(RockingMount(), "imu2"))
+    recording = plain.model.recording
+    slow = replace(recording, imus=tuple(replace(imu, rate=5.0) for imu in recording.imus))  # Hz: a grid begins at 3
+    assert best_frequency(replace(plain, model=replace(plain.model, recording=slow)), springs) is None
 
 
 def test_springs_at_both_that_leave_more_than_noise_give_way(plain):

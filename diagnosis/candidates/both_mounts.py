@@ -91,15 +91,11 @@ def slow_recording(recording: Recording, hz: float) -> Recording:
     return replace(slow, imus=tuple(thinned(imu) for imu in slow.imus))
 
 
-def on_springs(fit: Fit, rounds: int = REML.rounds) -> Fit | None:
+def on_springs(fit: Fit) -> Fit | None:
     """Return a fit whose IMUs are both on rocking springs, begun from the geometry of the band in which they agree.
 
     None where they agree in none, where something is on springs already, or where the first steps of the springs leave
     too much.
-
-    Args:
-        fit: of a hinge with two IMUs, what else gives way in it already.
-        rounds: in which the noise falls to what the springs leave, before the mounts are free again.
     """
     recording = fit.model.recording
     if any(h.effect.on_springs for h in fit.model.hypotheses):
@@ -114,41 +110,42 @@ def on_springs(fit: Fit, rounds: int = REML.rounds) -> Fit | None:
     state = replace(fit.state, values=fit.state.values | held)
     rigid = replace(fit, model=replace(fit.model, fixed=held), state=state)
     rigid = fit_with_noise(rigid.model, rigid.state, rigid.noise, rigid.anchor, rounds=1)
-    begun = begun_on(rigid, springs, best_frequency(rigid, springs))
-    found = first_steps(fit, begun)
-    if found is None:
+    begin = best_frequency(rigid, springs)
+    if begin is None:
         return None
-    found = fit_with_noise(found.model, found.state, found.noise, fit.anchor, rounds=rounds)
-    return fit_with_noise(replace(found.model, fixed=None), found.state, found.noise, fit.anchor, rounds=REML.rounds)
+    found = first_steps(rigid, springs, begin)
+    if not takes_away(fit, found):
+        return None
+    found = fit_with_noise(found.model, found.state, found.noise, found.anchor, rounds=REML.rounds)
+    return fit_with_noise(replace(found.model, fixed=None), found.state, found.noise, found.anchor, rounds=REML.rounds)
 
 
-def begun_on(fit: Fit, springs: Sequence[Hypothesis], hz: float) -> Fit:
-    """Return the fit with springs of one frequency that its motion drives, not yet solved."""
-    guess = {h.key("frequency"): np.full(3, np.log(hz)) for h in springs}
-    begun = extended(fit, (*fit.model.hypotheses, *springs), guess)
-    return replace(begun, state=driven_by_motion(begun.model, begun.state, springs))
-
-
-def best_frequency(fit: Fit, springs: Sequence[Hypothesis]) -> float:
+def best_frequency(fit: Fit, springs: Sequence[Hypothesis]) -> float | None:
     """Return the frequency in Hz that springs are best begun with: first steps from there leave least.
 
     Of the loudest seconds alone, and up to the highest one that the samples tell: from an octave off, springs go to
-    another minimum.
+    another minimum. None where samples are too slow for any.
     """
     part = excerpt(fit, *loudest(fit, ADMISSION.screened_s))
     nyquist = min(imu.rate for imu in part.model.recording.imus) / 2
 
     def left(hz: float) -> float:
-        begun = begun_on(part, springs, hz)
         with suppress(NotPositiveDefiniteError):
-            return left_power(solve(begun.model, begun.state, begun.noise, part.anchor, steps=SOLVER.refit_steps))
+            return left_power(first_steps(part, springs, hz))
         return np.inf
 
     grid = springs[0].effect.grid(part.span[1] - part.span[0])["frequency"]
-    return min((float(hz) for hz in grid if hz <= nyquist), key=left)
+    return min((float(hz) for hz in grid if hz <= nyquist), key=left, default=None)
 
 
-def first_steps(fit: Fit, begun: Fit) -> Fit | None:
-    """Return a few steps from where something more in the model begins; None if they leave most of a fit's power."""
-    found = solve(begun.model, begun.state, begun.noise, fit.anchor, steps=SOLVER.refit_steps)
-    return found if left_power(found) < GIVING_WAY.left * left_power(fit) else None
+def first_steps(fit: Fit, springs: Sequence[Hypothesis], hz: float) -> Fit:
+    """Return a few steps from where springs begin with one frequency, as the motion of a fit drives them."""
+    guess = {h.key("frequency"): np.full(3, np.log(hz)) for h in springs}
+    begun = extended(fit, (*fit.model.hypotheses, *springs), guess)
+    driven = driven_by_motion(begun.model, begun.state, springs)
+    return solve(begun.model, driven, begun.noise, begun.anchor, steps=SOLVER.refit_steps)
+
+
+def takes_away(fit: Fit, found: Fit) -> bool:
+    """Return whether what came into a fit takes away enough, by its first steps, to be what gives way."""
+    return left_power(found) < GIVING_WAY.left * left_power(fit)

@@ -12,7 +12,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from imubench.diagnosis.candidates.both_mounts import first_steps, gyro_power, louder_than_any, on_springs
+from imubench.diagnosis.candidates.both_mounts import gyro_power, louder_than_any, on_springs, takes_away
 from imubench.diagnosis.config.candidates import GIVING_WAY
 from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.shared import STATISTICS
@@ -21,7 +21,7 @@ from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
-from imubench.diagnosis.solve.gauss_newton import extended
+from imubench.diagnosis.solve.refit import refit
 from imubench.effects import possible
 from imubench.progress import tell
 
@@ -37,7 +37,7 @@ def with_what_gives_way(rigid: Fit) -> Fit | None:
             return None
         rival = best_of(rigid, loosened(rigid))
         enough = gyro_power(sprung) < GIVING_WAY.explained * gyro_power(rigid)
-        if enough and predicts_better(rival, sprung):
+        if enough and (rival is rigid or predicts_better(rival, sprung)):
             return sprung
         tell("looking for a loose joint beside them")
         both = best_of(sprung, loosened(sprung))
@@ -60,10 +60,9 @@ def predicts_better(fit: Fit, other: Fit) -> bool:
 def loosened(fit: Fit) -> Iterator[Fit]:
     """Yield fits with a joint that is loose, in every way that needs no law, as far as first steps promise much."""
     for h in (Hypothesis(e, at) for e, at in possible(fit.model.recording) if e.loosens and not e.lawful):
-        begun = extended(fit, (*fit.model.hypotheses, h))
         with suppress(NotPositiveDefiniteError):
-            found = first_steps(fit, begun)
-            if found is not None:
+            found = refit(fit, (*fit.model.hypotheses, h))
+            if takes_away(fit, found):
                 yield with_noise(found, 2 * REML.rounds)
 
 

@@ -35,6 +35,11 @@ def block_of(
     return np.floor(np.clip((time - start) / length, 0, (end - start) / length - 1e-9)).astype(np.int64)
 
 
+def blocks_of(start: float, end: float, most: float = HELD_OUT.block_s, least: int = HELD_OUT.least_blocks) -> int:
+    """Return how many blocks there are from a start to an end in s."""
+    return int(block_of(np.array([end]), start, end, most, least)[0]) + 1
+
+
 @one_thread
 def held_out(
     fit: Fit,
@@ -48,7 +53,7 @@ def held_out(
     compared on the same.
     """
     start, end = span or fit.span
-    model, count = fit.model, int(block_of(np.array([end]), start, end, most, least)[0]) + 1
+    model, count = fit.model, blocks_of(start, end, most, least)
     counted = [r for r in fit.rows if is_data(r)]
     blocks = [block_of(r.time, start, end, most, least) for r in counted]
     parts = [linearise(r, model.tracks, model.parameters) for r in counted]
@@ -77,9 +82,7 @@ def predicted(before: Fit, after: Fit, rng: np.random.Generator, most: float = H
     as it is; only the declaration then speaks against it.
     """
     span = before.span
-    found = gain(held_out(before, span, most), held_out(after, span, most), rng)
-    told = _declared(before) - _declared(after)
-    return Gain(found.value + told, found.low + told, found.high + told, found.blocks)
+    return _beside_declared(before, after, gain(held_out(before, span, most), held_out(after, span, most), rng))
 
 
 def by_halves(before: Fit, after: Fit, rng: np.random.Generator) -> Gain:
@@ -89,9 +92,9 @@ def by_halves(before: Fit, after: Fit, rng: np.random.Generator) -> Gain:
     seconds, where the attitude at its beginning is free.
     """
     span = before.span
-    found = gain(held_out(before, span, np.inf, 2), held_out(after, span, np.inf, 2), rng)
-    told = _declared(before) - _declared(after)
-    return Gain(found.value + told, found.low + told, found.high + told, found.blocks)
+    return _beside_declared(
+        before, after, gain(held_out(before, span, np.inf, 2), held_out(after, span, np.inf, 2), rng)
+    )
 
 
 def log_score_gain(before: Fit, after: Fit, rng: np.random.Generator, most: float = HELD_OUT.block_s) -> Gain:
@@ -101,20 +104,22 @@ def log_score_gain(before: Fit, after: Fit, rng: np.random.Generator, most: floa
     """
     span = before.span
     one, two = (held_out(f, span, most) + _log_stds(f, span, most) for f in (before, after))
-    found = gain(one, two, rng)
-    told = _declared(before) - _declared(after)
-    return Gain(found.value + told, found.low + told, found.high + told, found.blocks)
+    return _beside_declared(before, after, gain(one, two, rng))
 
 
 def _log_stds(fit: Fit, span: tuple[float, float], most: float) -> Array:
     """Return the summed logarithms of the standard deviations of each block's data (k,)."""
-    start, end = span
-    count = int(block_of(np.array([end]), start, end, most)[0]) + 1
+    count = blocks_of(*span, most)
     total = np.zeros(count)
     for r in (r for r in fit.rows if is_data(r)):
-        logs = np.sum(np.log(np.broadcast_to(r.std, r.residual.value.shape)), axis=1)
-        total += np.bincount(block_of(r.time, start, end, most), logs, count)
+        total += np.bincount(block_of(r.time, *span, most), np.sum(r.log_std, axis=1), count)
     return total
+
+
+def _beside_declared(before: Fit, after: Fit, found: Gain) -> Gain:
+    """Return a gain on data, with what `after` gains by what is declared of the rig."""
+    told = _declared(before) - _declared(after)
+    return Gain(found.value + told, found.low + told, found.high + told, found.blocks)
 
 
 def _declared(fit: Fit) -> float:

@@ -34,6 +34,11 @@ class Rows:
         return self.residual.value / self.std
 
     @property
+    def log_std(self) -> Array:
+        """Natural logarithms of the standard deviations (n, m)."""
+        return np.log(np.broadcast_to(self.std, self.residual.value.shape))
+
+    @property
     def cost(self) -> float:
         """Half the sum of the squares."""
         return 0.5 * float(np.sum(self.whitened**2))

@@ -93,7 +93,7 @@ def states_log_det(model: Model, rows: list[Rows], names: list[str]) -> float:
 
 def noise_density(rows: Rows) -> float:
     """Return what the noise level takes from the log likelihood: rows of a smaller one are worth more."""
-    return -float(np.sum(np.log(np.broadcast_to(rows.std, rows.residual.value.shape))))
+    return -float(np.sum(rows.log_std))
 
 
 @one_thread
