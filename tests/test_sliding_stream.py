@@ -16,7 +16,7 @@ from imubench.estimators.sliding_splines import Basis, noise_of_sums, smoothed, 
 from imubench.estimators.sliding_spring_model import inverted
 from imubench.estimators.sliding_stream import Window
 from imubench.estimators.sliding_waves import Waves, oscillations
-from tests.test_sliding import BIG, NOISE, RATE, G, recorded, slide, sprung
+from tests.swinging_limb import BIG, NOISE, RATE, G, recorded, slide, sprung
 
 
 def part(rows, first, last):
