@@ -21,7 +21,7 @@ from imubench.rotations import conjugate, rotate
 from imubench.run import OnDisk, estimate_on_disk
 from imubench.terminal import Terminal
 from scripts.concealed_recording import make
-from tests.diagnosis.report.test_report import channel, simulated
+from tests.diagnosis.report.diagnoses import channel, simulated
 
 AXES = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
