@@ -1,13 +1,23 @@
 """The rooms of the diagnosis keep their order and their size, and what is to become less does not become more."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from imubench.effects import EFFECTS
 from imubench.models import RIG_FILES
-from scripts.house import LIMITS, ROOMS, House, laws_of_effects
+from scripts.house_measures.constants import ambiguous, numeric
+from scripts.house_measures.docstrings import past_figures
+from scripts.house_measures.effects import effects_named, laws_of_effects, laws_used
+from scripts.house_measures.imports import chain, upward
+from scripts.house_measures.lengths import too_long
+from scripts.house_measures.limits import LIMITS
+from scripts.house_measures.limits import measures as measures_of
+from scripts.house_measures.rigs import parts_named, rig_branches
+from scripts.house_measures.rooms import ROOMS, House
 
 ROOT = Path(__file__).resolve().parent.parent
 HOUSE = House()
@@ -15,7 +25,7 @@ HOUSE = House()
 
 @pytest.fixture(scope="module")
 def measures():
-    return HOUSE.measures(EFFECTS, laws_of_effects(), RIG_FILES)
+    return measures_of(HOUSE, EFFECTS, laws_of_effects(), RIG_FILES)
 
 
 @pytest.mark.parametrize("name", list(LIMITS))
@@ -23,6 +33,16 @@ def test_every_measure_keeps_its_limit(measures, name):
     count, found = measures[name]
     assert count <= LIMITS[name].now, "\n".join(found)
     assert LIMITS[name].aim <= LIMITS[name].now
+
+
+@pytest.mark.long
+def test_the_script_runs_from_any_folder_and_lists_what_a_measure_counts(tmp_path):
+    said = subprocess.run(
+        [sys.executable, ROOT / "scripts" / "house.py", "chain"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert said.returncode == 0, said.stderr
+    assert all(f"\n{name} " in said.stdout for name in LIMITS)
+    assert re.findall(r"^    (\S+)$", said.stdout, re.M) == chain(HOUSE)
 
 
 def test_every_room_has_modules_and_one_line_that_says_what_it_holds():
@@ -63,13 +83,13 @@ def test_an_import_from_a_higher_room_is_seen_wherever_it_stands(tmp_path):
             "correction/played.py": "from imubench.diagnosis.search.moves.add import x",
         },
     )
-    assert sorted(house.upward()) == [
+    assert sorted(upward(house)) == [
         "diagnosis.result imports diagnosis.solve.fit",
         "diagnosis.search.moves.add imports diagnosis.search.state",
         "diagnosis.solve.fit imports diagnosis.pipeline",
     ]
     with pytest.raises(ValueError, match="in a circle: "):
-        house.chain()
+        chain(house)
 
 
 def test_what_a_package_hands_on_counts_as_an_import_of_it(tmp_path):
@@ -81,8 +101,8 @@ def test_what_a_package_hands_on_counts_as_an_import_of_it(tmp_path):
             "diagnosis/search/state.py": "from imubench.diagnosis.report import Paths",
         },
     )
-    assert house.upward() == ["diagnosis.search.state imports diagnosis.report"]
-    assert house.chain() == ["diagnosis.search.state", "diagnosis.report", "diagnosis.report.page"]
+    assert upward(house) == ["diagnosis.search.state imports diagnosis.report"]
+    assert chain(house) == ["diagnosis.search.state", "diagnosis.report", "diagnosis.report.page"]
 
 
 def test_a_room_that_has_no_place_is_refused(tmp_path):
@@ -93,7 +113,7 @@ def test_a_room_that_has_no_place_is_refused(tmp_path):
 def test_the_longest_chain_is_found(tmp_path):
     files = {f"diagnosis/solve/m{i}.py": f"from imubench.diagnosis.solve.m{i + 1} import x" for i in range(5)}
     files |= {"diagnosis/solve/m5.py": "x = 1", "diagnosis/solve/other.py": "from imubench.diagnosis.solve.m4 import x"}
-    assert planted(tmp_path, files).chain() == [f"diagnosis.solve.m{i}" for i in range(6)]
+    assert chain(planted(tmp_path, files)) == [f"diagnosis.solve.m{i}" for i in range(6)]
 
 
 def test_constants_are_counted_by_what_is_written(tmp_path):
@@ -104,7 +124,7 @@ def test_constants_are_counted_by_what_is_written(tmp_path):
             "diagnosis/solve/b.py": "LEAST: float = 1\nMOST = 3\nHALF = MOST / 2\n\ndef f():\n    LATER = 5\n",
         },
     )
-    assert sorted(house.numeric()) == [
+    assert sorted(numeric(house)) == [
         "diagnosis.solve.a.LEAST",
         "diagnosis.solve.a.MOST",
         "diagnosis.solve.a.TABLE",
@@ -112,7 +132,7 @@ def test_constants_are_counted_by_what_is_written(tmp_path):
         "diagnosis.solve.b.LEAST",
         "diagnosis.solve.b.MOST",
     ]
-    assert house.ambiguous() == ["MOST: 2 values, in diagnosis.solve.a, diagnosis.solve.b"]
+    assert ambiguous(house) == ["MOST: 2 values, in diagnosis.solve.a, diagnosis.solve.b"]
 
 
 def test_effects_are_seen_by_their_names_but_where_people_read_them(tmp_path):
@@ -123,7 +143,7 @@ def test_effects_are_seen_by_their_names_but_where_people_read_them(tmp_path):
             "diagnosis/report/words.py": 'WORDS = {"low_pass": "a filter"}',
         },
     )
-    assert house.effects_named({"low_pass": None}) == [
+    assert effects_named(house, {"low_pass": None}) == [
         "diagnosis.search.a:1: low_pass",
         "diagnosis.search.a:2: low_pass",
         "diagnosis.search.a:3: low_pass@",
@@ -141,7 +161,7 @@ def test_laws_of_effects_are_seen_where_they_are_used(tmp_path):
     )
     assert {"LowPass", "TimeOffset", "Sprung"} <= laws_of_effects()
     assert not {"Effect", "EFFECTS", "delay_of"} & laws_of_effects()
-    assert house.laws_used(laws_of_effects()) == ["diagnosis.search.a:3: LowPass"]
+    assert laws_used(house, laws_of_effects()) == ["diagnosis.search.a:3: LowPass"]
 
 
 def test_branches_on_a_rigs_name_are_seen_outside_of_where_rigs_live(tmp_path):
@@ -161,13 +181,14 @@ def test_branches_on_a_rigs_name_are_seen_outside_of_where_rigs_live(tmp_path):
     house = planted(
         tmp_path, {"sim/a.py": text, "models/b.py": text, "tests/c.py": text, ".venv/d.py": text, "diagnosis/e.py": ""}
     )
-    lines = sorted(int(found.removeprefix("sim/a.py:")) for found in house.rig_branches({"hinge", "pendulum", "free"}))
+    found = rig_branches(house.root, {"hinge", "pendulum", "free"})
+    lines = sorted(int(line.removeprefix("sim/a.py:")) for line in found)
     assert lines == [1, 2, 4, 4, 5, 6, 9, 11]
 
 
 def test_segments_and_imus_are_seen_by_their_names(tmp_path):
     house = planted(tmp_path, {"diagnosis/a.py": '"""imu1"""\nx = ("imu2", "segment1", "imu", "the imu1")'})
-    assert house.parts_named() == ["diagnosis.a:1: imu1", "diagnosis.a:2: imu2", "diagnosis.a:2: segment1"]
+    assert parts_named(house) == ["diagnosis.a:1: imu1", "diagnosis.a:2: imu2", "diagnosis.a:2: segment1"]
 
 
 def test_a_docstring_that_tells_of_a_run_is_told_from_one_that_says_what_is_computed(tmp_path):
@@ -180,9 +201,9 @@ def test_a_docstring_that_tells_of_a_run_is_told_from_one_that_says_what_is_comp
             'def h():\n    """Return half.\n\n    Three pendulums had filters of 30 to 134 nat.\n    """\n'
         },
     )
-    assert house.told() == ["diagnosis.noise.a:", "diagnosis.noise.a:h"]
+    assert past_figures(house) == ["diagnosis.noise.a:", "diagnosis.noise.a:h"]
 
 
 def test_a_module_of_401_lines_is_too_long(tmp_path):
     house = planted(tmp_path, {"diagnosis/a.py": "x = 1\n" * 400, "diagnosis/b.py": "x = 1\n" * 401})
-    assert house.long() == ["diagnosis.b"]
+    assert too_long(house) == ["diagnosis.b"]
