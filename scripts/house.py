@@ -1,4 +1,4 @@
-"""Measure how the diagnosis is built, beside what is allowed: `python scripts/house.py`.
+"""Measure how the diagnosis is built and how long modules are, beside what is allowed: `python scripts/house.py`.
 
 What is measured lies in `scripts/house_measures/`. `tests/test_house.py` holds every number to its limit.
 """

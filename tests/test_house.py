@@ -206,4 +206,21 @@ def test_a_docstring_that_tells_of_a_run_is_told_from_one_that_says_what_is_comp
 
 def test_a_module_of_401_lines_is_too_long(tmp_path):
     house = planted(tmp_path, {"diagnosis/a.py": "x = 1\n" * 400, "diagnosis/b.py": "x = 1\n" * 401})
-    assert too_long(house) == ["diagnosis.b"]
+    assert too_long(house.root) == ["diagnosis/b.py"]
+
+
+def test_a_module_that_is_too_long_is_counted_wherever_it_lies(tmp_path):
+    folders = (
+        "diagnosis/solve",
+        "effects",
+        "sim",
+        "imubench/commands",
+        "tests/regressions",
+        "scripts",
+        "benchmarks/real",
+    )
+    counted = sorted(["setup.py", *(f"{folder}/a.py" for folder in folders)])
+    not_ours = [".venv/lib/a.py", "build/lib/a.py"]
+    house = planted(tmp_path, dict.fromkeys([*counted, *not_ours], "x = 1\n" * 401))
+    count, found = measures_of(house, {}, (), ())["modules over 400 lines"]
+    assert (count, sorted(found)) == (len(counted), counted)

@@ -52,7 +52,7 @@ def measures(
     longest = chain(house)
     counted: dict[str, Callable[[], list[str]]] = {
         "upward imports": lambda: upward(house),
-        "modules over 400 lines": lambda: too_long(house),
+        "modules over 400 lines": lambda: too_long(house.root),
         "numeric constants": lambda: numeric(house),
         "numbers in the config": lambda: settings(house),
         "constants of one name with different values": lambda: ambiguous(house),
