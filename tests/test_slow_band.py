@@ -13,6 +13,7 @@ from imubench.diagnosis.candidates.both_mounts import (
     louder_than_any,
     on_springs,
     slow_recording,
+    with_smooth_hinge,
 )
 from imubench.diagnosis.candidates.giving_way import with_what_gives_way
 from imubench.diagnosis.noise.nominal import nominal_fit
@@ -64,6 +65,13 @@ def test_samples_that_are_too_slow_for_any_springs_begin_with_none(plain):
     recording = plain.model.recording
     slow = replace(recording, imus=tuple(replace(imu, rate=5.0) for imu in recording.imus))  # Hz: a grid begins at 3
     assert best_frequency(replace(plain, model=replace(plain.model, recording=slow)), springs) is None
+
+
+def test_a_hinge_that_took_in_rocking_is_held_as_smooth_as_the_segments(plain):
+    rough = replace(plain, noise=plain.noise | {"smooth.attitude": 100.0, "smooth.hinge": 700.0})
+    assert with_smooth_hinge(rough).noise == rough.noise | {"smooth.hinge": 100.0}
+    smooth = replace(plain, noise=plain.noise | {"smooth.attitude": 100.0, "smooth.hinge": 30.0})
+    assert with_smooth_hinge(smooth).noise == smooth.noise
 
 
 def test_springs_at_both_that_leave_more_than_noise_give_way(plain):

@@ -4,7 +4,7 @@ Springs that both IMUs are on look like noise, and one sprung mount at a time ta
 goes into the geometry, which turns by tens of degrees and fits. Below some frequency both IMUs obey the hinge
 (`olsson2020-banded` finds it). The rigid model of what is left there has the mounts; held to these, the springs of both
 are fitted while the noise is still what the rigid model left, and the noise then falls to what they leave. Only then
-are the mounts free again.
+are the mounts free again. All the while the hinge is held as smooth as the segments that it joins.
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,7 @@ from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.config.noise import KNOT_SELECTION, REML
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.criteria.effect_dynamics import driven_by_motion
+from imubench.diagnosis.noise.looser_motion import TURNING_ROUGHNESS
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.fit import Fit
@@ -109,7 +110,7 @@ def on_springs(fit: Fit) -> Fit | None:
     springs = tuple(Hypothesis(rocking, imu.name) for imu in recording.imus)
     state = replace(fit.state, values=fit.state.values | held)
     rigid = replace(fit, model=replace(fit.model, fixed=held), state=state)
-    rigid = fit_with_noise(rigid.model, rigid.state, rigid.noise, rigid.anchor, rounds=1)
+    rigid = with_smooth_hinge(fit_with_noise(rigid.model, rigid.state, rigid.noise, rigid.anchor, rounds=1))
     begin = best_frequency(rigid, springs)
     if begin is None:
         return None
@@ -118,6 +119,16 @@ def on_springs(fit: Fit) -> Fit | None:
         return None
     found = fit_with_noise(found.model, found.state, found.noise, found.anchor, rounds=REML.rounds)
     return fit_with_noise(replace(found.model, fixed=None), found.state, found.noise, found.anchor, rounds=REML.rounds)
+
+
+def with_smooth_hinge(fit: Fit) -> Fit:
+    """Return a fit, not solved again, whose hinge is held as smooth as the segments that it joins.
+
+    A rigid model's hinge angle has to follow how both IMUs rock about the hinge, and is taken to be as rough as that.
+    Springs would then leave it so: no sensor tells a turn of the segment about the hinge from one of its IMU.
+    """
+    segments, hinge = TURNING_ROUGHNESS
+    return replace(fit, noise=fit.noise | {hinge: min(fit.noise[name] for name in (segments, hinge))})
 
 
 def best_frequency(fit: Fit, springs: Sequence[Hypothesis]) -> float | None:
