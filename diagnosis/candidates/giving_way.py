@@ -2,9 +2,10 @@
 
 What a rigid model leaves then is no noise, and effects that come in one by one are judged by levels that the others
 have raised. So springs under both IMUs (`both_mounts`) come in before the search, if they predict left-out data better
-than a loose joint does, whose rotations across the axis are splines without a law; a loose joint comes in beside them
-where springs leave much of the power, or predict worse alone. A loose joint alone is left to the search: its splines
-take in what one sprung mount does, or one that shifts.
+than a loose joint does, whose rotations across the axis are splines without a law. A loose joint comes in beside them
+where that predicts better still; where springs explain most, only if it explains most of the rest: beside springs that
+have yet to settle its splines take in something of anything. A loose joint alone is left to the search: they take in
+what one sprung mount does, or one that shifts.
 """
 
 from collections.abc import Iterable, Iterator
@@ -12,7 +13,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from imubench.diagnosis.candidates.both_mounts import gyro_power, louder_than_any, on_springs, takes_away
+from imubench.diagnosis.candidates.both_mounts import gyro_power, left_power, louder_than_any, on_springs
 from imubench.diagnosis.config.candidates import GIVING_WAY
 from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.shared import STATISTICS
@@ -35,13 +36,15 @@ def with_what_gives_way(rigid: Fit) -> Fit | None:
         sprung = on_springs(rigid)
         if sprung is None or not predicts_better(rigid, sprung):
             return None
-        rival = best_of(rigid, loosened(rigid))
-        enough = gyro_power(sprung) < GIVING_WAY.explained * gyro_power(rigid)
-        if enough and (rival is rigid or predicts_better(rival, sprung)):
-            return sprung
+        rival = best_of(rigid, loosened(rigid, GIVING_WAY.left))
         tell("looking for a loose joint beside them")
-        both = best_of(sprung, loosened(sprung))
-        return both if both is not sprung and predicts_better(rival, both) else None
+        if explains_most(rigid, sprung):
+            found = best_of(sprung, (f for f in loosened(sprung, GIVING_WAY.explained) if explains_most(sprung, f)))
+        else:
+            found = best_of(sprung, loosened(sprung, GIVING_WAY.left))
+            if found is sprung:
+                return None
+        return found if rival is rigid or predicts_better(rival, found) else None
     return None
 
 
@@ -57,12 +60,20 @@ def predicts_better(fit: Fit, other: Fit) -> bool:
     return log_score_gain(fit, other, np.random.default_rng(STATISTICS.seed)).is_sure()
 
 
-def loosened(fit: Fit) -> Iterator[Fit]:
-    """Yield fits with a joint that is loose, in every way that needs no law, as far as first steps promise much."""
+def explains_most(fit: Fit, other: Fit) -> bool:
+    """Return whether another fit takes away most of what a fit leaves of the gyroscopes."""
+    return gyro_power(other) < GIVING_WAY.explained * gyro_power(fit)
+
+
+def loosened(fit: Fit, most: float) -> Iterator[Fit]:
+    """Yield fits with a joint that is loose, in every way that needs no law.
+
+    Only where first steps leave less than the share `most` of the gyroscopes' power that a fit leaves.
+    """
     for h in (Hypothesis(e, at) for e, at in possible(fit.model.recording) if e.loosens and not e.lawful):
         with suppress(NotPositiveDefiniteError):
             found = refit(fit, (*fit.model.hypotheses, h))
-            if takes_away(fit, found):
+            if left_power(found) < most * left_power(fit):
                 yield with_noise(found, 2 * REML.rounds)
 
 

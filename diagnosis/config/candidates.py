@@ -11,8 +11,8 @@ class GivingWayConfig:
 
     explained: float = setting(
         0.25,
-        "of the power that the rigid model left",
-        "at most: else it is more than one thing that gives way",
+        "of the power that a fit left before",
+        "at most: else it is more than one thing that gives way, or a second one beside it that may be none",
         "judgement",
     )
     left: float = setting(
