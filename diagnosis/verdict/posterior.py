@@ -50,8 +50,9 @@ def doubted_beside_unknown(
     what is worth much of it may be a part of that (another inertia beside cross-talk). What gains less than nothing on
     held-out data was found by what it spares the motion: how much of a name it would take is not known. Springs beside
     a joint's spline that is worth more may ring of what it rounds off (play jumps) and a mount be turned by what it
-    cannot hold. A misalignment beside what its axes read a little later may be that too, as cross-talk is. Effects that
-    are there whatever else is (`certain`) are not doubted.
+    cannot hold. A sensor that turns as the joint does reads what such a spline follows too: the angle that it scales
+    tells the two apart in second order alone. A misalignment beside what its axes read a little later may be that too,
+    as cross-talk is. Effects that are there whatever else is (`certain`) are not doubted.
     """
     equalled = {(h.effect.name, h.at) for h in doubted}
     loose = max((f.heldout_gain.value for f in named if f.at == "joint" and _free(f)), default=0.0)
@@ -63,6 +64,8 @@ def doubted_beside_unknown(
         if any(gain > share * f.heldout_gain.value for gain, share in worth):
             return STRANGE
         traits = traits_of(f.effect)
+        if traits.scales_angle and loose > f.heldout_gain.value:
+            return STRANGE
         held = traits.on_springs or traits.misplaces or bool(traits.onset)
         spared = any(u.at == f.at and u.heldout_gain.value < 0 for u in rest)
         part = any(gain > FINDINGS.much * f.heldout_gain.value for gain, _ in worth) or (

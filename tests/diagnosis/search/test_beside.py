@@ -46,6 +46,14 @@ def test_a_mount_is_doubted_beside_a_spline_of_the_joint_that_is_worth_more(effe
     assert f.confidence == sure
 
 
+@pytest.mark.parametrize(("joint", "gain", "sure"), [("joint_play", 30.0, STRANGE), ("joint_play", 50000.0, 0.98),
+                                                     ("dry_friction", 30.0, 0.98)])  # fmt: skip
+def test_a_sensor_that_slides_with_its_skin_is_not_believed_beside_a_joint_that_is_loose(joint, gain, sure):
+    """Its twist goes with the joint's angle, as what a loose joint's spline follows does."""
+    _, f = doubted_beside_unknown((said(joint, "joint", 40000.0), said("skin_sliding", "imu2", gain)), ())
+    assert f.confidence == sure
+
+
 @pytest.mark.parametrize(("at", "sure"), [("imu1", DOUBTFUL), ("imu2", 0.95)])
 def test_a_name_is_doubted_beside_one_without_that_only_spares_the_motion(at, sure):
     """Of a gyroscope's walk on a free body: a drift of 643 nat, and what gained -166 on held-out data."""
