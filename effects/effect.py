@@ -122,7 +122,6 @@ class Effect(Traits):
     needs: ClassVar[tuple[str, ...]] = ()  # of a recording: "free_swings", "encoders", "imus"
     of_the_sensor: ClassVar[Change | None] = None  # until the sensor's next recording; None: that need not have it
     given: ClassVar[bool] = False  # whether it is known beforehand, and no diagnosis asks whether it is there
-    scales_angle: ClassVar[bool] = False  # whether with other numbers a joint that turns faster looks the same
     variant: str = ""
     scale: str = ""  # the parameter that all of what drives its states is multiplied by, where one is
     settings: Mapping[str, Setting] = {}  # what is chosen, not fitted

@@ -115,6 +115,7 @@ class Traits:
     onset: ClassVar[str] = ""  # the parameter in s at which it begins, once
     on_springs: ClassVar[bool] = False  # whether the sensor hangs on springs and dampers
     rocks: ClassVar[bool] = False  # whether it turns on them, and is not displaced
+    scales_angle: ClassVar[bool] = False  # whether with other numbers a joint that turns faster looks the same
 
     # of joints, and of torques in free swings
     loosens: ClassVar[bool] = False  # whether its state turns a limb across its hinge: (1) about its axis, or (2) x, z
