@@ -24,6 +24,7 @@ from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.noise.reml import fit_with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
+from imubench.diagnosis.problem.rig_kinematics import HINGE
 from imubench.diagnosis.samples.rest_noise import MOST_REST_STD
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.diagnosis.solve.gauss_newton import extended
@@ -127,8 +128,8 @@ def with_smooth_hinge(fit: Fit) -> Fit:
     A rigid model's hinge angle has to follow how both IMUs rock about the hinge, and is taken to be as rough as that.
     Springs would then leave it so: no sensor tells a turn of the segment about the hinge from one of its IMU.
     """
-    segments, hinge = TURNING_ROUGHNESS
-    return replace(fit, noise=fit.noise | {hinge: min(fit.noise[name] for name in (segments, hinge))})
+    least = min(fit.noise[name] for name in TURNING_ROUGHNESS)
+    return replace(fit, noise=fit.noise | {f"smooth.{HINGE}": least})
 
 
 def best_frequency(fit: Fit, springs: Sequence[Hypothesis]) -> float | None:
@@ -157,6 +158,9 @@ def first_steps(fit: Fit, springs: Sequence[Hypothesis], hz: float) -> Fit:
     return solve(begun.model, driven, begun.noise, begun.anchor, steps=SOLVER.refit_steps)
 
 
-def takes_away(fit: Fit, found: Fit) -> bool:
-    """Return whether what came into a fit takes away enough, by its first steps, to be what gives way."""
-    return left_power(found) < GIVING_WAY.left * left_power(fit)
+def takes_away(fit: Fit, found: Fit, most: float = GIVING_WAY.left) -> bool:
+    """Return whether what came into a fit takes away enough, by its first steps, to be what gives way.
+
+    At most the share `most` of the gyroscopes' power that the fit leaves is then left.
+    """
+    return left_power(found) < most * left_power(fit)

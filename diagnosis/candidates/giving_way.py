@@ -13,7 +13,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from imubench.diagnosis.candidates.both_mounts import gyro_power, left_power, louder_than_any, on_springs
+from imubench.diagnosis.candidates.both_mounts import gyro_power, louder_than_any, on_springs, takes_away
 from imubench.diagnosis.config.candidates import GIVING_WAY
 from imubench.diagnosis.config.noise import REML
 from imubench.diagnosis.config.shared import STATISTICS
@@ -36,7 +36,6 @@ def with_what_gives_way(rigid: Fit) -> Fit | None:
         sprung = on_springs(rigid)
         if sprung is None or not predicts_better(rigid, sprung):
             return None
-        rival = best_of(rigid, loosened(rigid, GIVING_WAY.left))
         tell("looking for a loose joint beside them")
         if explains_most(rigid, sprung):
             found = best_of(sprung, (f for f in loosened(sprung, GIVING_WAY.explained) if explains_most(sprung, f)))
@@ -44,6 +43,7 @@ def with_what_gives_way(rigid: Fit) -> Fit | None:
             found = best_of(sprung, loosened(sprung, GIVING_WAY.left))
             if found is sprung:
                 return None
+        rival = best_of(rigid, loosened(rigid, GIVING_WAY.left))
         return found if rival is rigid or predicts_better(rival, found) else None
     return None
 
@@ -73,7 +73,7 @@ def loosened(fit: Fit, most: float) -> Iterator[Fit]:
     for h in (Hypothesis(e, at) for e, at in possible(fit.model.recording) if e.loosens and not e.lawful):
         with suppress(NotPositiveDefiniteError):
             found = refit(fit, (*fit.model.hypotheses, h))
-            if left_power(found) < most * left_power(fit):
+            if takes_away(fit, found, most):
                 yield with_noise(found, 2 * REML.rounds)
 
 

@@ -63,14 +63,12 @@ def doubted_beside_unknown(
         worth = [(u.heldout_gain.value, FINDINGS.much if _free(f) or u.at == f.at else 1.0) for u in rest]
         if any(gain > share * f.heldout_gain.value for gain, share in worth):
             return STRANGE
-        traits = traits_of(f.effect)
-        if traits.scales_angle and loose > f.heldout_gain.value:
+        traits, outweighed = traits_of(f.effect), loose > f.heldout_gain.value
+        if traits.scales_angle and outweighed:
             return STRANGE
         held = traits.on_springs or traits.misplaces or bool(traits.onset)
         spared = any(u.at == f.at and u.heldout_gain.value < 0 for u in rest)
-        part = any(gain > FINDINGS.much * f.heldout_gain.value for gain, _ in worth) or (
-            held and loose > f.heldout_gain.value
-        )
+        part = any(gain > FINDINGS.much * f.heldout_gain.value for gain, _ in worth) or (held and outweighed)
         return DOUBTFUL if part or spared or _late(f, rest) or (f.effect, f.at) in equalled else 1.0
 
     return tuple(at_most(f, sure(f)) for f in named)

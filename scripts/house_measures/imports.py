@@ -7,6 +7,7 @@ from functools import cache
 from .rooms import ROOMS, House, Module
 
 
+@cache
 def imports(house: House) -> dict[str, set[str]]:
     """Return by module: the modules of the house that it imports, anywhere in it."""
     return {name: set(_imported(house, m)) for name, m in house.modules.items()}
