@@ -21,7 +21,6 @@ from imubench.diagnosis.residual_checks.localize import shares
 from imubench.diagnosis.result import UNKNOWN, Finding, Interval, Parameter, Where
 from imubench.diagnosis.samples.check_findings import called
 from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
-from imubench.effects import traits_of
 from imubench.effects.traits import Fault
 
 
@@ -85,29 +84,6 @@ def off_its_equation(fit: Fit) -> list[Finding]:
     return [unexplained(where)]
 
 
-def refuted(raw: Sequence[Finding], fit: Fit, known: set[str]) -> tuple[Finding, ...]:
-    """Return louder noises that raw samples show of which a fit leaves less.
-
-    At IMUs in `known`, which have something without a name: the kinks of a dead zone are white above a hand's motion,
-    and were a gyroscope's noise.
-    """
-    some = [f for f in raw if f.at in known and traits_of(f.effect).fault is Fault.NOISY]
-    if not some:
-        return ()
-    found, leverage = levels(fit)
-
-    def less(f: Finding) -> bool:
-        name = f"{f.at}.{traits_of(f.effect).channel}"
-        return (
-            name in leverage
-            and tells_its_level(leverage[name])
-            and found[name] / fit.model.averaging.share(name)
-            < DECLARED_NOISE.least_std * float(f.parameters["std"].value)
-        )
-
-    return tuple(f for f in some if less(f))
-
-
 def tells_its_level(leverage: Array) -> bool:
     """Return whether the fit leaves enough of a sensor's noise for its level to say anything; leverage (n, 3)."""
     return float(np.mean(1 - leverage)) > EXCESS_NOISE.visible
@@ -169,7 +145,6 @@ __all__ = [
     "left_over",
     "louder_noise",
     "off_its_equation",
-    "refuted",
     "steady",
     "unexplained",
 ]  # fmt: skip

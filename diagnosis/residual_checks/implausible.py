@@ -1,14 +1,11 @@
 """Effects told of in numbers that no sensor has: what is wrong there has another law, and all names make up for it."""
 
 from collections import Counter
-from collections.abc import Sequence
 
 import numpy as np
 
 from imubench.diagnosis.config.residuals import EXCESS_NOISE
 from imubench.diagnosis.problem.fit import Fit
-from imubench.diagnosis.residual_checks.excess_noise import unexplained
-from imubench.diagnosis.result import Finding, Where
 
 
 def implausible_places(fit: Fit) -> set[str]:
@@ -29,9 +26,4 @@ def implausible_places(fit: Fit) -> set[str]:
     return out
 
 
-def lawless(at: str, where: Sequence[Where]) -> Finding:
-    """Return what is at such a place as a finding without a name; `where` the nominal fit's residuals were."""
-    return unexplained(next((w for w in where if w.at == at), Where(at, {}, (), (), "", 1.0)))
-
-
-__all__ = ["implausible_places", "lawless"]
+__all__ = ["implausible_places"]

@@ -38,10 +38,6 @@ class SampleChecks:
         tones = ((f, traits_of(f.effect).tone) for f in self.findings)
         return {f.at: float(f.parameters[tone].value) for f, tone in tones if tone}
 
-    def without(self, gone: tuple[Finding, ...]) -> "SampleChecks":
-        """Return the same without some of the findings."""
-        return replace(self, findings=tuple(f for f in self.findings if all(f is not g for g in gone)))
-
     def heard(self, recording: Recording) -> Recording:
         """Return the recording with its noise declared as these samples have it, and without what fits no hum's law."""
         imus = []

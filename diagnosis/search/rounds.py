@@ -23,7 +23,6 @@ from imubench.diagnosis.search.dynamic_candidates import (
 from imubench.diagnosis.search.moves.add import next_plain, plain_scores, plain_trials
 from imubench.diagnosis.search.moves.add_dynamic import explained, state_trials
 from imubench.diagnosis.search.moves.move import Promises, Round, SearchState
-from imubench.diagnosis.search.moves.swap_states_for_law import states_to_law
 
 AHEAD = 3  # effects without states that are tried together before one with states is
 LITTLE = 0.7  # of the excess misfit: an effect that leaves more has not explained it
@@ -76,10 +75,6 @@ def try_round(
     lively = [
         t for t in dynamic_trials(fit, left, alive, say, least, vain, use) if t.evidence > promised_by_law(further)
     ]
-    led = states_to_law(fit, further, lively, plain, say, next_plain) if use.on("law-for-states") else None
-    if led and use.holds("law-for-states", lambda: True):
-        others = [t for t in lively if t.hypothesis != led[0].hypothesis]
-        return Round(fit, [led[0], *others, *tried], led[0].fit, led[1:], True)
     if lively and before_plain(lively[0], fit, further):
         return Round(fit, lively + tried, with_settled_noise(lively[0].fit), [], True)
     return Round(fit, tried + lively, first, chain if moving else [], bool(alive), brief, plain)

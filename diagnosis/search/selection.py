@@ -7,18 +7,17 @@ from imubench.diagnosis.candidates.both_mounts import gives_way
 from imubench.diagnosis.config.criteria import ADMISSION
 from imubench.diagnosis.criteria.dynamic_aic import with_tight_laws
 from imubench.diagnosis.criteria.plausible_fit import law_levels, natural
-from imubench.diagnosis.criteria.trial import Kept, kind
+from imubench.diagnosis.criteria.trial import Kept
 from imubench.diagnosis.noise.knot_selection import finer
 from imubench.diagnosis.noise.masking import weighed_beside
 from imubench.diagnosis.noise.reml import with_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.rules import RuleUse
 from imubench.diagnosis.search.admission import Add
-from imubench.diagnosis.search.dynamic_candidates import suspicious
 from imubench.diagnosis.search.loop import Repeat, Rule, Stage, search
 from imubench.diagnosis.search.moves.drop import Drop, firmly
 from imubench.diagnosis.search.moves.merge import Merge
-from imubench.diagnosis.search.moves.move import RoundMemory, SearchState, Step
+from imubench.diagnosis.search.moves.move import SearchState, Step
 from imubench.diagnosis.search.moves.swap_clock_for_backlash import ClocksToBacklash
 from imubench.diagnosis.search.moves.swap_clock_for_filter import ClockToFilter
 from imubench.diagnosis.search.moves.swap_for_one_triple import FilterOfOneTriple
@@ -50,19 +49,6 @@ def on_finer_knots(state: SearchState) -> SearchState:
     """Return the state on as many knots as its effects ask for, and what was certain before they became more."""
     fine = finer(state.fit)
     return state if fine is state.fit else replace(state, fit=fine, firm=tuple(firmly(state.fit, state.kept)))
-
-
-def searched_anew(state: SearchState) -> SearchState:
-    """Return the state from which the search goes on without the states that were dropped, where much is left.
-
-    An effect with states that is dropped at the end has hidden what it stood for.
-    """
-    hollow = {kind(h) for h, _ in state.dropped if h.effect.states}
-    if not (hollow and suspicious(state.fit)):
-        return state
-    tell("searching anew without what was none")
-    rest = tuple(h for h in state.everything if kind(h) not in hollow)
-    return replace(state, everything=rest, rounds=RoundMemory(), weighed=None)
 
 
 def settled_laws(state: SearchState) -> SearchState:
@@ -142,9 +128,6 @@ STAGES = (
         (
             Rule("finer-knots", Step("more knots", on_finer_knots)),
             DROP_NEEDLESS,
-            Rule("search-anew", Step("the search anew", searched_anew)),
-            ADD_ROUNDS,
-            DROP_NEEDLESS,
             Rule("rounded-states", RoundedStates()),
             DROP_NEEDLESS,
         ),
@@ -171,7 +154,7 @@ STAGES = (
         ),
     ),
 )
-"""The search from its first rule to its last. The second `ADD_ROUNDS` do nothing unless the search began anew."""
+"""The search from its first rule to its last."""
 STAGES_GIVING_WAY = (Stage(WITHOUT, (DROP_NEEDLESS,)),)
 """Where both mounts give way: at least cost springs take in what is not theirs; where they predict best is enough."""
 

@@ -14,16 +14,14 @@ import numpy as np
 from imubench.diagnosis.candidates.both_mounts import gives_way
 from imubench.diagnosis.config.discrepancy import TERM
 from imubench.diagnosis.config.shared import CONFIDENCE, EVIDENCE
-from imubench.diagnosis.config.verdict import FINDINGS
 from imubench.diagnosis.discrepancy.best_term import best_term
 from imubench.diagnosis.discrepancy.term_scores import FittedTerm
-from imubench.diagnosis.discrepancy.terms import Term, Unknown, channels_of, signals_of
+from imubench.diagnosis.discrepancy.terms import Unknown, channels_of, signals_of
 from imubench.diagnosis.evidence import Trace
 from imubench.diagnosis.noise.pooled import with_pooled_noise
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks.excess_noise import excess_noise, left_over, off_its_equation
-from imubench.diagnosis.residual_checks.implausible import implausible_places, lawless
 from imubench.diagnosis.residual_checks.localize import locate, shares
 from imubench.diagnosis.residual_checks.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Parameter, Rejected, Where
@@ -74,11 +72,7 @@ def unknowns(
             break
         found.append(best)
         use.fires("add-term")
-        before, fit = fit, best.fit
-        if use.on("drop-superseded"):
-            fit = superseded(before, best, [f.term for f in found], say)
-        if fit is not best.fit:
-            use.fires("drop-superseded")
+        fit = best.fit
     out = [nonlinear_finding(b) for b in springs]
     for f in found:
         if f.term.at not in {o.at for o in out}:
@@ -88,30 +82,11 @@ def unknowns(
     out += use.those("suspected-springs", lambda: bent)
     loose = use.those("springs-leave-much", lambda: [h for h in unheld(fit) if h.at not in {o.at for o in out}])
     out += [left_by(h, fit) for h in loose]
-    odd = use.those("implausible-place", lambda: sorted(implausible_places(fit) - {o.at for o in out}))
-    out += [lawless(at, where) for at in odd]
     out += [] if out else use.those("off-its-equation", lambda: off_its_equation(fit))
     noisy = use.those("excess-noise", lambda: list(excess_noise(fit, where, {f.at for f in out})))
     strange = any(f.effect == UNKNOWN for f in noisy)
     sunk = use.those("negligible-names", lambda: negligible_names(fit, say)) if strange else []
     return Unknowns((*out, *noisy), fit, (*held.doubted, *unsure, *loose, *sunk))
-
-
-def superseded(before: Fit, new: FittedTerm, terms: Sequence[Term], say: Callable[[str], None] = lambda _: None) -> Fit:
-    """Return the fit with a new term and without the effects that only stood in for terms which it has now.
-
-    `before` is the fit without that term. A curve holds a misalignment too, so that it leaves little for it: an effect
-    that explains more than ten times as much as the term before the term comes in is not a stand-in for it.
-    """
-    fit = new.fit
-    named = [h for h in fit.model.judged if not isinstance(h.effect, Unknown)]
-    for h in [h for h in named if not any(t.holds(h.effect.name) for t in terms)]:
-        say(f"trying to do without {h.name}")
-        with suppress(NotPositiveDefiniteError):
-            nat, without = price_of_dropping(fit, h)
-            if nat < EVIDENCE.needed_nat and FINDINGS.much * price_of_dropping(before, h)[0] < new.evidence:
-                fit = without
-    return fit
 
 
 def negligible_names(fit: Fit, say: Callable[[str], None] = lambda _: None) -> list[Hypothesis]:

@@ -12,7 +12,6 @@ from imubench.diagnosis.noise.declared_noise import declared, declared_by
 from imubench.diagnosis.noise.nominal import certain_effects
 from imubench.diagnosis.problem.averaging import Averaging
 from imubench.diagnosis.problem.fit import Fit
-from imubench.diagnosis.residual_checks.excess_noise import refuted
 from imubench.diagnosis.residual_checks.fit_summary import Weighed, traces, weighed
 from imubench.diagnosis.residual_checks.localize import locate
 from imubench.diagnosis.residual_checks.regressors import regressors
@@ -31,7 +30,6 @@ from imubench.diagnosis.verdict.impacts import unseen_knocks
 from imubench.diagnosis.verdict.nameless_equivalents import with_equivalents, with_refused_equivalents
 from imubench.diagnosis.verdict.play_impacts import impacts_of_play
 from imubench.diagnosis.verdict.posterior import (
-    doubted_beside_hum,
     doubted_beside_unknown,
     ranked_by_confidence,
     with_samples,
@@ -71,7 +69,7 @@ class Explanation:
     after: Weighed  # with everything
     where: tuple[Where, ...]  # the residuals of the fit without any effect are
     traces: tuple[Trace, ...]
-    samples: SampleChecks  # what of the raw samples the fit bears out
+    samples: SampleChecks  # what the raw samples show
     partly: bool  # whether the time limit kept something from being tried
 
 
@@ -91,8 +89,7 @@ def explained(work: Work, start: Beginning, chosen: Selection | None) -> Explana
     strange = Unknowns((), start.fit, ())
     if chosen:
         chosen, strange = with_unknowns(chosen, where, budget, use)
-    fit, places = strange.fit, {f.at for f in strange.findings}
-    samples = use.changed("samples-refuted", start.samples, lambda s: s.without(refuted(s.findings, fit, places)))
+    fit, samples = strange.fit, start.samples
     rest = use.changed("told-by-samples", strange.findings, lambda r: not_told(r, samples.findings))
     noises, rest = noises_of(rest), tuple(f for f in rest if f.effect == UNKNOWN)
     louder = {f"{f.at}.{traits_of(f.effect).channel}": float(f.parameters["std"].value) for f in noises}
@@ -106,7 +103,6 @@ def explained(work: Work, start: Beginning, chosen: Selection | None) -> Explana
     refused = rejected(chosen) if chosen else ()
     rest = use.changed("like-unknown", rest, lambda r: with_equivalents(r, fitted))
     rest = use.changed("refused-as-equal", rest, lambda r: with_refused_equivalents(r, fitted, refused))
-    noises = use.changed("hum-for-noise", noises, lambda n: doubted_beside_hum(n, (*fitted, *samples.findings)))
     sure = certain_effects(start.fit.model)
     fitted = use.changed(
         "doubt-beside-unknown", fitted, lambda f: doubted_beside_unknown(f, rest, strange.doubted, sure)

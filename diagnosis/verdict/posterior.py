@@ -74,17 +74,6 @@ def doubted_beside_unknown(
     return tuple(at_most(f, sure(f)) for f in named)
 
 
-def doubted_beside_hum(noises: tuple[Finding, ...], named: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """Return louder noises, doubted at an accelerometer that hums: a steady line leaves what of a hum wanders."""
-    humming = {(f.at, traits.channel) for f in named if (traits := traits_of(f.effect)).tone}
-
-    def hums(f: Finding) -> bool:
-        traits = traits_of(f.effect)
-        return traits.fault is Fault.NOISY and (f.at, traits.channel) in humming
-
-    return tuple(at_most(f, DOUBTFUL) if hums(f) else f for f in noises)
-
-
 def _late(f: Finding, rest: tuple[Finding, ...]) -> bool:
     """Return whether something without a name is what the axes of a misalignment read, a little later."""
     traits = traits_of(f.effect)
@@ -155,7 +144,6 @@ def not_observable(recording: Recording) -> tuple[Unseen, ...]:
 
 
 __all__ = [
-    "doubted_beside_hum",
     "doubted_beside_unknown",
     "noise_not_shown",
     "not_observable",

@@ -33,15 +33,15 @@ class Blind:
 
 @dataclass(frozen=True)
 class Made:
-    """A recording of the independent generator; effects are written as `"EFFECT PLACE"`."""
+    """A recording of the independent generator; effects as `"EFFECT PLACE"` or as the generator takes them."""
 
     rig: str
-    effects: tuple[str, ...]
+    effects: tuple[str | tuple[Any, ...], ...]
     seed: int
     seconds: float = 15.0
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def write(self, folder: Path) -> None:
         """Write it."""
-        effects = [tuple(e.split()) for e in self.effects]
+        effects = [tuple(e.split()) if isinstance(e, str) else e for e in self.effects]
         make_case(folder, self.rig, effects, self.seed, seconds=self.seconds, **self.options)

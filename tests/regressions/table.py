@@ -307,5 +307,20 @@ REGRESSIONS = (
         Made("pendulum", (), 55802505, options=DRAWN_OF_A_PENDULUM),
         NothingBut(),
     ),
+    # A pivot that moves as it likes explains of a lone IMU all that both do.
+    Regression(
+        "a filter and a scale that a moving pivot explains as well",
+        Made(
+            "pendulum",
+            (
+                ("low_pass", "imu1", {"cutoff": 16.0, "channels": ["gyro"]}),
+                ("accel_scale", "imu1", {"scale": [-0.01, 0.0, 0.015]}),
+            ),
+            5,
+            seconds=8.0,
+            options={"band": 3.0},
+        ),
+        Exactly("low_pass imu1", "accel_scale imu1"),
+    ),
 )
 """All of them; names are unique."""

@@ -1,4 +1,4 @@
-"""Numbers that no sensor has say that another law is at work: names that have them are doubted, and it has none."""
+"""Numbers that no sensor has say that another law is at work: names that have them are doubted."""
 
 from dataclasses import replace
 
@@ -7,8 +7,7 @@ import pytest
 
 from imubench.diagnosis.noise.nominal import nominal_fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
-from imubench.diagnosis.residual_checks.implausible import implausible_places, lawless
-from imubench.diagnosis.result import UNKNOWN, Where
+from imubench.diagnosis.residual_checks.implausible import implausible_places
 from imubench.diagnosis.solve.refit import refit
 from imubench.effects import EFFECTS
 from imubench.format1 import read
@@ -44,11 +43,3 @@ def test_a_number_that_nothing_beside_makes_up_for_may_be_larger(fit):
     both = refit(fit, (SCALE, BIAS, other))
     odd = [0.31, -0.22, -0.22]
     assert implausible_places(at(fit, odd)) == set() and implausible_places(at(both, odd)) == {"imu2"}
-
-
-@pytest.mark.parametrize(("places", "channels"), [(("imu2",), {"gyr_x": 0.7}), (("imu1",), {}), ((), {})])
-def test_what_is_there_has_no_name_and_the_place_of_the_residuals(places, channels):
-    said = lawless("imu2", [Where(at, {"gyr_x": 0.7}, (), (), "", 0.8) for at in places])
-    assert (said.effect, said.at, said.where.at) == (UNKNOWN, "imu2", "imu2")
-    assert said.where.channels == channels
-    assert said.confidence > 0.5

@@ -9,7 +9,6 @@ from imubench.diagnosis.samples.screening import SampleChecks
 from imubench.diagnosis.search.confidence import DOUBTFUL, STRANGE
 from imubench.diagnosis.search.rounding import beside_rounding
 from imubench.diagnosis.verdict.posterior import (
-    doubted_beside_hum,
     doubted_beside_unknown,
     ranked_by_confidence,
     verdict_of,
@@ -58,13 +57,6 @@ def test_a_sensor_that_slides_with_its_skin_is_not_believed_beside_a_joint_that_
 def test_a_name_is_doubted_beside_one_without_that_only_spares_the_motion(at, sure):
     """Of a gyroscope's walk on a free body: a drift of 643 nat, and what gained -166 on held-out data."""
     (f,) = doubted_beside_unknown((said("gyro_drift", "imu1", 643.0, 0.95),), (said(UNKNOWN, at, -166.0),))
-    assert f.confidence == sure
-
-
-@pytest.mark.parametrize(("at", "sure"), [("imu1", DOUBTFUL), ("imu2", 0.9)])
-def test_a_louder_accelerometer_is_doubted_where_it_hums(at, sure):
-    """A hum that wanders leaves what a steady line does not take."""
-    (f,) = doubted_beside_hum((said("accel_noise", "imu1", 0.0, 0.9),), (said("vibration", at, 7e5),))
     assert f.confidence == sure
 
 
