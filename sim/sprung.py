@@ -14,7 +14,7 @@ that u and w differ by less than what a stop's own stiffness makes of them.
 
 from collections.abc import Iterator
 from copy import copy
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import mujoco
@@ -32,6 +32,7 @@ from imubench.sim.jolt import jolted
 from imubench.sim.kinematics import segments_of
 from imubench.sim.motion import Motion, Trajectory
 from imubench.sim.rigs import Rig
+from imubench.sim.signals import Signal
 from imubench.truth import SegmentTruth
 
 CHUNK = 4096  # integration steps at once: memory does not grow with the duration, and stays in the cache
@@ -121,7 +122,7 @@ def _chunks(
         qpos, w, _ = joint_state(rig, model, told)
         qpos, u = qpos[1:-1], w[1:-1] - np.diff(w, 2, axis=0) / 12
         if start == 0:
-            x, v = _at_rest(rig, motion, _lag(told, slice(0, 1)))
+            x, v = _at_rest(rig, motion, _lag(told, slice(0, 1)), h)
         qpos[0, columns], u[0, dofs] = x[-1], v[-1]
         if end > start:
             batch.bind("qpos")[:], batch.bind("qvel")[:] = qpos[0], u[0]
@@ -131,13 +132,35 @@ def _chunks(
             _check_held(model, qpos[:, columns], bool(batch.bind("time")[0] > (end - 0.5) * h))
         x, v = qpos[:, columns], u[:, dofs]
         at = slice(0, None if end == steps else -1, split)
-        yield x[at], _jolted(rig, _lag(told, at), x[at], v[at]), _inner(told, at)
+        yield x[at], _jolted(_lagging(rig, h), _lag(told, at), x[at], v[at]), _inner(told, at)
 
 
 def _lag(told: Trajectory, at: slice) -> Trajectory:
     """Return a trajectory whose rates are w - u, at rows of `told` without its first and last."""
     rates = {key: np.diff(getattr(told, key), 2, axis=0)[at] / 12 for key in ("velocity", "rate", "angle_rate")}
     return replace(_inner(told, at), **rates)
+
+
+@dataclass(frozen=True)
+class _LagOf:
+    """A signal whose rate is w - u, times a factor; see `_lag`."""
+
+    signal: Signal
+    step: float  # s
+    times: float
+
+    def __call__(self, time: Array) -> tuple[Array, Array, Array]:
+        value, rate, second = self.signal(time)
+        before, after = (self.signal(time + shift)[1] for shift in (-self.step, self.step))
+        return value, self.times * (after - 2 * rate + before) / 12, second
+
+
+def _lagging(rig: Rig, step: float, times: float = 1.0) -> Rig:
+    """Return a rig whose play, where it is told, has the rates w - u, times a factor."""
+    if rig.play is None or rig.play.path is None:
+        return rig
+    one, other = (_LagOf(signal, step, times) for signal in rig.play.path)
+    return replace(rig, play=replace(rig.play, path=(one, other)))
 
 
 def _inner(told: Trajectory, at: slice) -> Trajectory:
@@ -154,14 +177,14 @@ def _jolted(rig: Rig, change: Trajectory, x: Array, v: Array) -> Array:
     return after
 
 
-def _at_rest(rig: Rig, motion: Motion, lag: Trajectory) -> tuple[Array, Array]:
+def _at_rest(rig: Rig, motion: Motion, lag: Trajectory, step: float) -> tuple[Array, Array]:
     """Return positions and velocities (1, mounts) whose springs balance the load at time 0, for driven rates u."""
     before, at, after = _resting(rig, motion, np.array([-BRIEF, 0.0, BRIEF]))
     rates = (after - before) / (2 * BRIEF)
     if rig.loose is not None:
         rates[rig.play_column] = 0.0  # it leans on its stops
     back = replace(lag, velocity=-lag.velocity, rate=-lag.rate, angle_rate=-lag.angle_rate)
-    return at[None], _jolted(rig, back, at[None], rates[None])
+    return at[None], _jolted(_lagging(rig, step, -1.0), back, at[None], rates[None])
 
 
 def _resting(rig: Rig, motion: Motion, time: Array) -> Array:

@@ -29,6 +29,7 @@ KINDS = {
     "centre": {"centre": CENTRE},
     "both": {"coupling": COUPLING, "centre": CENTRE},
     "springy play": {"play": SPRINGY},
+    "told play": {"play": Play(0.3, 0.7, path=(Sines(0.05, 1.3), Sines(0.03, 2.1, 1)))},
     "all": {"coupling": COUPLING, "centre": CENTRE, "play": SPRINGY},
 }
 LIMB = Segment(1.5, np.array([0.01, -0.008, -0.2]), np.array([0.02, 0.021, 0.002]))
@@ -70,6 +71,17 @@ def test_sensors_and_segments_read_how_they_move(kind):
     _, rate = differences(segment.position, segment.quaternion, h)
     assert_allclose(segment.rate[1:-1], rate, atol=1e-4)
     assert_allclose(segment.velocity[1:-1], (segment.position[2:] - segment.position[:-2]) / (2 * h), atol=1e-5)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_sensor_on_springs_reads_how_it_moves(kind):
+    h = 5e-4
+    rocking = {"rotation": springs(12.0, 0.1), "com": np.array([0.004, 0.0, 0.002]), "lever": np.array([0, 0, 0.01])}
+    sensor = play(hinge(rocking, **KINDS[kind]), moved(), 1.0, 1 / h).sensors[1]
+    force, rate = differences(sensor.position, sensor.quaternion, h)
+    # As above, and the springs: h^2 / 12 times 0.01 m 0.2 rad (2 pi 12 Hz)^4, and h^2 / 6 times 2 rad/s (2 pi 12 Hz)^2.
+    assert_allclose(sensor.specific_force[1:-1], force, atol=2e-3)
+    assert_allclose(sensor.gyro[1:-1], rate, atol=6e-4)
 
 
 def test_the_chain_is_the_law_s():
