@@ -44,11 +44,16 @@ class Link:
     @property
     def law(self) -> Effect | None:
         """The law with these settings; None of what has none."""
-        told = {key: value for key, value in self.settings.items() if value}
+        told = {key: _fixed(value) for key, value in self.settings.items() if value}
         for effect in (e for e in VARIANTS if e.name == self.effect):
-            if told.items() <= dict(effect.settings).items():
+            if told.items() <= {key: _fixed(value) for key, value in effect.settings.items()}.items():
                 return effect
         return EFFECTS.get(self.effect)
+
+
+def _fixed(setting: Any) -> Any:
+    """Return a setting as it is compared: a list, as files have it, as a tuple."""
+    return tuple(setting) if isinstance(setting, list) else setting
 
 
 Chain = Sequence[Link]

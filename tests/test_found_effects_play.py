@@ -5,9 +5,10 @@ import pytest
 from imubench.correction.export import write_model
 from imubench.correction.read_model import read_model
 from imubench.correction.replay import truth_of_motion
-from imubench.correction.sensor_chain import read_by
+from imubench.correction.sensor_chain import Link, read_by
 from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.pipeline import diagnose
+from imubench.effects import VARIANTS
 from imubench.format1 import read
 from imubench.proof.case import make_case
 from tests.concealed import rms
@@ -40,3 +41,11 @@ def test_what_a_diagnosis_found_plays(concealed, tmp_path):
         rms(((imu.accel - accel) / imu.accel_noise_std)[settled]),
     ]
     assert max(left) < 1.1, left
+
+
+@pytest.mark.parametrize("effect", [e for e in VARIANTS if e.settings], ids=lambda e: f"{e.name} {e.settings}")
+def test_an_effect_is_known_by_the_settings_that_a_file_has(effect):
+    """A file has lists where an effect has tuples."""
+    told = {key: list(value) if isinstance(value, tuple) else value for key, value in effect.settings.items()}
+    law = Link(effect.name, {}, told).law
+    assert law is not None and (law.name, dict(law.settings)) == (effect.name, dict(effect.settings))
