@@ -3,13 +3,14 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from imubench.arrays import Array
 from imubench.diagnosis.config.simulation import ROLL_OUT
 from imubench.diagnosis.evidence import FittedEffect, Pose
 from imubench.diagnosis.result import Finding
 from imubench.effects import EFFECTS, VARIANTS
 from imubench.effects.effect import Effect
-from imubench.errors import InputError
 from imubench.recording import Recording
 from imubench.sim.rigs import Mount, Rig, Segment, standard_rig
 
@@ -69,14 +70,23 @@ def numbers_of(findings: Iterable[Finding], fitted: Sequence[FittedEffect]) -> d
 
 
 def _segments(recording: Recording, standard: Rig) -> tuple[Segment, ...]:
-    """Return the rig's segments, the swinging one as it is declared, where a body can be like that."""
-    if recording.body is None:
-        return standard.segments
+    """Return the rig's segments, the swinging one as it is declared."""
     body = recording.body
-    try:
-        return (*standard.segments[:-1], Segment(body.mass, body.com, body.inertia))
-    except InputError:
+    if body is None:
         return standard.segments
+    return (*standard.segments[:-1], Segment(body.mass, body.com, possible_moments(body.inertia)))
 
 
-__all__ = ["law_of", "numbers_of", "rig_of"]
+def possible_moments(inertia: Array) -> Array:
+    """Return moments of inertia (3,) kg m^2 that a body can have: none is more than the sum of the others.
+
+    Measured ones of a slender body may miss that by their errors. The greatest stays, which a swing across the body
+    shows; both others grow by half of what they lack.
+    """
+    lacking = 2 * float(inertia.max()) - float(inertia.sum())
+    if lacking <= 0:
+        return inertia
+    return np.asarray(inertia + np.where(np.arange(3) == inertia.argmax(), 0.0, lacking / 2))
+
+
+__all__ = ["law_of", "numbers_of", "possible_moments", "rig_of"]
