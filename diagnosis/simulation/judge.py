@@ -37,6 +37,7 @@ class Judge:
     parts: tuple[Part, ...]
     windows: tuple[tuple[Window, ...], tuple[Window, ...]]  # that are rolled out, by half
     averaging: Averaging = AS_RECORDED  # of the samples, where they are fewer than those whose `noise` it is
+    foretells: bool = False  # whether a hinge's windows begin as their first second shows, and the rest is foretold
     roll_outs: RollOuts = field(
         default_factory=lambda: RollOuts(SIMULATED_BESIDE.start_rate_hz, SIMULATED_BESIDE.start_step_s)
     )  # while starts and numbers are looked for
@@ -89,9 +90,12 @@ class Judge:
         return refined(model.rig, Swing(*span, state_at(fit, span[0])), self.misfit(model))
 
     def started(self, fit: Fit, model: SimModel, span: Window) -> Swing:
-        """Return a window that ends by its horizon with the state at its start, a chaotic limb's from all of it."""
+        """Return a window that ends by its horizon with the state at its start that fits all of it best.
+
+        That of its first second, where a hinge's other seconds are foretold.
+        """
         begun = self.begun(fit, model, span)
-        if model.rig.tree.hinge is not None:
+        if self.foretells and model.rig.tree.hinge is not None:
             return begun
         return refined(model.rig, begun, self.misfit(model), span[1] - span[0])
 

@@ -82,12 +82,12 @@ def beside_declared(fit: Fit, found: SimModel, noise: dict[str, float], told: st
     recording = fit.model.recording
     measured = judged_channels(recording, noise)
     parts = tuple(Part(start, end, 0, True) for start, end in sorted(recording.free_swings))
-    judge = Judge(recording, measured, counting(measured, fit), noise, parts, ((), ()))
+    judge = Judge(recording, measured, counting(measured, fit), noise, parts, ((), ()), foretells=True)
     started = rolled(judge, fit, found, parts, found.rig.dry_friction)
     if not started:
         raise InputError(f"{recording.name}: expected free swings of 1.5 s on a base that stands still, got none")
     windows = tuple((w.start, w.end) for w in started)
-    judge = Judge(recording, measured, judge.counts, noise, parts, (windows, ()))
+    judge = replace(judge, windows=(windows, ()))
     declared = sim_model(fit)
     declared = SimModel(declared.rig, declared.effects, declared.start)  # the encoder's error is this recording's own
     before = [judge.started(fit, declared, window) for window in windows]

@@ -10,16 +10,15 @@ roll-out is off by as much as the step is long (by 3e-3 rad after 8 s in steps o
 start and of the friction.
 
 What is measured shows a state to its noise, and a swing of many periods shows what is wrong with that at its end. So
-the state is refined until the first second of the roll-out fits the samples best, by Gauss and Newton: a period of a
-limb of 25 cm, in which hundreds of samples tell two or six numbers, and friction takes off next to nothing.
+the state is refined by Gauss and Newton until the first second of the roll-out fits the samples best, a period of a
+limb of 25 cm, in which hundreds of samples tell two or six numbers, and friction takes off next to nothing; from there
+until all of the window does. A swing of 2 rad whose amplitude is 1e-4 off is late by 0.4 ms after ten seconds, and a
+gyroscope sees 0.01 rad/s of that. Where a swing is to be foretold its start is that of the first second.
 
 What is left unknown of the state grows. With J(t) the derivatives of what the sensors read, over their noise, by the
 state, and P = (J' J)^-1 from the first second, the roll-out is uncertain by sqrt(J(t) P J(t)') times the noise. A hinge
 has one degree of freedom and is never chaotic. A limb on a ball joint may be, without friction: there it grows tenfold
-in two seconds, and beyond its `horizon` no model foretells anything. The roll-out then starts anew. What the
-first second leaves unknown of such a limb's start, and what wrong numbers of its mount make of it there, would be most
-of what it is off by at its horizon: its start is the one that fits all of the window best, six numbers of some hundred
-samples.
+in two seconds, and beyond its `horizon` no model foretells anything. The roll-out then starts anew.
 """
 
 from collections.abc import Callable
