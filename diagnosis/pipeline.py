@@ -17,6 +17,7 @@ from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.remembered import remembering
 from imubench.diagnosis.residual_checks import fit_summary
 from imubench.diagnosis.residual_checks.localize import acting_in
+from imubench.diagnosis.residual_checks.whole_motion import to_the_ends
 from imubench.diagnosis.result import (
     NOT_KNOWN,
     TOLERANCE,
@@ -199,10 +200,10 @@ def evidence_of(work: Work, start: Beginning, said: Explanation) -> Evidence:
     return Evidence(
         work.recording,
         said.traces,
-        fit_summary.played(again),
+        fit_summary.played(to_the_ends(again, work.recording)),
         fit_summary.mounts(again),
         fit_summary.of_recording(said.before),
-        motion_before=fit_summary.played(start.first) if said.named else None,
+        motion_before=fit_summary.played(to_the_ends(start.first, work.recording)) if said.named else None,
         notes=(
             f"A spline motion with {knots} knots and the mounts were fitted to {seen}.",
             "Every effect was scored; the best were fitted exactly and judged on blocks of 5 s that they had not seen.",

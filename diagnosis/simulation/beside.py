@@ -20,6 +20,7 @@ from imubench.diagnosis.noise.noise_levels import levels
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.problem.hypothesis import Hypothesis
 from imubench.diagnosis.residual_checks import fit_summary
+from imubench.diagnosis.residual_checks.whole_motion import to_the_ends
 from imubench.diagnosis.result import Simulation
 from imubench.diagnosis.simulation.channels import Channel, judged_channels
 from imubench.diagnosis.simulation.judge import Judge, counting, rolled
@@ -53,6 +54,7 @@ def beside(
     best: Fit,
     noise: Mapping[str, float],
     others: Mapping[tuple[str, str], Fit],
+    whole: Recording | None = None,
 ) -> Beside | None:
     """Return what MuJoCo says of a recording under two models; None where it cannot play what the fit has in it.
 
@@ -62,6 +64,7 @@ def beside(
         best: with all findings that have a law.
         noise: std of a sample, as the recording came, by group of the fit.
         others: `best` solved again without one of its effects, by effect and place.
+        whole: the recording as it came, all of which the motion on disk covers; None: `recording`.
 
     Raises:
         InputError: where springs do not hold their sensor, or a simulation does not stay finite.
@@ -88,7 +91,10 @@ def beside(
     last = judge.whole(after, started)
     first = judge.whole(before, begun) if found else last
     with_all, without = last.channels, first.channels
-    fitted, whole = judge.fitted(after), of_whole(judge, best, after, started)
+    fitted, taught = judge.fitted(after), of_whole(judge, best, after, started)
+    motion = None if taught is None else fit_summary.played(taught)
+    if motion is None and best is not told:
+        motion = motion_of(told, best, whole or recording)
     return Beside(
         Simulation(
             "rolled out" if any(judge.windows) else "prescribed",
@@ -103,11 +109,11 @@ def beside(
             if (of := of_finding(judge, h, after, with_all, others))
             for key in [(h.effect.name, h.at)]
         },
-        unbroken(judge, best if whole is None else whole, [w for half in started for w in half]),
+        unbroken(judge, best if taught is None else taught, [w for half in started for w in half]),
         added(judge, after, with_all, started) if found else (),
-        fit_summary.played(whole) if whole is not None else None if best is told else motion_of(told, best),
+        motion,
         (first.posed, last.posed) if found else (last.posed,),
-        whole,
+        taught,
     )
 
 
@@ -134,8 +140,10 @@ def as_smooth(declared: Fit, best: Fit) -> tuple[Fit, Fit]:
     return with_levels(declared, {n: std for n, std in measured.items() if n in declared.noise} | told), best
 
 
-def motion_of(told: Fit, smooth: Fit) -> Played:
+def motion_of(told: Fit, smooth: Fit, recording: Recording) -> Played:
     """Return the motion of a fit's own numbers, held as smooth as another fit of the same effects has it.
+
+    From one end of the recording to the other.
 
     A search's motion is loose, and what is loose in it drives the springs that MuJoCo integrates.
     """
@@ -143,7 +151,8 @@ def motion_of(told: Fit, smooth: Fit) -> Played:
     taught = np.concatenate([told.state.values[name] - smooth.state.values[name] for name in names])
     start = followed(smooth, taught)
     held = replace(told.model, fixed=dict(told.state.values))
-    return fit_summary.played(solve(held, start, with_laws_held(smooth), smooth.anchor, steps=SOLVER.steps))
+    found = solve(held, start, with_laws_held(smooth), smooth.anchor, steps=SOLVER.steps)
+    return fit_summary.played(to_the_ends(found, recording))
 
 
 def with_levels(fit: Fit, told: dict[str, float]) -> Fit:

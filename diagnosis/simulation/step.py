@@ -46,7 +46,7 @@ def judged_by_simulation(
     found, why = None, ""
     with budget.rest(UNPLAYED):
         try:
-            found = beside(best.model.recording, declared, best, noise, others)
+            found = beside(best.model.recording, declared, best, noise, others, evidence.recording)
             why = "" if found else "MuJoCo cannot play what was found"
         except (InputError, NotPositiveDefiniteError, np.linalg.LinAlgError) as error:
             why = str(error)

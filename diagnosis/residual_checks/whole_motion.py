@@ -1,0 +1,63 @@
+"""The motion of a fit that saw filtered samples, up to both ends of the recording.
+
+Samples at a lower rate begin where a filter has all that it takes (`noise.decimation`). Before the first and after the
+last of them the recording's own say how the rig moved.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from imubench.diagnosis.config.solve import SOLVER
+from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
+from imubench.diagnosis.solve.levenberg_marquardt import solve
+from imubench.diagnosis.windows import Window
+from imubench.recording import Recording, span_of
+
+AHEAD = 2  # knots by which the motion is carried on at a time: a spline foretells so much
+
+
+def to_the_ends(fit: Fit, recording: Recording) -> Fit:
+    """Return a fit with the motion that all of a recording shows, its numbers and noise levels as they are.
+
+    Args:
+        fit: of the recording, or of fewer samples of it.
+        recording: as it came.
+    """
+    if not fit.model.averaging.shares:
+        return fit
+    seen = span_of(replace(fit.model.recording, encoders=(), poses=()))
+    lost = max(seen[0] - span_of(recording)[0], span_of(recording)[1] - seen[1])
+    step, state = AHEAD * fit.model.tracks.knots.step, fit.state
+    for reach in step * np.arange(1, np.ceil(lost / step) + 1):
+        model = beyond(fit, recording, (seen[0] - reach, seen[1] + reach))
+        state = solve(model, state, fit.noise, fit.anchor, steps=SOLVER.refit_steps).state
+    return replace(fit, state=state)
+
+
+def beyond(fit: Fit, recording: Recording, span: Window) -> Model:
+    """Return the model of a fit, its numbers held, which also sees a recording's own samples as far as `span`, s."""
+    model = fit.model
+    louder, masks, imus = dict(model.louder or {}), dict(model.masks or {}), []
+    for own in model.recording.imus:
+        whole = next(imu for imu in recording.imus if imu.name == own.name)
+        before = (whole.time < own.time[0]) & (whole.time >= span[0])
+        after = (whole.time > own.time[-1]) & (whole.time <= span[1])
+        time, gyro, accel = (
+            np.concatenate([getattr(whole, key)[before], getattr(own, key), getattr(whole, key)[after]])
+            for key in ("time", "gyro", "accel")
+        )
+        imus.append(replace(own, time=time, gyro=gyro, accel=accel))
+        sides = (int(before.sum()), int(after.sum()))
+        for name in (f"{own.name}.{part}" for part in UNIT_OF_PART):
+            known = louder.get(name, np.ones(own.time.size))
+            louder[name] = np.pad(known, sides, constant_values=1 / model.averaging.share(name))
+            if name in masks:
+                masks[name] = np.pad(masks[name], sides, constant_values=True)
+    seen = replace(model.recording, imus=tuple(imus))
+    return replace(model, recording=seen, louder=louder, masks=masks or None, fixed=dict(fit.state.values))
+
+
+__all__ = ["to_the_ends"]
