@@ -1,7 +1,7 @@
-"""Where samples that are no measurement are off a simulation: what clips, is repeated or is knocked acts there alone.
+"""Where what is found in the samples themselves acts: it shows neither in residuals nor in what findings add.
 
-No fit has these samples in it, so what is found in them shows neither in residuals nor in what findings add to a
-simulation. They are off by what the sensor lost.
+No fit has samples in it that clip, are repeated or are knocked. They are off a simulation by what the sensor lost. Nor
+has it a hum of the raw samples, which is taken out of them first: that is as large as it was found to be.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from imubench.diagnosis.evidence import Comparison, Trace
 from imubench.diagnosis.residual_checks.fit_summary import CHANNELS_WITH_UNIT
+from imubench.diagnosis.result import Finding
+from imubench.effects import traits_of
 
 
 def lost(
@@ -34,4 +36,24 @@ def lost(
     return tuple(out)
 
 
-__all__ = ["lost"]
+def tones(channels: Sequence[Comparison], findings: Sequence[Finding]) -> tuple[Trace, ...]:
+    """Return the steady lines (n, 3) that findings add to the readings of a triple, at some phase.
+
+    Args:
+        channels: beside the model with all findings.
+        findings: those that are not in the fit.
+    """
+    out = []
+    for f in findings:
+        tone, part = traits_of(f.effect).tone, traits_of(f.effect).channel
+        names = CHANNELS_WITH_UNIT[part][0] if tone else ()
+        own = [c for name in names for c in channels if c.channel == f"{f.at}.{name}"]
+        if own and len(own) == len(names):
+            time = own[0].time
+            wave = np.cos(2 * np.pi * float(f.parameters[tone].value) * (time - time[0]))
+            values = wave[:, None] * np.abs(f.parameters["amplitude"].value)
+            out.append(Trace(f.at, part, names, own[0].unit, time, values, own[0].noise))
+    return tuple(out)
+
+
+__all__ = ["lost", "tones"]

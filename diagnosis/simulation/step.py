@@ -13,7 +13,7 @@ from imubench.diagnosis.residual_checks.localize import locate
 from imubench.diagnosis.residual_checks.regressors import regressors
 from imubench.diagnosis.result import UNKNOWN, Finding, Simulation, Where
 from imubench.diagnosis.simulation.beside import beside
-from imubench.diagnosis.simulation.lost_samples import lost
+from imubench.diagnosis.simulation.lost_samples import lost, tones
 from imubench.diagnosis.simulation.sim_model import finding_of, named
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.errors import InputError
@@ -70,9 +70,11 @@ def judged_by_simulation(
         posed=found.posed,
         rolled_out=found.windows,
     )
+    fitted = {(h.effect.name, h.at) for h in best.model.hypotheses}
     acting = found.added
     if not acting:  # what is found in the samples themselves is in no fit
         acting = lost(found.channels, best.model.masks or {}, {f.at for f in findings if f.effect != UNKNOWN})
+        acting += tones(found.channels, [f for f in findings if (f.effect, f.at) not in fitted])
     return found.simulation, evidence, locate(acting, regressors(best), noise=0.0)
 
 

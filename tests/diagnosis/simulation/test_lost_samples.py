@@ -1,10 +1,13 @@
-"""Where samples that are no measurement are off a simulation."""
+"""Where what is found in the samples themselves acts."""
+
+from dataclasses import replace
 
 import numpy as np
 
 from imubench.diagnosis.evidence import Comparison
 from imubench.diagnosis.residual_checks.localize import locate
-from imubench.diagnosis.simulation.lost_samples import lost
+from imubench.diagnosis.result import Finding, Interval, Parameter
+from imubench.diagnosis.simulation.lost_samples import lost, tones
 
 TIME = np.arange(400) / 100
 TURNING = 3.0 * np.sin(2 * np.pi * TIME)
@@ -31,3 +34,14 @@ def test_samples_that_are_lost_without_a_finding_say_nothing():
     assert lost(*both("imu2.gyr_y"), set()) == ()
     channels, masks = both("")
     assert lost(channels, {name: np.ones_like(mask) for name, mask in masks.items()}, {"imu1", "imu2"}) == ()
+
+
+def test_a_hum_of_the_samples_is_where_it_is_largest():
+    still = np.zeros(TIME.size)
+    channels = [Comparison(f"imu1.acc_{axis}", "m/s^2", TIME, still, still, still, 0.01) for axis in "xyz"]
+    size = Parameter(np.array([0.005, -0.03, 0.0]), np.zeros(3), "m/s^2")
+    pitch = Parameter(np.array(23.0), np.array(0.1), "Hz")
+    hum = Finding("vibration", "imu1", 0.9, {"frequency": pitch, "amplitude": size}, Interval(9.0, (8.0, 10.0)))
+    (where,) = locate(tones(channels, [hum]), {}, noise=0.0)
+    assert (where.at, next(iter(where.channels))) == ("imu1", "acc_y")
+    assert tones(channels, [replace(hum, at="imu2")]) == ()
