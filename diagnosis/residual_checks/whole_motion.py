@@ -1,7 +1,8 @@
 """The motion of a fit that saw filtered samples, up to both ends of the recording.
 
 Samples at a lower rate begin where a filter has all that it takes (`noise.decimation`). Before the first and after the
-last of them the recording's own say how the rig moved.
+last of them the recording's own say how the rig moved. The motion is carried on by half of a spline's support at a
+time: ten times as far ahead what a spline foretells has turned by radians, and no step leads back from there.
 """
 
 from dataclasses import replace
@@ -10,13 +11,12 @@ import numpy as np
 
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.problem.batch_model import Model
+from imubench.diagnosis.problem.bspline import SUPPORT
 from imubench.diagnosis.problem.fit import Fit
 from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.windows import Window
 from imubench.recording import Recording, span_of
-
-AHEAD = 2  # knots by which the motion is carried on at a time: a spline foretells so much
 
 
 def to_the_ends(fit: Fit, recording: Recording) -> Fit:
@@ -30,7 +30,7 @@ def to_the_ends(fit: Fit, recording: Recording) -> Fit:
         return fit
     seen = span_of(replace(fit.model.recording, encoders=(), poses=()))
     lost = max(seen[0] - span_of(recording)[0], span_of(recording)[1] - seen[1])
-    step, state = AHEAD * fit.model.tracks.knots.step, fit.state
+    step, state = SUPPORT / 2 * fit.model.tracks.knots.step, fit.state
     for reach in step * np.arange(1, np.ceil(lost / step) + 1):
         model = beyond(fit, recording, (seen[0] - reach, seen[1] + reach))
         state = solve(model, state, fit.noise, fit.anchor, steps=SOLVER.refit_steps).state
