@@ -9,7 +9,16 @@ import pytest
 import tomli_w
 
 from imubench.answers import write_json
-from imubench.diagnosis.result import Diagnosis, FitQuality, SimulatedChannel, Simulation, Where
+from imubench.diagnosis.result import (
+    Diagnosis,
+    Finding,
+    FitQuality,
+    Interval,
+    Parameter,
+    SimulatedChannel,
+    Simulation,
+    Where,
+)
 from imubench.diagnosis.result_file import as_dict
 from imubench.inputs.toml import load_toml
 from imubench.proof.excess import Excess, excess
@@ -19,7 +28,18 @@ from imubench.trials import blind
 from imubench.trials.counted import FIGURES
 from imubench.trials.judge import ALARM, with_replays
 from imubench.trials.make import answers, rebuilt
-from imubench.trials.replayed import MODEL, SEEN, Replayed, nearness, on_disk, pointed, replayed, shown, slipping
+from imubench.trials.replayed import (
+    MODEL,
+    SEEN,
+    Replayed,
+    nearness,
+    on_disk,
+    pointed,
+    replayed,
+    shown,
+    slipping,
+    stated,
+)
 from imubench.trials.report_cases import FAILURES, cases
 from imubench.trials.scoring import score
 from tests.concealed import concealed, finding
@@ -291,3 +311,15 @@ def test_no_link_is_followed_out_of_a_diagnosis(tmp_path):
     (tmp_path / "whole").symlink_to(written)
     blind.keep_model(tmp_path / "whole", tmp_path / "kept")
     assert not (tmp_path / "kept").exists()  # what an earlier run left is gone, too
+
+
+@pytest.mark.parametrize(
+    ("effect", "name", "size", "left"), [("accel_noise", "std", 2.0, 2.0), ("quantisation", "step", 6.0, 2.0)]
+)
+def test_a_replay_is_held_against_the_noise_that_was_found(effect, name, size, left):
+    """Louder noise and rounding, variance step^2 / 12 beside the noise's, are in the held-out misfit that is stated."""
+    told = Parameter(np.array(size), np.array(0.01), "m/s^2")
+    loud = Finding(effect, "imu2", 0.95, {name: told}, Interval(0.0, (0.0, 0.0)))
+    channels = {"imu1__acc_x": channel(1.0, 1.0), "imu2__acc_x": channel(left, left)}
+    assert stated(said(loud, simulation=simulation(**channels))) == pytest.approx(1.0)
+    assert stated(said(simulation=simulation(**channels))) == pytest.approx((1 + left**2) / 2)

@@ -7,7 +7,8 @@ any motion and the mounts can take up (`proof.excess`), `concealed` what they ad
 
     misfit(x) = mean over c of (x_c / s_c)^2
     modelled:  misfit(after) <= 1.1 misfit(fit)
-               misfit(after) <= 1.1 of the held-out misfit that the diagnosis states (its share of noise not taken off)
+               misfit(after) <= 1.1 of the held-out misfit that the diagnosis states (its share of noise not taken off),
+                                both over the noise that it found, sqrt(s_c^2 + step^2 / 12) where readings are rounded
                (disk_c / s_c)^2 <= (fit_c / s_c)^2 + 0.1 misfit(fit)    on every channel
     shown:     sqrt(before_c^2 - after_c^2) >= left_c / 2      on the channel c where left_c / s_c is largest
 
@@ -28,7 +29,7 @@ Then before^2 - after^2 has the mean left^2 and, by the noise, the standard devi
 that at 8: the half that is asked for, a quarter of left^2, is three of these below the mean.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,13 +39,14 @@ from numpy.typing import NDArray
 from imubench import format1
 from imubench.correction.read_model import Model, read_model
 from imubench.diagnosis.config.correction import REPLAY
-from imubench.diagnosis.result import Diagnosis, Simulation
+from imubench.diagnosis.result import Diagnosis, Finding, Simulation
 from imubench.diagnosis.samples.screening import check_samples
 from imubench.diagnosis.simulation.channels import Channel, channels, dense_rate, read_out
 from imubench.diagnosis.simulation.model_folder import played_early
 from imubench.diagnosis.simulation.sim_model import SimModel
 from imubench.diagnosis.windows import Window, covered
-from imubench.effects import EFFECTS
+from imubench.effects import EFFECTS, traits_of
+from imubench.effects.traits import Fault
 from imubench.errors import InputError
 from imubench.proof.excess import Excess, excess
 from imubench.recording import Recording
@@ -140,11 +142,33 @@ def nearness(
 
 
 def stated(d: Diagnosis) -> float:
-    """Return the misfit of the held-out replay over the held-out misfit that a diagnosis states of its fit."""
+    """Return the misfit of the held-out replay over the held-out misfit that a diagnosis states of its fit.
+
+    Both over the noise that it found, where that is louder than declared, and over its rounding.
+    """
     assert d.simulation is not None
-    return float(np.mean([(c.after / c.noise) ** 2 for c in d.simulation.channels.values()])) / max(
-        d.fit.heldout[1], 1e-9
-    )
+    found = noise_found(d.findings)
+    power = [
+        c.after**2 / (max(c.noise, std) ** 2 + step**2 / 12)
+        for name, c in d.simulation.channels.items()
+        for std, step in [found.get(name[: name.rfind("_")], (0.0, 0.0))]
+    ]
+    return float(np.mean(power)) / max(d.fit.heldout[1], 1e-9)
+
+
+def noise_found(findings: Iterable[Finding]) -> dict[str, tuple[float, float]]:
+    """Return the noise std and the step of rounding that are told, 0 for none, by triple: imu1.gyr, imu1.acc."""
+    out: dict[str, tuple[float, float]] = {}
+    for f in findings:
+        fault = traits_of(f.effect).fault
+        if fault not in (Fault.NOISY, Fault.ROUNDED):
+            continue
+        (told,) = f.parameters.values()
+        name = f"{f.at}.{'gyr' if told.unit == 'rad/s' else 'acc'}"
+        std, step = out.get(name, (0.0, 0.0))
+        size = float(told.value)
+        out[name] = (max(std, size), step) if fault is Fault.NOISY else (std, max(step, size))
+    return out
 
 
 def shown(simulation: Simulation | None, told: Mapping[str, Excess]) -> tuple[str, float | None]:
