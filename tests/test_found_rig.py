@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from imubench.correction.found_rig import possible_moments, rig_of
+from imubench.diagnosis.simulation.step import note_of_body
 from imubench.format1 import read
 from imubench.proof.case import make_case
 
@@ -30,3 +31,9 @@ def test_a_declared_body_whose_moments_are_just_impossible_swings_as_declared(tm
     segment = rig_of(replace(recording, body=body), {}).segments[-1]
     assert (segment.mass, *segment.com) == (body.mass, *body.com)
     assert segment.inertia[1] == body.inertia[1]
+    (note,) = note_of_body(replace(recording, body=body))
+    assert note == (
+        "No body has the declared moments of inertia 0.00095, 0.03566, 0.03456 kg m^2: "
+        "the simulation has 0.001025, 0.03566, 0.03463."
+    )
+    assert note_of_body(recording) == note_of_body(replace(recording, body=None)) == ()

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from imubench.correction.found_rig import possible_moments
 from imubench.diagnosis.budget import Budget
 from imubench.diagnosis.evidence import Evidence
 from imubench.diagnosis.problem.fit import Fit
@@ -17,6 +18,7 @@ from imubench.diagnosis.simulation.lost_samples import lost, tones
 from imubench.diagnosis.simulation.sim_model import finding_of, named
 from imubench.diagnosis.solve.block_tridiagonal import NotPositiveDefiniteError
 from imubench.errors import InputError
+from imubench.recording import Recording
 
 UNPLAYED = "the simulation beside the recording"
 
@@ -55,6 +57,7 @@ def judged_by_simulation(
         return None, replace(evidence, notes=(*evidence.notes, note)), ()
     if found is None:
         return None, evidence, ()
+    evidence = replace(evidence, notes=(*evidence.notes, *note_of_body(evidence.recording)))
     nameless = any(f.effect == UNKNOWN for f in evidence.motion.fitted)  # its signal is what its own motion leaves
     if found.numbers is not None:
         evidence = replace(
@@ -76,6 +79,17 @@ def judged_by_simulation(
         acting = lost(found.channels, best.model.masks or {}, {f.at for f in findings if f.effect != UNKNOWN})
         acting += tones(found.channels, [f for f in findings if (f.effect, f.at) not in fitted])
     return found.simulation, evidence, locate(acting, regressors(best), noise=0.0)
+
+
+def note_of_body(recording: Recording) -> tuple[str, ...]:
+    """Return in words which moments of inertia are played where no body has those that are declared."""
+    if recording.body is None:
+        return ()
+    told, played = recording.body.inertia, possible_moments(recording.body.inertia)
+    if np.array_equal(told, played):
+        return ()
+    said, instead = (", ".join(f"{x:.4g}" for x in moments) for moments in (told, played))
+    return (f"No body has the declared moments of inertia {said} kg m^2: the simulation has {instead}.",)
 
 
 __all__ = ["judged_by_simulation"]
