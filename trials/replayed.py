@@ -30,7 +30,7 @@ that at 8: the half that is asked for, a quarter of left^2, is three of these be
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -97,7 +97,7 @@ def replayed(truth: Truth, d: Diagnosis, answer: Path, recording: Path) -> Repla
     if not inside(truth) or len(paired(truth, found)) < len(truth["effects"]):
         return Replayed(sensor=sensor, first_channel=first_channel)
     disk_off = on_disk(answer / MODEL, recording, d.simulation)
-    replay, disk = nearness(d.simulation, disk_off, d.fit.heldout[1] if rolled else None)
+    replay, disk = nearness(over_noise_found(d), disk_off, d.fit.heldout[1] if rolled else None)
     channel, showed = shown(d.simulation, told)
     return Replayed(
         replay,
@@ -142,18 +142,23 @@ def nearness(
 
 
 def stated(d: Diagnosis) -> float:
-    """Return the misfit of the held-out replay over the held-out misfit that a diagnosis states of its fit.
+    """Return the misfit of the held-out replay over the held-out misfit that a diagnosis states of its fit."""
+    simulation = over_noise_found(d)
+    assert simulation is not None
+    return float(np.mean([(c.after / c.noise) ** 2 for c in simulation.channels.values()])) / max(
+        d.fit.heldout[1], 1e-9
+    )
 
-    Both over the noise that it found, where that is louder than declared, and over its rounding.
-    """
-    assert d.simulation is not None
-    found = noise_found(d.findings)
-    power = [
-        c.after**2 / (max(c.noise, std) ** 2 + step**2 / 12)
-        for name, c in d.simulation.channels.items()
-        for std, step in [found.get(name[: name.rfind("_")], (0.0, 0.0))]
-    ]
-    return float(np.mean(power)) / max(d.fit.heldout[1], 1e-9)
+
+def over_noise_found(d: Diagnosis) -> Simulation | None:
+    """Return the simulation of a diagnosis over the noise that it found: louder than declared, or beside rounding."""
+    if d.simulation is None:
+        return None
+    found, channels = noise_found(d.findings), {}
+    for name, c in d.simulation.channels.items():
+        std, step = found.get(name[: name.rfind("_")], (0.0, 0.0))
+        channels[name] = replace(c, noise=float(np.hypot(max(c.noise, std), step / 12**0.5)))
+    return replace(d.simulation, channels=channels)
 
 
 def noise_found(findings: Iterable[Finding]) -> dict[str, tuple[float, float]]:
