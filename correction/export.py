@@ -1,8 +1,8 @@
 """A diagnosis as a simulation: the rig with what was found in it, its motion, and its sensors' errors, on disk.
 
 `model/` holds an MJCF file (mounts where the fit has them, soft ones on real springs, what the joint does and meets),
-`imus.toml` (the sensors and every effect found), `motion.csv` (the recovered motion, two rows a knot) and a table for
-every sensor that does something without a name: the signal that was fitted.
+`imus.toml` (the sensors and every effect found, without names that are not likely), `motion.csv` (the recovered motion,
+two rows a knot) and a table for every sensor that does something without a name: the signal that was fitted.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,6 +19,7 @@ from imubench.correction.found_rig import rig_of
 from imubench.correction.replay import play_of_motion
 from imubench.correction.sensor_chain import Link, plays
 from imubench.correction.swing_file import KEY, swing_tables
+from imubench.diagnosis.config.shared import CONFIDENCE
 from imubench.diagnosis.evidence import Evidence, Played
 from imubench.diagnosis.result import UNKNOWN, Diagnosis, Finding
 from imubench.diagnosis.sensor_errors.baseline import whole
@@ -38,7 +39,8 @@ CHANNEL_COLUMNS = {**IMU, "torque": ("torque",)}
 
 def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
     """Write a diagnosis' simulation into an empty folder and return the name of its MJCF file."""
-    recording, found, fitted = evidence.recording, as_rolled_out(whole(d), evidence.taught), evidence.replayed.fitted
+    recording, fitted = evidence.recording, evidence.replayed.fitted
+    found = as_rolled_out(likely(whole(d)), evidence.taught)
     name = f"{recording.rig}.xml"
     rig = rig_of(recording, evidence.mounts, found, fitted)
     spec = specify(rig)
@@ -82,6 +84,11 @@ def write_model(d: Diagnosis, evidence: Evidence, folder: Path) -> str:
     }
     (folder / SENSORS_FILE).write_text(toml(content), encoding="utf-8")
     return name
+
+
+def likely(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return findings without the names that are not likely: the motion of a replay is recovered without them."""
+    return tuple(f for f in findings if not f.named or f.confidence >= CONFIDENCE.counts)
 
 
 def as_rolled_out(found: Sequence[Finding], taught: Sequence[Finding]) -> tuple[Finding, ...]:

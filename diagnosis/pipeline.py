@@ -228,8 +228,10 @@ def concluded(
     named, rest, before, after = said.named, said.rest, said.before, said.after
     nobody = [name for name, level in noise.items() if level.source == NOT_KNOWN]
     with work.step("play the simulations beside the recording"):
+        best = believed(said.numbers, said.named, start.first.model.masks)
+        others = weight.without if best is said.numbers else {}  # these have in them what is not likely
         simulation, evidence, acting = judged_by_simulation(
-            evidence, start.first, said.numbers, (*named, *rest), weight.without, budget
+            evidence, start.first, best, (*named, *rest), others, budget
         )
     verdict: Verdict = "unobservable" if unseen else verdict_of(named, rest, nobody, bool(weight.doubts))
     if said.partly:

@@ -9,8 +9,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from imubench import rotations
-from imubench.correction.export import write_model
+from imubench.correction.export import SENSORS_FILE, write_model
 from imubench.correction.found_rig import rig_of
+from imubench.correction.read_model import read_model
 from imubench.correction.replay import truth_of_motion
 from imubench.correction.rig_file import read_rig
 from imubench.correction.sensor_chain import read_by
@@ -28,6 +29,7 @@ from imubench.sim.motion import AngleMotion
 from imubench.sim.play import play
 from imubench.sim.rigs import Mount
 from imubench.sim.signals import hand
+from tests.concealed import finding
 
 SECONDS, RATE, KNOTS = 6.0, 100.0, 100.0
 SOFT = Finding(
@@ -201,6 +203,17 @@ def test_a_declared_body_swings_with_moments_that_a_body_can_have():
     segment = rig_of(replace(shown, body=flat), MOUNTS).segments[1]
     assert segment.mass == 1.2
     assert segment.inertia == pytest.approx([0.015, 0.015, 0.03])
+
+
+def test_what_is_not_likely_is_not_played(tmp_path):
+    """Its motion is recovered without it; what has no name is played whatever is thought of it."""
+    sure = finding("gyro_bias", "imu1", {"bias": [0.01, 0.0, 0.0]})
+    doubted = replace(finding("skin_sliding", "imu2", {"slide": [0.01, 0, 0], "twist": [0.0, 0, 0.1]}), confidence=0.2)
+    nameless = Finding("unknown", "imu2", 0.2, {}, Interval(1.0, (0.5, 2.0)))
+    write_model(diagnosis(sure, doubted, nameless), evidence(), tmp_path)
+    told = load_toml(tmp_path / SENSORS_FILE)["effect"]
+    assert [(e["name"], e["at"]) for e in told] == [("gyro_bias", "imu1"), ("unknown", "imu2")]
+    assert not read_model(tmp_path).rig.mounts[1].slides
 
 
 def test_an_encoder_alone_is_replayed_and_a_single_second_imu_keeps_its_place(tmp_path):
