@@ -137,7 +137,8 @@ def as_smooth(declared: Fit, best: Fit) -> tuple[Fit, Fit]:
     found = levels(best)[0]
     told = {name: found[name] for name in rough}
     measured = {rows.name: best.noise[rows.name] for rows in best.measured}
-    return with_levels(declared, {n: std for n, std in measured.items() if n in declared.noise} | told), best
+    levels_of_both = {n: std for n, std in measured.items() if n in declared.noise} | told
+    return with_levels(declared, levels_of_both), with_levels(best, told)
 
 
 def motion_of(told: Fit, smooth: Fit, recording: Recording) -> Played:
