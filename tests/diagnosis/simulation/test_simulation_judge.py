@@ -168,7 +168,7 @@ def test_a_spring_is_replayed_from_a_motion_that_obeys_its_law(made):
         played = np.stack([read[f"imu2.acc_{axis}"] for axis in "xyz"], axis=1)
         return float(np.sqrt(np.mean((played - accel)[100:] ** 2))) / noise["imu2.accel"]  # settled after 1 s
 
-    strict = off(motion_of(loose, as_smooth(first, loose)[1]))
+    strict = off(motion_of(loose, as_smooth(first, loose)[1], recording))
     assert strict < 1.0  # of the noise: the motion takes some of it
     assert off(fit_summary.played(loose)) > 1.2 * strict
 
