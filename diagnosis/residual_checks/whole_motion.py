@@ -11,8 +11,9 @@ import numpy as np
 
 from imubench.diagnosis.config.solve import SOLVER
 from imubench.diagnosis.problem.batch_model import Model
-from imubench.diagnosis.problem.bspline import SUPPORT
+from imubench.diagnosis.problem.bspline import DEGREE, SUPPORT, Knots, Tracks
 from imubench.diagnosis.problem.fit import Fit
+from imubench.diagnosis.problem.hypothesis import State
 from imubench.diagnosis.samples.sample_faults import UNIT_OF_PART
 from imubench.diagnosis.solve.levenberg_marquardt import solve
 from imubench.diagnosis.windows import Window
@@ -28,13 +29,31 @@ def to_the_ends(fit: Fit, recording: Recording) -> Fit:
     """
     if not fit.model.averaging.shares:
         return fit
-    seen = span_of(replace(fit.model.recording, encoders=(), poses=()))
-    lost = max(seen[0] - span_of(recording)[0], span_of(recording)[1] - seen[1])
-    step, state = SUPPORT / 2 * fit.model.tracks.knots.step, fit.state
+    whole, seen = span_of(recording), span_of(replace(fit.model.recording, encoders=(), poses=()))
+    lost, step = max(seen[0] - whole[0], whole[1] - seen[1]), SUPPORT / 2 * fit.model.tracks.knots.step
     for reach in step * np.arange(1, np.ceil(lost / step) + 1):
-        model = beyond(fit, recording, (seen[0] - reach, seen[1] + reach))
-        state = solve(model, state, fit.noise, fit.anchor, steps=SOLVER.refit_steps).state
-    return replace(fit, state=state)
+        span = max(seen[0] - reach, whole[0]), min(seen[1] + reach, whole[1])
+        fit = on_longer_knots(fit, (span[0] - step, span[1] + step))
+        found = solve(beyond(fit, recording, span), fit.state, fit.noise, fit.anchor, steps=SOLVER.steps)
+        fit = replace(fit, state=found.state)
+    return fit
+
+
+def reach_of(fit: Fit) -> Window:
+    """Return from when to when, in s of the recording's clock, a fit's knots reach."""
+    knots = fit.model.tracks.knots
+    first = fit.model.start + knots.start
+    return first, first + (knots.count - DEGREE) * knots.step
+
+
+def on_longer_knots(fit: Fit, span: Window) -> Fit:
+    """Return a fit, not solved again, whose knots reach at least over a `span`, s."""
+    model, knots, own = fit.model, fit.model.tracks.knots, reach_of(fit)
+    before, after = (max(int(np.ceil(by / knots.step)), 0) for by in (own[0] - span[0], span[1] - own[1]))
+    longer = Knots(knots.start - before * knots.step, knots.step, knots.count + before + after)
+    coefficients = np.pad(fit.state.coefficients, ((before, after), (0, 0)), mode="edge")
+    model = replace(model, tracks=Tracks(longer, model.tracks.widths))
+    return replace(fit, model=model, state=State(coefficients, fit.state.values))
 
 
 def beyond(fit: Fit, recording: Recording, span: Window) -> Model:
