@@ -61,7 +61,7 @@ def beyond(fit: Fit, recording: Recording, span: Window) -> Model:
     model = fit.model
     louder, masks, imus = dict(model.louder or {}), dict(model.masks or {}), []
     for own in model.recording.imus:
-        whole = next(imu for imu in recording.imus if imu.name == own.name)
+        whole = recording.imu(own.name)
         before = (whole.time < own.time[0]) & (whole.time >= span[0])
         after = (whole.time > own.time[-1]) & (whole.time <= span[1])
         time, gyro, accel = (
